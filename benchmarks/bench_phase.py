@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from tactogram.features import STFT, recover, spectral_convergence
 from tactogram.signal import Signal
-from tactogram.signal.filters import bandpass, resample
+from tactogram.signal.filters import bandpass
+from tactogram.signal.resampling import resample
 
 TRANSFORMS = (STFT(256, 64, "hann"), STFT(512, 128, "hamming"), STFT(256, 128, "hamming"))
 METHODS = (

@@ -18,7 +18,8 @@ from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.families import display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
-from tactogram.signal import Signal, resample
+from tactogram.signal import Signal
+from tactogram.signal.resampling import resample
 
 RATE, SECONDS = 1000.0, 10.0
 REPETITIONS = 5

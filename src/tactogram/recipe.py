@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.filters import bandpass, dft321, resample
+from tactogram.signal.filters import bandpass, dft321
+from tactogram.signal.resampling import resample
 from tactogram.text_files import parse_toml, read_toml
 from tactogram.validation import validated, with_changes
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tactogram.datasets import Recording, create_store
-from tactogram.datasets.examples import Examples, random_windows, regular_windows, signal_kind
+from tactogram.datasets.examples import Examples, regular_windows, signal_kind
 from tactogram.datasets.splits.split import Segment
 from tactogram.errors import ParameterError
 from tactogram.model import Example
@@ -166,12 +166,3 @@ def test_windows_are_slices(samples, length, hop, seed):
     starts = range(0, samples - length + 1, hop)
     expected = np.stack([signal.samples[:, s : s + length] for s in starts])
     np.testing.assert_array_equal(regular_windows(signal, length, hop), expected)
-
-
-def test_random_windows_reach_both_ends_and_follow_the_seed():
-    signal = Signal(np.arange(30.0), 1.0, "1")
-    windows = random_windows(signal, 2000, 10, np.random.default_rng(0))
-    assert windows.shape == (2000, 1, 10)
-    assert set(windows[:, 0, 0]) == set(range(21))
-    assert (np.diff(windows[:, 0], axis=1) == 1).all()
-    np.testing.assert_array_equal(windows, random_windows(signal, 2000, 10, np.random.default_rng(0)))

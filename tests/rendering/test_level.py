@@ -7,7 +7,8 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.report import FitReport, percent, signal_facts
 from tactogram.rendering.level import Level, parse_level
-from tactogram.signal import Signal, dft321
+from tactogram.signal import Signal
+from tactogram.signal.filters import dft321
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import ParameterError, RunError
-from tactogram.signal.filters import resample
 from tactogram.signal.io import write_signal
+from tactogram.signal.resampling import resample
 from tactogram.training.run import Run
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.data.stores import add_signal
@@ -263,7 +263,7 @@ def test_a_simulated_set_takes_other_speeds_and_says_so(tmp_path):
     store = open_store(tmp_path / "store")
     assert sorted({info.speed_mm_s for info in store.index}) == [50.0, 100.0]
     assert store.facts.source.endswith("--seconds 0.5 --speeds 50,100")
-    for speeds, words in (((), "1 to 2000"), ((0.0,), "1 to 2000"), ((50.0, 50.0), "each speed once")):
+    for speeds, words in (((), "1 to 2000"), ((0.0,), "1 to 2000"), ((50.0, 50.0), "speeds must differ")):
         with pytest.raises(ParameterError, match=words):
             simulate_to_store("stroking9", tmp_path / "no", speeds_mm_s=speeds, **options)
     code = main(["data", "simulate", "stroking9", "--speeds", "fast", "--out", str(tmp_path / "no")])

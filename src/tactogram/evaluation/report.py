@@ -15,8 +15,8 @@ from jinja2 import Environment
 from matplotlib.figure import Figure
 
 from tactogram.signal import Signal
-from tactogram.signal.filters import resample
 from tactogram.signal.io.atomic import atomic_write, write_text
+from tactogram.signal.resampling import resample
 
 SIMULATED = "Simulated data: made by formulas, not recorded from real surfaces."
 AUDIBLE_RATE = 8000

@@ -1,9 +1,9 @@
-"""A texture as an autoregressive process: noise through an all-pole filter.
+"""Autoregressive textures: noise through an all-pole filter.
 
-Each axis is ``x[n] = -a_1 x[n-1] - … - a_p x[n-p] + e[n]``, its innovations e white with one covariance over
-the axes. Models are fitted in `tactogram.signal.autoregressive_fit`, mixed here through their line spectral
-frequencies (`tactogram.signal.line_spectrum`), made to sound in `tactogram.signal.synthesis`, and laid out
-over speed and force in `tactogram.signal.texture_map`.
+Each axis is ``x[n] = -a_1 x[n-1] - … - a_p x[n-p] + e[n]``, its innovations e white with one covariance over the axes.
+Models are fitted in `tactogram.signal.autoregressive_fit`, mixed here through their line spectral frequencies
+(`tactogram.signal.line_spectrum`), synthesised in `tactogram.signal.synthesis`, and interpolated over speed and force
+in `tactogram.signal.texture_map`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Level = Literal["log", "linear"]
 
 SILENCE = 1e-6
-"""Power that a silent model counts for in a mix, as a share of the loudest one's: 60 dB below it."""
+"""Power of a silent model in a mix, as a share of the loudest one's: 60 dB below it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,19 +39,14 @@ class AutoregressiveModel:
     Parameters
     ----------
     reflection : float64 array, shape (axis, order)
-        Reflection coefficients, within (-1, 1), so that every model there is is stable.
+        Reflection coefficients, within (-1, 1), so that every model is stable.
     innovation : float64 array, shape (axis, axis)
         Covariance of the innovations, unit^2.
     rate : float, Hz
     unit : str
     axes : tuple of str
     mean : float64 array, shape (axis,), optional
-        Constant part, in ``unit``; 0 by default.
-
-    Raises
-    ------
-    ParameterError
-        If a shape does not fit, a filter is not stable, or the covariance is none.
+        In ``unit``; 0 by default.
     """
 
     reflection: Array
@@ -107,21 +102,19 @@ class AutoregressiveModel:
             Covariance, or variances.
         rate : float, Hz
         unit, axes
-            Of the signals it makes.
+            Of the synthesised signals.
         mean : float array, shape (axis,), unit, optional
-            By default 0.
-
-        Raises
-        ------
-        ParameterError
-            If it is not stable, or the shapes do not fit.
         """
         rows = [reflection_of_polynomial(row) for row in np.atleast_2d(np.asarray(coefficients, np.float64))]
-        return cls(np.array(rows), _covariance(innovation), rate, unit, tuple(axes), _maybe(mean))
+        covariance = np.asarray(innovation, np.float64)
+        if covariance.ndim < 2:
+            covariance = np.diag(np.atleast_1d(covariance))
+        means = None if mean is None else np.asarray(mean, np.float64)
+        return cls(np.array(rows), covariance, rate, unit, tuple(axes), means)
 
     @property
     def order(self) -> int:
-        """Number of past samples that the next one depends on."""
+        """Order of the filters."""
         return int(self.reflection.shape[1])
 
     @property
@@ -158,17 +151,7 @@ class AutoregressiveModel:
     def power_spectrum(self, frequencies: ArrayLike) -> Array:
         """Return the one-sided power spectral density, unit^2/Hz, float64, shape (axis, frequency).
 
-        Its integral from 0 to rate / 2 is `power`.
-
-        Parameters
-        ----------
-        frequencies : float array, shape (frequency,), Hz
-            Within 0 to rate / 2.
-
-        Raises
-        ------
-        ParameterError
-            If they are not.
+        Its integral from 0 to rate / 2, the range of ``frequencies`` (Hz, else `ParameterError`), is `power`.
         """
         f = np.atleast_1d(np.asarray(frequencies, np.float64))
         if f.ndim != 1 or not np.all((f >= 0) & (f <= self.rate / 2)):
@@ -182,13 +165,7 @@ class AutoregressiveModel:
         return density
 
     def of_order(self, order: int) -> AutoregressiveModel:
-        """Return the same process written with a higher order (the added coefficients are 0).
-
-        Raises
-        ------
-        ParameterError
-            If ``order`` is lower than its own.
-        """
+        """Return the same process with a higher order (added coefficients are 0); `ParameterError` for a lower one."""
         if order < self.order:
             raise ParameterError(f"order must be >= {self.order}, got {order}")
         if order == self.order:
@@ -196,7 +173,7 @@ class AutoregressiveModel:
         return replace(self, reflection=np.pad(self.reflection, ((0, 0), (0, order - self.order))))
 
     def prediction_error(self, signal: Signal) -> Array:
-        """Return what the model does not foresee, float64, shape (axis, time - order), in its unit.
+        """Return the innovations of ``signal``, float64, shape (axis, time - order), in its unit.
 
         Raises
         ------
@@ -217,9 +194,8 @@ def mix(
 ) -> AutoregressiveModel:
     """Return the model between ``models``: line spectral frequencies averaged by weight, and always stable.
 
-    The output power, not the variance of the innovations, is interpolated: in dB (``level="log"``), so that
-    the level moves evenly to the hand, or linearly. A silent axis has no spectrum to add; its level counts
-    as `SILENCE`.
+    The output power, not the variance of the innovations, is interpolated: in dB (``level="log"``), which is perceived
+    as even, or linearly. A silent axis has no spectrum to add; its level counts as `SILENCE`.
 
     Parameters
     ----------
@@ -231,7 +207,7 @@ def mix(
     Raises
     ------
     ParameterError
-        If the models differ in kind or the weights are none.
+        If the models differ in kind or the weights are invalid.
     """
     w = np.asarray(weights, np.float64)
     if not models or w.shape != (len(models),) or not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
@@ -263,7 +239,7 @@ def mix(
         innovation=correlation * np.outer(deviation, deviation),
         mean=w @ np.array([m.mean for m in chosen]),
     )
-    mixed.__dict__["line_spectrum"] = mean_lines  # known already; a stream mixes mixes, block by block
+    mixed.__dict__["line_spectrum"] = mean_lines  # cached: a stream mixes mixes, block by block
     return mixed
 
 
@@ -290,15 +266,6 @@ def _lowest(covariance: Array) -> float:
     return (
         float(np.linalg.eigvalsh(_correlation(covariance))[0]) if (np.diag(covariance) >= 0).all() else -1.0
     )
-
-
-def _covariance(innovation: ArrayLike) -> Array:
-    array = np.asarray(innovation, np.float64)
-    return array if array.ndim == 2 else np.diag(np.atleast_1d(array))
-
-
-def _maybe(mean: ArrayLike | None) -> Array | None:
-    return None if mean is None else np.asarray(mean, np.float64)
 
 
 def _fixed(values: ArrayLike) -> Array:

@@ -1,13 +1,13 @@
-"""Autoregressive models of recordings: Burg's method over pieces, Yule-Walker, the order by AIC.
+"""Fitting of autoregressive models to recordings: Burg's method over pieces, Yule-Walker, the order by AIC.
 
 References
 ----------
 - Burg, J. P. (1975). Maximum Entropy Spectral Analysis. PhD thesis, Stanford University.
-- de Waele, S. & Broersen, P. M. T. (2000). The Burg algorithm for segments. IEEE Trans. Signal Process.
-  48(10), 2876-2880. doi 10.1109/78.869039
+- de Waele, S. & Broersen, P. M. T. (2000). The Burg algorithm for segments. IEEE Trans. Signal Process. 48(10),
+  2876-2880. doi 10.1109/78.869039
 - Kay, S. M. (1988). Modern Spectral Estimation: Theory and Application. Prentice Hall. Ch. 6 and 7.
-- Akaike, H. (1974). A new look at the statistical model identification. IEEE Trans. Autom. Control 19(6),
-  716-723. doi 10.1109/TAC.1974.1100705
+- Akaike, H. (1974). A new look at the statistical model identification. IEEE Trans. Autom. Control 19(6), 716-723. doi
+  10.1109/TAC.1974.1100705
 """
 
 from __future__ import annotations
@@ -34,26 +34,21 @@ def fit_autoregressive(
     max_order: int | None = None,
     method: Method = "burg",
 ) -> AutoregressiveModel:
-    """Fit one model to one signal, or to several that are taken as pieces of one process.
+    """Fit one model to one signal, or to several pieces of one process.
 
-    Pieces are never joined: Burg's error sums (de Waele & Broersen 2000), or the autocorrelation, run over
-    all of them. The model's power is the mean square of the data about its mean, exactly.
+    Pieces are never joined: Burg's error sums (de Waele & Broersen 2000), or the autocorrelation, run over all of them.
+    The model's power is the mean square of the data about its mean, exactly.
 
     Parameters
     ----------
     signals : Signal or sequence of Signal
         Over time; equal in rate, unit and axes; their lengths may differ.
     order : int, optional
-        None takes the order with the least AIC (Akaike 1974), one for all axes.
+        None is the order with the least AIC (Akaike 1974), one for all axes.
     max_order : int, optional
-        Highest order that AIC may take; by default 60, or a third of the longest piece if that is less.
+        Highest order for AIC; by default 60, or a third of the longest piece if that is less.
     method : {"burg", "yule-walker"}
         Kay 1988, Ch. 7; Yule-Walker with the biased autocorrelation. Both always give a stable model.
-
-    Raises
-    ------
-    ParameterError
-        If there is no signal, they differ in kind, or they are too short for the order.
     """
     pieces = [signals] if isinstance(signals, Signal) else list(signals)
     if not pieces:
@@ -87,10 +82,9 @@ def fit_autoregressive(
 
 
 def reflection_of_autocorrelation(autocorrelation: ArrayLike) -> Array:
-    """Return the reflection coefficients, shape (lag - 1,), that have an autocorrelation, shape (lag,).
+    """Return the reflection coefficients, shape (lag - 1,), of an autocorrelation, shape (lag,).
 
-    Levinson-Durbin (Kay 1988, Ch. 6). The autoregressive process has exactly this autocorrelation at these
-    lags.
+    Levinson-Durbin (Kay 1988, Ch. 6). The autoregressive process has exactly this autocorrelation at these lags.
     """
     r = np.asarray(autocorrelation, np.float64)
     reflection = np.zeros(r.size - 1)
@@ -127,7 +121,7 @@ def _yule_walker(pieces: list[Array], order: int) -> Array:
 
 
 def _bounded(numerator: Array, denominator: Array) -> Array:
-    """Return the quotient, 0 where there is no energy left, and below 1 where rounding reaches it."""
+    """Return the quotient, 0 where there is no energy left, and below 1 despite rounding."""
     safe = np.where(denominator > 0, denominator, 1.0)
     quotient: Array = np.clip(np.where(denominator > 0, numerator / safe, 0.0), -1 + 1e-12, 1 - 1e-12)
     return quotient
@@ -145,7 +139,7 @@ def _least_aic(reflection: Array, power: Array, count: int) -> int:
 
 
 def _with_correlation(model: AutoregressiveModel, pieces: Sequence[Signal]) -> AutoregressiveModel:
-    """Return ``model`` with innovations that go together over the axes as the prediction errors do."""
+    """Return ``model`` with the correlation of the prediction errors over the axes."""
     together = np.zeros_like(model.innovation)
     for piece in pieces:
         if len(piece) > model.order:

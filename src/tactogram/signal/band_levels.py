@@ -1,13 +1,13 @@
 """Band matching: generated signals get the band levels of recordings, and their spread.
 
-After the training, the envelopes of a signal's bands are mapped such that their distribution is that of the
-recordings, as Heeger & Bergen (1995) do with the subbands of pictures. So long-term spectrum and level are right, a
-tone is as even as in recordings, and a rattle as uneven. When it is strong or weak stays the networks' choice.
+After the training, the envelopes of a signal's bands are mapped so that their distribution is that of the recordings,
+as Heeger & Bergen (1995) do with the subbands of pictures. Long-term spectrum and level are then correct, a tone is as
+steady as in recordings, and a rattle as uneven. When it is strong or weak remains the networks' choice.
 
 References
 ----------
-- Heeger, D. J. & Bergen, J. R. (1995). Pyramid-based texture analysis/synthesis. Proc. SIGGRAPH, 229-238.
-  doi 10.1145/218380.218446
+- Heeger, D. J. & Bergen, J. R. (1995). Pyramid-based texture analysis/synthesis. Proc. SIGGRAPH, 229-238. doi
+  10.1145/218380.218446
 """
 
 from __future__ import annotations
@@ -22,24 +22,20 @@ from scipy.signal import oaconvolve
 
 Array = NDArray[np.float64]
 LOWEST_HZ = 16.0
-"""Centre of the lowest band; what is slower stays as it is."""
+"""Centre of the lowest band; slower content is unchanged."""
 PER_OCTAVE = 2
 REACH_S = 0.25
-"""Reach of the bands' filters to both sides, s."""
+"""Length of the bands' filters to either side."""
 LEVELS = np.array([0.5, 1, 2, 5, 10, 20, 30, 40, 50, 60, 70, 80, 90, 95, 98, 99, 99.5]) / 100
-"""Quantiles that a distribution is kept as."""
+"""Quantiles that represent a distribution."""
 FAINTEST = 1e-6
-"""Share of a band's rms that an envelope counts as at least."""
+"""Lowest envelope, as a share of the band's rms."""
 PORTION = 1 << 16
-"""Samples that are split at once; bounds the memory."""
+"""Samples that are filtered at once, which bounds the memory."""
 
 
 class BandLevels:
     """Distributions of band envelopes, recorded and generated, by material.
-
-    Parameters
-    ----------
-    rate : float, Hz
 
     Attributes
     ----------
@@ -58,17 +54,14 @@ class BandLevels:
         return len(self.recorded) > 0
 
     def correction_db(self) -> float:
-        """Return by how much the medians are moved, rms over materials, axes and bands, dB."""
+        """Return the shift of the medians, rms over materials, axes and bands, dB."""
         moved = (self.recorded - self.generated)[..., len(LEVELS) // 2]
         return float(20 / math.log(10) * np.sqrt(np.mean(moved**2))) if moved.size else 0.0
 
     def measure(self, materials: Iterable[tuple[Sequence[NDArray[Any]], Sequence[NDArray[Any]]]]) -> None:
-        """Measure what is to be matched.
+        """Measure the distributions of each material's recorded and generated signals, arrays of shape (axis, time).
 
-        Parameters
-        ----------
-        materials : iterable of pairs of sequences of arrays, shape (axis, time)
-            Of each material: recorded signals, and generated ones. Taken one material at a time.
+        The pairs are consumed one material at a time.
         """
         tables = [(self.quantiles(recorded), self.quantiles(made)) for recorded, made in materials]
         self.recorded, self.generated = (np.array(table) for table in zip(*tables, strict=True))
@@ -77,12 +70,8 @@ class BandLevels:
         """Return quantiles of the logarithm of band envelopes: float64, (axis, band, quantile).
 
         Spread is within a signal, level of all: each band of each signal counts relative to its own rms, and the
-        distribution of that stands at the geometric mean of the rms.
-
-        Parameters
-        ----------
-        signals : sequence of arrays, shape (axis, time)
-            Longer than the filters; at least one.
+        distribution is centred on the geometric mean of the rms. ``signals``, at least one, have shape (axis, time) and
+        are longer than the filters.
         """
         envelopes = [np.abs(self._split(x)) for x in signals]
         power = np.array([np.square(each).mean(2) for each in envelopes])  # signal, A, B
@@ -122,7 +111,7 @@ class BandLevels:
         return {"recorded": self.recorded, "generated": self.generated}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from `state`."""
+        """Restore the distributions of `state`."""
         self.recorded, self.generated = (
             np.asarray(state[name], np.float64) for name in ("recorded", "generated")
         )
@@ -131,7 +120,7 @@ class BandLevels:
 def band_filters(rate: float, reach: int) -> NDArray[np.complex128]:
     """Return half-octave filters from `LOWEST_HZ` to half the rate, (band, 2 reach + 1), of analytic responses.
 
-    Neighbours cross over as the squares of sine and cosine do. What is constant passes none.
+    Neighbours cross over as the squares of sine and cosine. A constant passes none.
     """
     count = max(0, math.floor(PER_OCTAVE * math.log2(rate / 2 / LOWEST_HZ)) + 1)
     size = 4 * reach

@@ -19,25 +19,10 @@ from tactogram.signal.signal import Signal
 def excerpts(
     signals: Sequence[Signal], budget: int, *, segment: int, least: int, rng: np.random.Generator
 ) -> list[tuple[int, Signal]]:
-    """Return a random stretch of each of ``signals``, together about ``budget`` samples.
+    """Return a random interval of each of some ``signals``, with its index, together about ``budget`` samples.
 
-    Of as many signals, drawn, as a segment each leaves room for; what a short one leaves goes to the longer ones.
-
-    Parameters
-    ----------
-    signals : sequence of Signal
-    budget : int
-        Samples to keep in all.
-    segment : int
-        Samples of a segment of `concatenated`.
-    least : int
-        Samples that a stretch has at least.
-    rng : numpy.random.Generator
-
-    Returns
-    -------
-    list of (int, Signal)
-        Place in ``signals``, and the stretch.
+    As many signals are drawn as there is room for a segment of each; budget left by short ones goes to longer ones. An
+    interval has at least ``least`` samples.
     """
     number = min(len(signals), max(1, budget // segment))
     chosen = sorted(rng.permutation(len(signals))[:number], key=lambda i: len(signals[i]))
@@ -59,19 +44,10 @@ def concatenated(
     search_s: float,
     rng: Callable[[int], np.random.Generator],
 ) -> Signal:
-    """Return ``seconds`` of random segments of ``recordings``, joined as `tactogram.signal.joining.extend` does.
+    """Return ``seconds`` of random segments of ``recordings``, joined by `tactogram.signal.joining.extend`.
 
-    Parameters
-    ----------
-    recordings : sequence of Signal
-        Of one kind; a longer one is drawn from more often.
-    seconds : float
-    segment : int
-        Samples of each segment, crossfades included; a shorter recording is one segment.
-    overlap_s, search_s : float, s
-        Crossfade, and how far a segment may slide to go on best.
-    rng : callable
-        Gives the random numbers of segment k.
+    Longer recordings are drawn from more often; a segment has ``segment`` samples, crossfades included, or those of a
+    shorter recording. ``rng(k)`` is the generator of segment k.
     """
     share = np.array([len(signal) for signal in recordings], dtype=np.float64)
     share /= share.sum()

@@ -1,41 +1,29 @@
-"""Phases that make a periodic signal of a given amplitude spectrum as flat as can be: a low crest factor.
+"""Phases for a low crest factor (peak / rms) of a periodic signal with a given amplitude spectrum.
 
-The voltage of a drive is limited by the largest sample, what is felt follows the amplitudes of the lines. A signal of
-low crest factor (peak / rms) therefore brings more of its spectrum to the skin than one of random phases.
+The voltage of a drive is limited by its peak, while perception depends on the amplitudes of the lines. A low crest
+factor therefore transmits more of a spectrum to the skin than random phases.
 
 References
 ----------
-- Schroeder, M. R. (1970). Synthesis of low-peak-factor signals and binary sequences with low autocorrelation. IEEE
-  Trans. Inf. Theory 16(1), 85-89. doi 10.1109/TIT.1970.1054411
 - Van der Ouderaa, E., Schoukens, J. & Renneboog, J. (1988). Peak factor minimization using a time-frequency domain
   swapping algorithm. IEEE Trans. Instrum. Meas. 37(1), 145-147.
 """
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 
-Start = Literal["random", "schroeder"]
-
 SWAPS = 200
-"""Clippings. More bring little: of 1,000 equal lines from random phases (3.50), 200 reach 1.51 and 1,000 1.44."""
+"""Clippings. More gain little: for 1,000 equal lines from random phases (3.50), 200 reach 1.51 and 1,000 1.44."""
 CLIPPED = (0.75, 0.95)
-"""Level of the first and the last clipping, as a share of the peak: Van der Ouderaa et al. raise it as it goes."""
+"""Level of the first and the last clipping, as a share of the peak, rising as in Van der Ouderaa et al."""
 
 
 def crest_factor(x: NDArray[np.floating]) -> float:
-    """Return peak over rms of ``x``, shape (time,); sqrt(2) for a sinusoid.
-
-    Raises
-    ------
-    ParameterError
-        If ``x`` is 0 throughout: it has none.
-    """
+    """Return peak over rms of ``x``, shape (time,); sqrt(2) for a sinusoid, a `ParameterError` for silence."""
     rms = float(np.sqrt(np.mean(np.square(x, dtype=np.float64))))
     if rms == 0:
         raise ParameterError("a crest factor needs a sample that is not 0, got none")
@@ -45,25 +33,10 @@ def crest_factor(x: NDArray[np.floating]) -> float:
 def periodic_signal(
     amplitudes: NDArray[np.floating], phases: NDArray[np.floating], *, length: int
 ) -> NDArray[np.float64]:
-    """Return one period of the sum of ``a_k cos(2 pi k n / length + phase_k)``, k from 1.
+    """Return one period of the sum of ``a_k cos(2 pi k n / length + phase_k)``, k from 1, float64, shape (length,).
 
-    It ends where it begins: repeated, it has no seam.
-
-    Parameters
-    ----------
-    amplitudes : array, shape (bin,)
-        Of the harmonics 1, 2, … of the period, in the unit of the signal.
-    phases : array, shape (bin,), radians
-    length : int, samples
-
-    Returns
-    -------
-    float64 array, shape (time,)
-
-    Raises
-    ------
-    ParameterError
-        If there are more harmonics than lie below half the rate.
+    Amplitudes and phases (radians) have shape (bin,), those of the harmonics 1, 2, …, which must lie below half the
+    rate. Repeated, the signal has no seam.
     """
     spectrum = _spectrum(amplitudes, length)
     spectrum[1 : len(amplitudes) + 1] *= np.exp(1j * np.asarray(phases, np.float64))
@@ -71,26 +44,8 @@ def periodic_signal(
 
 
 def random_phases(count: int, *, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return phases drawn evenly from 0 to 2 pi, radians, shape (count,)."""
+    """Return uniform phases from 0 to 2 pi, radians, shape (count,)."""
     return rng.uniform(0, 2 * np.pi, count)
-
-
-def schroeder_phases(amplitudes: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the phases of Schroeder 1970: a sweep that stays at each frequency in proportion to its power.
-
-    Parameters
-    ----------
-    amplitudes : array, shape (bin,)
-
-    Returns
-    -------
-    float64 array, shape (bin,), radians
-    """
-    power = np.square(amplitudes, dtype=np.float64)
-    share = power / (power.sum() or 1.0)
-    # The sum over l < k of (k - l) p_l is the running sum of the running sum.
-    phases: NDArray[np.float64] = -2 * np.pi * np.concatenate(([0.0], np.cumsum(np.cumsum(share))[:-1]))
-    return phases
 
 
 def low_crest_phases(
@@ -98,33 +53,16 @@ def low_crest_phases(
     *,
     length: int,
     rng: np.random.Generator,
-    start: Start = "random",
     swaps: int = SWAPS,
 ) -> NDArray[np.float64]:
-    """Return phases of a low crest factor: clip, keep the phases of what comes out, put the amplitudes back, repeat.
+    """Return phases of a low crest factor, radians, shape (bin,).
 
-    Van der Ouderaa et al. 1988. The best of all turns is returned, the start among them.
-
-    Parameters
-    ----------
-    amplitudes : array, shape (bin,)
-        Of the harmonics 1, 2, … of the period; kept exactly, whatever the phases.
-    length : int, samples
-        Of the period.
-    rng : numpy.random.Generator
-        Of the phases to begin with.
-    start : {"random", "schroeder"}
-        ``schroeder`` ends lower, but is one sweep per period, which is felt as one; ``random`` stays even
-        noise.
-    swaps : int
-        Clippings.
-
-    Returns
-    -------
-    float64 array, shape (bin,), radians
+    Van der Ouderaa et al. 1988, from random phases: clip, keep the new phases, restore the amplitudes, repeat; the best
+    round is returned. The amplitudes, shape (bin,), are those of the harmonics 1, 2, … of a period of ``length``
+    samples.
     """
     count = len(amplitudes)
-    phases = random_phases(count, rng=rng) if start == "random" else schroeder_phases(amplitudes)
+    phases = random_phases(count, rng=rng)
     level = _spectrum(amplitudes, length)
     if not level.any():
         return phases
@@ -143,7 +81,7 @@ def low_crest_phases(
 
 
 def _spectrum(amplitudes: NDArray[np.floating], length: int) -> NDArray[np.complex128]:
-    """Return what ``rfft`` gives of one period of cosines of ``amplitudes``."""
+    """Return the ``rfft`` of one period of cosines of ``amplitudes``."""
     if 2 * len(amplitudes) >= length:
         raise ParameterError(
             f"harmonics must lie below half the rate: at most {(length - 1) // 2} of {length} samples, "

@@ -1,7 +1,7 @@
 """Displacement domain: signals over time resampled to position, and back at a finger's speed.
 
-A pattern of k cycles per mm that passes at v mm/s is felt at f = v k Hz. Both ways are band-limited: what the new
-rate cannot hold is removed, not folded back.
+A pattern of k cycles per mm that passes at v mm/s is felt at f = v k Hz. Both ways are band-limited: content that the
+new rate cannot represent is removed, not folded back.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tactogram.signal.signal import Signal, check_rate
 STANDSTILL = 0.1
 """Share of the median speed below which a finger counts as standing still."""
 OVERSAMPLED = 8
-"""A cubic spline through so many samples per sample: within 1e-4 of the band-limited signal up to 0.45 of the rate."""
+"""Oversampling for a cubic spline within 1e-4 of the band-limited signal up to 0.45 of the rate."""
 MOST_SAMPLES = 50_000_000
 """Longest intermediate signal."""
 
@@ -29,10 +29,9 @@ def over_displacement(
 ) -> Signal:
     """Return a signal over time as one over the distance travelled.
 
-    Travel is monotone: the distance is the integral of the magnitude of the speed, so that a stroke back goes on
-    where the stroke forth ended, over the same ground again. Where the finger stands still (slower than
-    ``standstill`` times the median speed; turning points too) nothing is learned of the surface: those samples are
-    dropped, and what is on both sides of them becomes neighbours.
+    Travel is monotone: the distance is the integral of the magnitude of the speed, so that a stroke back continues
+    where the stroke forth ended, over the same ground again. Samples during standstill (slower than ``standstill``
+    times the median speed; turning points too) are dropped, and those on both sides become neighbours.
 
     Parameters
     ----------
@@ -40,12 +39,12 @@ def over_displacement(
         Over time.
     speed_mm_s : float or Signal
         A constant speed > 0 in mm/s; or the speed over time, a Signal of one axis in m/s that begins with ``signal``
-        and lasts as long to within one of its samples, at any rate; its sign does not matter.
+        and has its duration to within one sample, at any rate; its sign does not matter.
     rate : float, optional
-        Samples per mm of the result; by default ``signal.rate`` by the speed (the median where it varies), which
-        keeps what was recorded at that speed.
+        Samples per mm of the result; by default ``signal.rate`` by the speed (its median), which keeps the information
+        recorded at that speed.
     standstill : float, 0 to 1
-        Share of the median speed (of what is above a hundredth of the fastest).
+        Share of the median speed (above a hundredth of the fastest).
 
     Returns
     -------
@@ -57,7 +56,7 @@ def over_displacement(
     UnitError
         If the speed is not in m/s.
     ParameterError
-        If ``signal`` or the speed is not over time, they do not last equally long, or nothing moves.
+        If ``signal`` or the speed is not over time, their durations differ, or nothing moves.
     """
     if signal.domain != "time":
         raise ParameterError("signal is over displacement already; expected one over time")
@@ -89,29 +88,29 @@ def over_displacement(
 
 
 def played(signal: Signal, speed_mm_s: float | Signal, rate: float) -> Signal:
-    """Return what a finger meets that moves over a signal over displacement.
+    """Return the signal over time of a finger that moves over a signal over displacement.
 
     Parameters
     ----------
     signal : Signal
         Over displacement.
     speed_mm_s : float or Signal
-        A constant speed > 0 in mm/s, over the whole length; or the speed over time, a Signal of one axis in m/s. There
-        the sign counts: a finger that comes back meets the same ground from the other side. It begins at place 0.
+        A constant speed > 0 in mm/s, over the whole length; or the speed over time, a Signal of one axis in m/s. Its
+        sign counts: a returning finger meets the same ground from the other side. It begins at position 0.
     rate : float, Hz
-        Of the result. What would lie above half of it is removed.
+        Of the result. Content above half of it is removed.
 
     Returns
     -------
     Signal
-        Over time, of the same unit and axes; as long as the length takes at a constant speed, or as the speed lasts.
+        Of the same unit and axes; as long as the length takes at a constant speed, or as the speed.
 
     Raises
     ------
     UnitError
         If the speed is not in m/s.
     ParameterError
-        If ``signal`` is over time, the speed is not, or the finger leaves what there is of the surface.
+        If ``signal`` is over time, the speed is not, or the finger leaves the surface.
     """
     if signal.domain != "displacement":
         raise ParameterError("signal is over time already; expected one over displacement")
@@ -174,7 +173,7 @@ def _over_time_of(signal: Signal, speed: Signal) -> NDArray[np.float64]:
 
 
 def _integral(speed: Signal) -> CubicSpline:
-    """Return the place over time, mm: the integral of a cubic spline through the speed."""
+    """Return the position over time, mm: the integral of a cubic spline through the speed."""
     v = 1e3 * speed.samples[0].astype(np.float64)
     t = np.arange(len(v)) / speed.rate
     if len(v) == 1:
@@ -184,7 +183,7 @@ def _integral(speed: Signal) -> CubicSpline:
 
 
 def _runs(moving: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return where each stretch of True begins and ends."""
+    """Return begin and end of each interval of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
@@ -192,7 +191,7 @@ def _runs(moving: NDArray[np.bool_]) -> list[tuple[int, int]]:
 def _travelled(
     samples: NDArray[np.float32], speed: NDArray[np.float64], rate: float, least: float
 ) -> NDArray[np.float64]:
-    """Return a stretch without standstill on the grid of what moves slowest: nothing in it is too fine for that."""
+    """Return an interval without standstill on the grid of its slowest part, for which no detail is too fine."""
     time = np.arange(len(speed))
     place = (
         CubicSpline(time, speed / rate).antiderivative()(time) if len(time) > 2 else time * speed[0] / rate

@@ -1,4 +1,4 @@
-"""Filters on whole signals: band-pass, resampling, three axes to one, gravity. Unit and level are kept."""
+"""Filters of whole signals: band-pass, three axes to one, derivative."""
 
 from __future__ import annotations
 
@@ -8,18 +8,7 @@ from scipy import fft
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
-
-__all__ = [
-    "ORDER",
-    "StreamBandpass",
-    "bandpass",
-    "butterworth",
-    "dft321",
-    "remove_gravity",
-    "resample",
-]
 
 ORDER = 4
 """Butterworth order per edge and pass; forward and backward it falls at 48 dB per octave."""
@@ -28,85 +17,13 @@ ORDER = 4
 def bandpass(signal: Signal, low: float, high: float) -> Signal:
     """Keep ``low`` to ``high``, without delay.
 
-    A Butterworth filter of order `ORDER` per edge, run forward and backward. Its cut-offs are widened so that
-    the *result* is at -3 dB at ``low`` and ``high`` (run twice unchanged it would be at -6 dB). The ends are
-    mirrored; a signal may be of any length, but content slower than it lasts is only as good as that guess.
-
-    Parameters
-    ----------
-    signal : Signal
-    low : float
-        Lower edge in Hz (per mm over displacement), >= 0; 0 keeps everything down to DC.
-    high : float
-        Upper edge, above ``low`` and below half the rate.
-
-    Returns
-    -------
-    Signal
-        Of the same length, rate and unit.
-
-    Raises
-    ------
-    ParameterError
-        If the band is empty or reaches half the rate.
+    A Butterworth filter of order `ORDER` per edge, run forward and backward. Its cut-offs are widened so that the
+    *result* is at -3 dB at ``low`` and ``high`` (unchanged cut-offs would give -6 dB). The ends are mirrored; a signal
+    may be of any length, but content slower than its duration depends on that assumption. ``low`` is at least 0 Hz (per
+    mm over displacement), which keeps DC; ``high`` is above it and below half the rate.
     """
     sos = butterworth(signal.rate, low, high, passes=2)
     return signal.with_samples(_forward_backward(sos, signal, low or high))
-
-
-class StreamBandpass:
-    """A causal band-pass for a signal that arrives in blocks; how it is cut into blocks changes nothing.
-
-    The Butterworth filter of `bandpass` run forward only, at -3 dB at ``low`` and ``high``. It delays, more
-    towards the edges: `delay` says by how much. It starts as if the first sample had been there for ever, so
-    that gravity makes no jump.
-
-    Parameters
-    ----------
-    rate, low, high : float
-        As in `bandpass`.
-    order : int
-        Per edge.
-
-    Raises
-    ------
-    ParameterError
-        If the band is empty or reaches half the rate.
-    """
-
-    def __init__(self, rate: float, low: float, high: float, *, order: int = ORDER) -> None:
-        self.rate = float(rate)
-        self._sos = butterworth(rate, low, high, order=order)
-        self._state: NDArray[np.float64] | None = None
-
-    def process(self, block: Signal) -> Signal:
-        """Return the next block, filtered: as long as ``block``.
-
-        Raises
-        ------
-        ParameterError
-            If the block has another rate than the filter, or another number of axes than the block before.
-        """
-        if block.rate != self.rate:
-            raise ParameterError(f"block must be at {self.rate:g} Hz, got {block.rate:g}")
-        x = block.samples.astype(np.float64)
-        if self._state is None:
-            steady = dsp.sosfilt_zi(self._sos)
-            self._state = steady[:, None, :] * x[None, :, :1]
-        elif self._state.shape[1] != len(x):
-            raise ParameterError(f"block must have {self._state.shape[1]} axes as before, got {len(x)}")
-        y, self._state = dsp.sosfilt(self._sos, x, axis=1, zi=self._state)
-        return block.with_samples(y)
-
-    def reset(self) -> None:
-        """Forget the past: the next block is a beginning."""
-        self._state = None
-
-    def delay(self, frequency: float) -> float:
-        """Return the group delay in s at ``frequency`` in Hz."""
-        w = 2 * np.pi * np.array([frequency * (1 - 1e-4), frequency * (1 + 1e-4)]) / self.rate
-        _, response = dsp.sosfreqz(self._sos, worN=w)
-        return float(-np.angle(response[1] / response[0]) / (w[1] - w[0]) / self.rate)
 
 
 def butterworth(
@@ -114,14 +31,14 @@ def butterworth(
 ) -> NDArray[np.float64]:
     """Return the second-order sections of a Butterworth band-pass, float64, shape (section, 6).
 
-    After ``passes`` runs over the same signal it is at -3 dB at ``low`` and ``high``, exactly.
-    ``low`` 0 gives a low-pass, ``high`` infinite a high-pass.
+    After ``passes`` runs over the same signal it is at -3 dB at ``low`` and ``high``, exactly. ``low`` 0 gives a
+    low-pass, ``high`` infinite a high-pass.
 
     Notes
     -----
-    One pass has the power gain 1 / (1 + W^2N) at W, the frequency in the analogue low-pass prototype;
-    p passes reach 1/2 at W = (2^(1/p) - 1)^(1/2N), so the prototype's band is widened by its inverse.
-    The widening is done after pre-warping, tan(pi f / rate), about the same centre.
+    One pass has the power gain 1 / (1 + W^2N) at W, the frequency in the analogue low-pass prototype; p passes reach
+    1/2 at W = (2^(1/p) - 1)^(1/2N), so the prototype's band is widened by its inverse. The widening is done after
+    pre-warping, tan(pi f / rate), about the same centre.
     """
     _check_band(rate, low, high)
     widened = (2 ** (1 / passes) - 1) ** (-0.5 / order)
@@ -142,20 +59,14 @@ def butterworth(
 def dft321(signal: Signal) -> Signal:
     """Combine three axes to one that has their energy at every frequency.
 
-    Its spectrum has the root of the summed power of X, Y and Z as magnitude and the phase of X + Y + Z, over
-    the whole signal in one transform. People hardly tell the direction of a high-frequency vibration, so one
-    axis with that energy feels like the three. Gravity, if still there, comes through as a constant: remove
-    it first.
+    Its spectrum has the root of the summed power of X, Y and Z as magnitude and the phase of X + Y + Z, over the whole
+    signal in one transform. People hardly perceive the direction of a high-frequency vibration, so one axis with that
+    energy feels like the three. Gravity remains as a constant.
 
     References
     ----------
-    N. Landin, J. M. Romano, W. McMahan, K. J. Kuchenbecker, "Dimensional reduction of high-frequency
-    accelerations for haptic rendering", EuroHaptics 2010, LNCS 6192, pp. 79-86: DFT321.
-
-    Raises
-    ------
-    ParameterError
-        If ``signal`` has not three axes.
+    N. Landin, J. M. Romano, W. McMahan, K. J. Kuchenbecker, "Dimensional reduction of high-frequency accelerations for
+    haptic rendering", EuroHaptics 2010, LNCS 6192, pp. 79-86: DFT321.
     """
     if len(signal.axes) != 3:
         raise ParameterError(f"dft321 needs three axes, got {len(signal.axes)} ({', '.join(signal.axes)})")
@@ -166,36 +77,26 @@ def dft321(signal: Signal) -> Signal:
     return signal.with_samples(combined, axes=("dft321",))
 
 
-def remove_gravity(signal: Signal, *, below: float = 1.0) -> Signal:
-    """Remove gravity from an acceleration: everything slower than ``below``, on each axis.
+def differentiate(signal: Signal) -> Signal:
+    """Return the velocity of a displacement, or the acceleration of a velocity, over time, of the same length.
 
-    A constant is not enough, since a hand turns while it strokes. The high-pass is a Butterworth of order 2,
-    forward and backward, at -3 dB at ``below``. A signal shorter than one period of ``below`` loses its mean.
-
-    Parameters
-    ----------
-    signal : Signal
-        In m/s^2, over time.
-    below : float, Hz
-        > 0 and below half the rate.
-
-    Raises
-    ------
-    UnitError
-        If ``signal`` is not an acceleration.
-    ParameterError
-        If ``signal`` is not over time, or ``below`` is out of range.
+    Exact up to half the rate, in the spectrum of the signal continued by point reflection at its ends (so that value
+    and slope continue). It amplifies noise with frequency: band-limit first. At least two samples.
     """
-    if signal.unit != "m/s^2":
-        raise UnitError(f"gravity is removed from an acceleration in m/s^2, got {signal.unit}")
-    if not below > 0:
-        raise ParameterError(f"below must be > 0 Hz, got {below:g}")
+    if signal.unit not in ("m", "m/s"):
+        raise UnitError(f"only m and m/s can be differentiated, got {signal.unit}")
+    if signal.domain != "time":
+        raise ParameterError("a signal over displacement cannot be differentiated over time")
+    n = len(signal)
+    if n < 2:
+        raise ParameterError("signal must have at least two samples to be differentiated, got 1")
     x = signal.samples.astype(np.float64)
-    x -= x.mean(axis=1, keepdims=True)
-    if signal.seconds * below < 1:
-        return signal.with_samples(x)
-    sos = butterworth(signal.rate, below, np.inf, order=2, passes=2)
-    return signal.with_samples(_forward_backward(sos, signal.with_samples(x), below))
+    slope = (x[:, -1:] - x[:, :1]) / (n - 1)
+    x = x - x[:, :1] - slope * np.arange(n)
+    x = np.concatenate([x, -x[:, -2:0:-1]], axis=1)
+    spectrum = fft.rfft(x, axis=1) * 2j * np.pi * fft.rfftfreq(x.shape[1], 1 / signal.rate)
+    y = fft.irfft(spectrum, n=x.shape[1], axis=1)[:, :n] + slope * signal.rate
+    return signal.with_samples(y, unit=f"{signal.unit}/s" if signal.unit == "m" else "m/s^2")
 
 
 def _check_band(rate: float, low: float, high: float) -> None:
@@ -211,7 +112,7 @@ def _check_band(rate: float, low: float, high: float) -> None:
 
 
 def _forward_backward(sos: NDArray[np.float64], signal: Signal, slowest: float) -> NDArray[np.float64]:
-    """Filter both ways, the ends mirrored for three periods of the ``slowest`` edge or as far as they go."""
+    """Filter both ways, with the ends mirrored for three periods of the ``slowest`` edge or as far as they go."""
     pad = min(len(signal) - 1, int(np.ceil(3 * signal.rate / slowest)))
     x = signal.samples.astype(np.float64)
     return np.asarray(dsp.sosfiltfilt(sos, x, axis=1, padtype="even" if pad else None, padlen=pad))

@@ -1,42 +1,23 @@
-"""A sensor's signal as a display's drive: what is compared with where no model stands between the two."""
+"""Sensor signals as display drives: the comparison without a model in between."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
 
 def straight_to_display(
     signal: Signal, *, rate: float, axes: tuple[str, ...], seconds: float = 1.0
 ) -> Signal:
-    """Return the middle of a sensor's signal, standardised and brought to a display's full scale.
+    """Return the middle of a sensor's signal, standardised and scaled to a display's full scale.
 
     The rule: the first axis alone; its middle ``seconds``; mean 0 and variance 1 (Hatori & Takemura 2023, Sec. III-B);
-    the display's rate; then divided by its largest magnitude, which becomes 1. How strong it was is thereby lost: a
-    display knows no volt of a strain gauge. The publication does not say how large it was made (Sec. V-A).
-
-    Parameters
-    ----------
-    signal : Signal
-        Over time, at least ``seconds`` long.
-    rate : float, Hz
-        Of the display's signals.
-    axes : tuple of str
-        Of the display's signals: each gets the same samples.
-    seconds : float
-
-    Returns
-    -------
-    Signal
-        Unit 1, largest magnitude 1; 0 throughout where the sensor's signal is constant.
-
-    Raises
-    ------
-    ParameterError
-        If the signal is too short.
+    the display's rate (Hz); then divided by its largest magnitude, which becomes 1; the same samples on each of
+    ``axes``. This loses the strength, which in volts of a strain gauge means nothing to a display. The publication does
+    not state its scale (Sec. V-A). A constant signal becomes 0 throughout.
     """
     length = round(seconds * signal.rate)
     if length > len(signal):

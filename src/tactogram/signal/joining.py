@@ -1,16 +1,16 @@
-"""Pieces joined to one longer signal, without a seam in its level or its waveform; and how a seam shows.
+"""Joining of pieces to a longer signal without seams in level or waveform, and a measure of seams.
 
-Two pieces are crossfaded. What their sum's power does in between depends on their correlation there: gains that
-suit unlike pieces swell alike ones by 3 dB, gains that suit alike ones dip unlike ones by 3 dB. So the
-correlation is measured and the gains follow it (Fink, Holters & Zölzer 2016). Before that the second piece may
-slide to where it goes on best from the first, as in WSOLA (Verhelst & Roelands 1993).
+Two pieces are crossfaded. The power of their sum depends on their correlation: gains that suit unlike pieces raise the
+level of alike ones by 3 dB, gains that suit alike ones lower that of unlike ones by 3 dB. So the gains follow the
+measured correlation (Fink, Holters & Zölzer 2016). Before that the second piece may slide to where it best continues
+the first, as in WSOLA (Verhelst & Roelands 1993).
 
 References
 ----------
-- Fink, M., Holters, M. & Zölzer, U. (2016). Signal-matched power-complementary cross-fading and dry-wet mixing.
-  Proc. 19th Int. Conf. Digital Audio Effects (DAFx-16), 109-112.
-- Verhelst, W. & Roelands, M. (1993). An overlap-add technique based on waveform similarity (WSOLA) for high
-  quality time-scale modification of speech. Proc. ICASSP, vol. 2, 554-557. doi 10.1109/ICASSP.1993.319366
+- Fink, M., Holters, M. & Zölzer, U. (2016). Signal-matched power-complementary cross-fading and dry-wet mixing. Proc.
+  19th Int. Conf. Digital Audio Effects (DAFx-16), 109-112.
+- Verhelst, W. & Roelands, M. (1993). An overlap-add technique based on waveform similarity (WSOLA) for high quality
+  time-scale modification of speech. Proc. ICASSP, vol. 2, 554-557. doi 10.1109/ICASSP.1993.319366
 """
 
 from __future__ import annotations
@@ -27,34 +27,24 @@ from tactogram.signal.signal import Signal
 Array = NDArray[np.float64]
 
 LEAST_CORRELATION = -0.9
-"""Pieces that oppose each other more than this dip in level: keeping it would take gains above 2.3 each."""
+"""The level of more opposed pieces dips: compensation would take gains above 2.3."""
 
 
 def join(pieces: Sequence[Signal], *, overlap_s: float, search_s: float = 0.0) -> Signal:
     """Return ``pieces`` as one signal, each crossfaded into the next; the power is kept throughout.
 
-    The power (variance) of each axis goes smoothly from that of one piece to that of the next, whatever the
-    correlation of the two, as long as it is above `LEAST_CORRELATION`; so does the mean, such as gravity.
+    The power (variance) of each axis changes smoothly from one piece to the next, whatever their correlation, as long
+    as it is above `LEAST_CORRELATION`; so does the mean, such as gravity.
 
     Parameters
     ----------
     pieces : sequence of Signal
-        All of one rate, unit, set of axes and domain. Each at least ``overlap_s`` + ``search_s`` long.
+        Of one rate, unit, set of axes and domain. Each at least ``overlap_s`` + ``search_s`` long.
     overlap_s : float
         Length of each crossfade, s (mm over displacement, as all lengths here); 0 puts the pieces end to end.
     search_s : float
-        Up to so much, in s, is left out at the beginning of each further piece, so that what follows is most
-        like (normalised cross-correlation, summed over the axes) what it is faded into. All axes move together.
-
-    Returns
-    -------
-    Signal
-        As long as all pieces, less the crossfades and what was left out.
-
-    Raises
-    ------
-    ParameterError
-        If pieces differ in kind, or one is too short.
+        Longest cut, s, at the beginning of each further piece, so that the rest best matches what it is faded into
+        (normalised cross-correlation, summed over the axes). All axes move together.
     """
     if not pieces:
         raise ParameterError("join needs at least one piece, got none")
@@ -64,21 +54,9 @@ def join(pieces: Sequence[Signal], *, overlap_s: float, search_s: float = 0.0) -
 def extend(
     draw: Callable[[int], Signal], *, seconds: float, overlap_s: float, search_s: float = 0.0
 ) -> Signal:
-    """Return exactly ``seconds`` of the pieces ``draw(0)``, ``draw(1)``, …, joined as `join` does.
+    """Return exactly ``seconds`` of the pieces ``draw(0)``, ``draw(1)``, …, joined as by `join`.
 
-    Parameters
-    ----------
-    draw : callable
-        Gives piece number k; called for as many as are needed.
-    seconds : float
-        The result has ``round(seconds * rate)`` samples, at least one.
-    overlap_s, search_s : float, s
-        As in `join`.
-
-    Raises
-    ------
-    ParameterError
-        As `join`; or if a piece adds nothing to what is there.
+    It has ``round(seconds * rate)`` samples, at least one. A piece that adds nothing is a `ParameterError`.
     """
     if not (seconds > 0 and np.isfinite(seconds)):
         raise ParameterError(f"seconds must be > 0 and finite, got {seconds:g}")
@@ -110,35 +88,11 @@ def extend(
     return first.with_samples(np.hstack(kept)[:, :total].astype(np.float32))
 
 
-def repeat(signal: Signal, times: int) -> Signal:
-    """Return ``signal`` end to end ``times`` times, with the jumps that makes: Saga et al. 2020, Sec. III-B.
-
-    Raises
-    ------
-    ParameterError
-        If ``times`` is below 1.
-    """
-    if times < 1:
-        raise ParameterError(f"times must be >= 1, got {times}")
-    return signal.with_samples(np.tile(signal.samples, (1, times)))
-
-
 def seam_excess_db(signal: Signal, places: Sequence[int]) -> float:
-    """Return by how much the jumps at ``places`` exceed those elsewhere, dB.
+    """Return the excess of the jumps at ``places`` over those elsewhere, dB; about 0 for an inaudible seam.
 
-    ``10 log10(mean d[p]^2 / mean d[other]^2)`` with ``d[p] = x[p] - x[p - 1]``, averaged over the axes' powers
-    relative to their own jumps elsewhere. About 0 where a seam does not show.
-
-    Parameters
-    ----------
-    signal : Signal
-    places : sequence of int
-        Samples that follow a seam, 1 to ``len(signal) - 1``.
-
-    Raises
-    ------
-    ParameterError
-        If there are no such places, no others, or the signal does not move elsewhere.
+    ``10 log10(mean d[p]^2 / mean d[other]^2)`` with ``d[p] = x[p] - x[p - 1]``, averaged over the axes' powers relative
+    to their own jumps elsewhere. Places are samples that follow a seam, 1 to ``len(signal) - 1``.
     """
     at = np.zeros(len(signal), dtype=bool)
     chosen = np.asarray(places, dtype=np.int64)
@@ -155,7 +109,7 @@ def seam_excess_db(signal: Signal, places: Sequence[int]) -> float:
 
 
 def _joined(pieces: Iterable[Signal], overlap_s: float, search_s: float) -> Iterator[Array]:
-    """Yield the joined signal part by part, float64 (axis, time); what may still be faded is held back."""
+    """Yield the joined signal part by part, float64 (axis, time), withholding what may still be faded."""
     for name, value in (("overlap_s", overlap_s), ("search_s", search_s)):
         if not (value >= 0 and np.isfinite(value)):
             raise ParameterError(f"{name} must be >= 0 s and finite, got {value:g}")
@@ -193,14 +147,9 @@ def _check(number: int, piece: Signal, first: Signal, least: int) -> None:
 
 
 def _best_lag(before: Array, after: Array) -> int:
-    """Return the lag at which ``after`` is most like ``before``: the highest normalised cross-correlation.
+    """Return the lag at which ``after``, (axis, n + search), best matches ``before``, (axis, n).
 
-    Their means are left out: gravity is alike everywhere.
-
-    Parameters
-    ----------
-    before : float64 array, shape (axis, n)
-    after : float64 array, shape (axis, n + search)
+    It has the highest normalised cross-correlation, without means, since gravity is alike everywhere.
     """
     n = before.shape[1]
     if after.shape[1] == n:
@@ -213,12 +162,12 @@ def _best_lag(before: Array, after: Array) -> int:
 
 
 def _crossfade(before: Array, after: Array) -> Array:
-    """Return ``before`` turned into ``after``, each axis with the gains that its own correlation asks for.
+    """Return ``before`` faded into ``after``, each axis with gains that depend on its own correlation.
 
-    With the fades ``u = cos^2, v = sin^2`` scaled to ``u^2 + v^2 = 1``, the sum ``u a + v b`` has the power
-    ``u^2 Pa + v^2 Pb + 2 u v r sqrt(Pa Pb)``; both are divided by what makes that ``u^2 Pa + v^2 Pb``. For
-    alike pieces (r = 1) the gains then sum to 1, for unlike ones (r = 0) their squares do. All this is of
-    what varies: the means, which would make any two pieces look alike, are faded linearly.
+    With the fades ``u = cos^2, v = sin^2`` scaled to ``u^2 + v^2 = 1``, the sum ``u a + v b`` has the power ``u^2 Pa +
+    v^2 Pb + 2 u v r sqrt(Pa Pb)``; both are divided so that it becomes ``u^2 Pa + v^2 Pb``. For alike pieces (r = 1)
+    the gains then sum to 1, for unlike ones (r = 0) their squares do. This applies to the deviations from the means,
+    which would make any two pieces look alike and are faded linearly.
     """
     n = before.shape[1]
     if n == 0:

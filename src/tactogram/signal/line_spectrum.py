@@ -1,32 +1,30 @@
-"""Three ways to write down one autoregressive filter, and the ways between them.
+"""Three representations of one autoregressive filter, and the conversions between them.
 
 Of order p, ``A(z) = 1 + a_1 z^-1 + … + a_p z^-p``, it is
 
 - its **polynomial**, float64, shape (p + 1,), a_0 = 1;
-- its **reflection coefficients**, float64, shape (p,): stable (all roots inside the unit circle) exactly if
-  all are within (-1, 1). Here ``A_m(z) = A_{m-1}(z) + k_m z^-m A_{m-1}(1/z)``;
-- its **line spectral frequencies**, float64, shape (p,), rad/sample, ascending within (0, pi): the angles of
-  the roots of ``P(z) = A(z) + z^-(p+1) A(1/z)`` and of ``Q(z) = A(z) - z^-(p+1) A(1/z)``, which alternate
-  and lie on the unit circle exactly if A is stable (Itakura 1975; Soong & Juang 1984). Any ascending set is
-  some stable filter, so a mean of two sets is: this is what makes mixing safe.
+- its **reflection coefficients**, float64, shape (p,): stable (all roots inside the unit circle) exactly if all are
+  within (-1, 1). Here ``A_m(z) = A_{m-1}(z) + k_m z^-m A_{m-1}(1/z)``;
+- its **line spectral frequencies**, float64, shape (p,), rad/sample, ascending within (0, pi): the angles of the roots
+  of ``P(z) = A(z) + z^-(p+1) A(1/z)`` and of ``Q(z) = A(z) - z^-(p+1) A(1/z)``, which alternate and lie on the unit
+  circle exactly if A is stable (Itakura 1975; Soong & Juang 1984). Any ascending set is some stable filter, so a mean
+  of two sets is too, which makes mixing safe.
 
-Kabal & Ramachandran (1986) search the roots on a grid of a Chebyshev series; at order 60 roots lie closer
-than a grid, and the polynomial's coefficients have lost them. Instead both ways here stay with orthogonal
-matrices: P and Q are the characteristic polynomials of the orthogonal Hessenberg matrix of the reflection
-coefficients with a last one of +1 or -1 (Ammar, Gragg & Reichel 1986), whose eigenvalues are perfectly
-conditioned; and the way back is the inverse eigenvalue problem, a Householder reduction to Hessenberg form.
-Nothing ever forms a polynomial.
+Kabal & Ramachandran (1986) search the roots on a grid of a Chebyshev series; at order 60 roots lie closer than a grid,
+and the polynomial's coefficients have lost them. Instead both conversions here stay with orthogonal matrices: P and Q
+are the characteristic polynomials of the orthogonal Hessenberg matrix of the reflection coefficients with a last one of
++1 or -1 (Ammar, Gragg & Reichel 1986), whose eigenvalues are perfectly conditioned; and the way back is the inverse
+eigenvalue problem, a Householder reduction to Hessenberg form. No polynomial is formed.
 
 References
 ----------
-- Itakura, F. (1975). Line spectrum representation of linear predictor coefficients of speech signals. J.
-  Acoust. Soc. Am. 57, S35. doi 10.1121/1.1995189
-- Soong, F. K. & Juang, B.-H. (1984). Line spectrum pair (LSP) and speech data compression. Proc. ICASSP,
-  37-40.
-- Kabal, P. & Ramachandran, R. P. (1986). The computation of line spectral frequencies using Chebyshev
-  polynomials. IEEE Trans. Acoust., Speech, Signal Process. 34(6), 1419-1426. doi 10.1109/TASSP.1986.1164983
-- Ammar, G. S., Gragg, W. B. & Reichel, L. (1986). On the eigenproblem for orthogonal matrices. Proc. 25th
-  IEEE Conf. Decision and Control, 1963-1966.
+- Itakura, F. (1975). Line spectrum representation of linear predictor coefficients of speech signals. J. Acoust. Soc.
+  Am. 57, S35. doi 10.1121/1.1995189
+- Soong, F. K. & Juang, B.-H. (1984). Line spectrum pair (LSP) and speech data compression. Proc. ICASSP, 37-40.
+- Kabal, P. & Ramachandran, R. P. (1986). The computation of line spectral frequencies using Chebyshev polynomials. IEEE
+  Trans. Acoust., Speech, Signal Process. 34(6), 1419-1426. doi 10.1109/TASSP.1986.1164983
+- Ammar, G. S., Gragg, W. B. & Reichel, L. (1986). On the eigenproblem for orthogonal matrices. Proc. 25th IEEE Conf.
+  Decision and Control, 1963-1966.
 - Kay, S. M. (1988). Modern Spectral Estimation: Theory and Application. Prentice Hall. Ch. 6.
 """
 
@@ -41,24 +39,13 @@ from tactogram.errors import ParameterError
 Array = NDArray[np.float64]
 
 LEAST_GAP = 1e-14
-"""Least distance of two line spectral frequencies, rad/sample: closer ones are one number to rounding."""
-
+"""Least distance of two line spectral frequencies, rad/sample, above rounding."""
 LARGEST_REFLECTION = 1 - 1e-12
-"""What rounding up to 1 is held below."""
+"""Limit of reflection coefficients against rounding up to 1."""
 
 
 def polynomial_of_reflection(reflection: ArrayLike) -> Array:
-    """Return the polynomial of given reflection coefficients (the step-up recursion; Kay 1988, Ch. 6).
-
-    Parameters
-    ----------
-    reflection : float array, shape (order,)
-
-    Returns
-    -------
-    float64 array, shape (order + 1,)
-        In powers of the delay, beginning with 1.
-    """
+    """Return the polynomial, shape (order + 1,), of reflection coefficients (step-up recursion; Kay 1988, Ch. 6)."""
     polynomial = np.ones(1)
     for k in np.asarray(reflection, np.float64):
         padded = np.append(polynomial, 0.0)
@@ -69,20 +56,7 @@ def polynomial_of_reflection(reflection: ArrayLike) -> Array:
 def reflection_of_polynomial(polynomial: ArrayLike) -> Array:
     """Return the reflection coefficients of a polynomial (the step-down recursion; Kay 1988, Ch. 6).
 
-    Parameters
-    ----------
-    polynomial : float array, shape (order + 1,)
-        In powers of the delay, beginning with 1.
-
-    Returns
-    -------
-    float64 array, shape (order,)
-        Each within -1 to 1.
-
-    Raises
-    ------
-    ParameterError
-        If the first coefficient is not 1, or a root is not inside the unit circle.
+    A `ParameterError` if its first coefficient is not 1, or a root is not inside the unit circle.
     """
     a = np.array(polynomial, np.float64)
     if a.ndim != 1 or a.size == 0 or a[0] != 1:
@@ -100,15 +74,7 @@ def reflection_of_polynomial(polynomial: ArrayLike) -> Array:
 
 
 def line_spectrum_of_reflection(reflection: ArrayLike) -> Array:
-    """Return the line spectral frequencies (rad/sample, ascending) of given reflection coefficients.
-
-    Both float, shape (order,).
-
-    Raises
-    ------
-    ParameterError
-        If a reflection coefficient is not within (-1, 1).
-    """
+    """Return the line spectral frequencies (rad/sample, ascending) of reflection coefficients within (-1, 1)."""
     k = np.asarray(reflection, np.float64)
     if k.ndim != 1 or not np.all(np.abs(k) < 1):
         raise ParameterError(f"reflection coefficients must be one row within (-1, 1), got {_begin(k)}")
@@ -120,12 +86,9 @@ def line_spectrum_of_reflection(reflection: ArrayLike) -> Array:
 
 
 def reflection_of_line_spectrum(lines: ArrayLike) -> Array:
-    """Return the reflection coefficients of given line spectral frequencies (rad/sample, ascending).
+    """Return the reflection coefficients of line spectral frequencies (rad/sample).
 
-    Raises
-    ------
-    ParameterError
-        If the frequencies do not ascend strictly within (0, pi): such a filter would not be stable.
+    A `ParameterError` if they do not ascend strictly within (0, pi): the filter would not be stable.
     """
     w = np.asarray(lines, np.float64)
     if w.ndim != 1 or not np.all(np.diff(np.concatenate(([0.0], w, [np.pi]))) > 0):
@@ -180,9 +143,9 @@ def _weights(p_pairs: Array, p_real: list[float], q_pairs: Array, q_real: list[f
     """Return the weight of each root of P (pairs, then real) in the partial fractions of Q / P."""
     p_angles = np.concatenate((p_pairs, -p_pairs, np.angle(p_real)))
     q_angles = np.concatenate((q_pairs, -q_pairs, np.angle(q_real)))
-    asked = np.concatenate((p_pairs, np.angle(p_real)))
-    to_q = np.abs(np.sin((asked[:, None] - q_angles) / 2))
-    to_p = np.abs(np.sin((asked[:, None] - p_angles) / 2))
+    roots = np.concatenate((p_pairs, np.angle(p_real)))
+    to_q = np.abs(np.sin((roots[:, None] - q_angles) / 2))
+    to_p = np.abs(np.sin((roots[:, None] - p_angles) / 2))
     to_p[to_p == 0] = 1.0
     weights: Array = np.exp(np.log(to_q).sum(1) - np.log(to_p).sum(1))
     twice = np.concatenate((np.full(p_pairs.size, 2.0), np.ones(len(p_real))))

@@ -1,16 +1,16 @@
 """Vibrotactile perception: detection threshold over frequency, sensation level, weighting.
 
-Known and not known
--------------------
-- Below 250 Hz the threshold follows R. T. Verrillo, "Effect of contactor area on the vibrotactile threshold",
-  J. Acoust. Soc. Am. 35 (1963) 1962-1966, for contactors of 2.9 cm^2 and more: flat to 40 Hz, then falling by
-  12 dB per octave to a minimum near 250 Hz. These facts were checked in the abstract only.
+Sources
+-------
+- Below 250 Hz the threshold follows R. T. Verrillo, "Effect of contactor area on the vibrotactile threshold", J.
+  Acoust. Soc. Am. 35 (1963) 1962-1966, for contactors of 2.9 cm^2 and more: flat to 40 Hz, then falling by 12 dB per
+  octave to a minimum near 250 Hz. These facts were checked in the abstract only.
 - The minimum itself, 0.1 µm peak, is general knowledge of the field; it was *not* checked in a source.
-- Above 250 Hz it rises as the closed form in `spqi_threshold_db`, checked in two public codebases; how well
-  that fits people was *not* checked.
-- A grasped cylinder has its minimum at 150-200 Hz, for some below 0.01 µm (A. J. Brisben, S. S. Hsiao,
-  K. O. Johnson, J. Neurophysiol. 81 (1999) 1548-1558), and people differ: absolute levels are good to some
-  10 dB, the comparison of two signals is better.
+- Above 250 Hz it rises as the closed form in `spqi_threshold_db`, checked in two public codebases; how well that fits
+  people was *not* checked.
+- A grasped cylinder has its minimum at 150-200 Hz, for some below 0.01 µm (A. J. Brisben, S. S. Hsiao, K. O. Johnson,
+  J. Neurophysiol. 81 (1999) 1548-1558), and people differ: absolute levels are accurate to some 10 dB, comparisons of
+  two signals are better.
 """
 
 from __future__ import annotations
@@ -24,37 +24,29 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.signal import Signal
 
 MINIMUM_M = 1e-7
-"""Threshold at the most sensitive frequency: peak amplitude of a sine, m. Not checked in a source."""
+"""Threshold at the most sensitive frequency, peak amplitude of a sine. Not checked in a source."""
 MOST_SENSITIVE_HZ = 250.0
 FLAT_BELOW_HZ = 40.0
 SLOPE_DB_PER_OCTAVE = -12.0
 
 FELT_HZ = (20.0, 1000.0)
-"""Band outside of which nothing is counted: below, it is movement rather than vibration, and an acceleration's
-drift would outweigh all the rest; above, hardly anything is felt."""
+"""Band of vibration: slower movement, and the drift of an acceleration, would dominate; faster is hardly felt."""
 
 
 def detection_threshold(frequency: ArrayLike, unit: str = "m") -> NDArray[np.float64]:
-    """Return the peak amplitude of the weakest sine that is felt, in physical units.
+    """Return the peak amplitude of the weakest perceptible sine.
 
     Parameters
     ----------
     frequency : float array, any shape, Hz
-        Greater than 0.
+        > 0.
     unit : {"m", "m/s", "m/s^2"}
-        Displacement, or the velocity or acceleration of that displacement: times 2 pi f once or twice.
+        Displacement, or its velocity or acceleration: times 2 pi f once or twice.
 
     Returns
     -------
     float64 array, the shape of ``frequency``
-        In ``unit``. See the module for what is known of it.
-
-    Raises
-    ------
-    ParameterError
-        If a frequency is not > 0.
-    UnitError
-        For any other unit: there is no threshold for a force or a voltage.
+        In ``unit``. The module docstring states the accuracy.
     """
     f = np.asarray(frequency, dtype=np.float64)
     if not (np.all(f > 0) and np.all(np.isfinite(f))):
@@ -71,18 +63,9 @@ def detection_threshold(frequency: ArrayLike, unit: str = "m") -> NDArray[np.flo
 def spqi_threshold_db(frequency: ArrayLike) -> NDArray[np.float64]:
     """Return the threshold curve of the vibrotactile codec measures SPQI and ST-SIM, dB re the signal's scale.
 
-    T(f) = 62 (log10(f/550 + 6/11) / log10(6/11))^2 - 77, at most 0: -77 dB at 250 Hz, 0 dB from 781 Hz on.
-    Constants as in the public package vibromaf. The scale is that of whatever signal is judged, not metres.
-
-    Parameters
-    ----------
-    frequency : float array, any shape, Hz
-        At least 0.
-
-    Raises
-    ------
-    ParameterError
-        If a frequency is below 0.
+    T(f) = 62 (log10(f/550 + 6/11) / log10(6/11))^2 - 77, at most 0: -77 dB at 250 Hz, 0 dB from 781 Hz on. Constants as
+    in the public package vibromaf. The scale is that of the evaluated signal, not metres. ``frequency`` (Hz, >= 0) has
+    any shape, which the result (float64) keeps.
     """
     f = np.asarray(frequency, dtype=np.float64)
     if not np.all(f >= 0):
@@ -92,27 +75,10 @@ def spqi_threshold_db(frequency: ArrayLike) -> NDArray[np.float64]:
 
 
 def weighted(signal: Signal, *, band: tuple[float, float] = FELT_HZ) -> Signal:
-    """Return ``signal`` in multiples of the threshold: each frequency divided by what is just felt there.
+    """Return ``signal`` in multiples of the threshold at each frequency.
 
-    Zero phase, over the whole signal, mirrored at its ends. Outside of ``band`` it is silent.
-
-    Parameters
-    ----------
-    signal : Signal
-        In m, m/s or m/s^2, over time.
-    band : tuple of float, Hz
-
-    Returns
-    -------
-    Signal
-        Unit 1: a sine of peak 1 is at threshold, whatever its frequency.
-
-    Raises
-    ------
-    UnitError
-        For any other unit.
-    ParameterError
-        If ``signal`` is not over time, or ``band`` is not 0 < low < high.
+    Zero phase, over the whole signal, mirrored at its ends; 0 outside of ``band`` (Hz). The result has unit 1: a sine
+    of peak 1 is at threshold, whatever its frequency. ``signal`` is over time, in m, m/s or m/s^2.
     """
     _check(signal, band)
     n = len(signal)
@@ -125,21 +91,11 @@ def weighted(signal: Signal, *, band: tuple[float, float] = FELT_HZ) -> Signal:
 
 
 def sensation_level_db(signal: Signal, *, band: tuple[float, float] = FELT_HZ) -> float:
-    """Return how far a vibration is above its detection threshold, dB.
+    """Return the level of a vibration above its detection threshold, dB.
 
-    The mean power of all frequencies and axes, each relative to its threshold, added up (Welch's estimate over
-    one second, Hann): 0 dB is a sine at threshold, -inf is silence. Adding power is what one channel of
-    touch does within its band (general knowledge, not checked in a source); between channels it simplifies.
-
-    Parameters
-    ----------
-    signal, band
-        As in `weighted`.
-
-    Raises
-    ------
-    UnitError, ParameterError
-        As in `weighted`.
+    The mean power of all frequencies and axes, each relative to its threshold, added up (Welch's estimate over one
+    second, Hann): 0 dB is a sine at threshold, -inf is silence. One channel of touch adds power within its band
+    (general knowledge, not checked in a source); between channels this is a simplification.
     """
     _check(signal, band)
     x = signal.samples.astype(np.float64)

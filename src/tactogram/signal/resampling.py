@@ -1,4 +1,4 @@
-"""Another rate for a whole signal. Apart from the filters, since it needs no scipy and playing starts with it."""
+"""Resampling of whole signals; in a module of its own since it needs no scipy, and playing starts with it."""
 
 from __future__ import annotations
 
@@ -10,34 +10,17 @@ from tactogram.errors import ParameterError
 from tactogram.signal.signal import Signal, check_rate
 
 MOST_SAMPLES = 2**30
-"""Of a resampled signal."""
-
 _LONGEST_PAD = 100_000
-"""Samples within which a padding of a whole number of samples at both rates is looked for."""
+"""Range of the search for a padding that is a whole number of samples at both rates."""
 
 
 def resample(signal: Signal, rate: float) -> Signal:
     """Return ``signal`` at another rate, band-limited (soxr, very high quality).
 
-    Content below 0.45 of the lower of the two rates keeps its level; what the new rate cannot hold is
-    removed. Sample 0 stays at the same instant. The ends are continued by point reflection, so that a
-    constant and a slope go on; what changes faster is uncertain there for some samples of the lower rate.
-
-    Parameters
-    ----------
-    signal : Signal
-    rate : float
-        New rate in Hz (per mm over displacement), > 0; need not be whole.
-
-    Returns
-    -------
-    Signal
-        Of ``round(len(signal) * rate / signal.rate)`` samples.
-
-    Raises
-    ------
-    ParameterError
-        If ``rate`` is not > 0, or leaves no sample or more than `MOST_SAMPLES`.
+    Content below 0.45 of the lower of the two rates keeps its level; content that the new rate cannot represent is
+    removed. Sample 0 stays at the same instant. The ends are continued by point reflection, so that a constant and a
+    slope continue; faster changes are uncertain there for some samples of the lower rate. The result has
+    ``round(len(signal) * rate / signal.rate)`` samples; the rate (Hz, or per mm over displacement) need not be whole.
     """
     check_rate(rate)
     if rate == signal.rate:
@@ -58,7 +41,7 @@ def resample(signal: Signal, rate: float) -> Signal:
 
 
 def _extended(samples: NDArray[np.float32], pad: int) -> NDArray[np.float64]:
-    """Return the samples with ``pad`` more on both sides, reflected in the end points: the slope goes on."""
+    """Return the samples with ``pad`` more on both sides, reflected in the end points so that the slope continues."""
     x = samples.astype(np.float64)
     if x.shape[1] == 1:
         return np.pad(x, ((0, 0), (pad, pad)), mode="edge")

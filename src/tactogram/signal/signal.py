@@ -1,4 +1,4 @@
-"""Tactile signal: samples with rate, unit, axes and domain."""
+"""Tactile signal and photograph: samples with rate, unit, axes and domain; pixels with scale."""
 
 from __future__ import annotations
 
@@ -14,18 +14,12 @@ UNITS = ("m/s^2", "m/s", "m", "N", "V", "1")
 """Units of a sample. ``"1"`` is a ratio: a friction coefficient, sensor counts, or full scale in -1..1."""
 
 RATES = (1e-6, 1e9)
-"""Lowest and highest rate; beyond them counts of samples overflow."""
+"""Lowest and highest rate, beyond which sample counts overflow."""
 Domain = Literal["time", "displacement"]
 
 
 def check_rate(rate: float, name: str = "rate") -> float:
-    """Return ``rate`` as a float.
-
-    Raises
-    ------
-    ParameterError
-        If it is not within `RATES`.
-    """
+    """Return ``rate`` as a float; `ParameterError` if it is not within `RATES`."""
     rate = float(rate)
     if not (rate > 0 and np.isfinite(rate)):
         raise ParameterError(f"{name} must be > 0 and finite, got {rate:g}")
@@ -36,21 +30,21 @@ def check_rate(rate: float, name: str = "rate") -> float:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A tactile signal. Frozen; every operation on it is a function that returns a new one.
+    """A tactile signal, frozen: operations are functions that return new ones.
 
     Parameters
     ----------
     samples : float32 array, shape (axis, time)
-        In ``unit``. Copied unless already a read-only float32 array; read-only afterwards.
-        A 1-D array is one axis. At least one sample; every sample finite.
+        In ``unit``. Copied unless already a read-only float32 array; read-only afterwards. A 1-D array is one axis. At
+        least one sample; every sample finite.
     rate : float
-        Samples per second (Hz), or per millimetre when ``domain`` is ``"displacement"``. Within `RATES`.
+        Samples per second (Hz), or per millimetre if ``domain`` is ``"displacement"``. Within `RATES`.
     unit : str
-        Unit of a sample, one of `UNITS`.
+        One of `UNITS`.
     axes : tuple of str, optional
         One name per axis. By default ``("z",)`` for one axis and ``("x", "y", "z")`` for three.
     domain : {"time", "displacement"}
-        What the last dimension of ``samples`` runs over.
+        Domain of the last dimension of ``samples``.
 
     Raises
     ------
@@ -102,20 +96,14 @@ class Signal:
         return len(self) / self.rate
 
     def axis(self, name: str) -> NDArray[np.float32]:
-        """Return the samples of one axis, float32, shape (time,).
-
-        Raises
-        ------
-        ParameterError
-            If there is no such axis.
-        """
+        """Return the samples of one axis, float32, shape (time,); `ParameterError` if there is none of this name."""
         if name not in self.axes:
             raise ParameterError(f"axis must be one of {', '.join(self.axes)}, got {name!r}")
         samples: NDArray[np.float32] = self.samples[self.axes.index(name)]
         return samples
 
     def select(self, *names: str) -> Signal:
-        """Return the named axes only, in the order given."""
+        """Return the named axes only, in this order."""
         return replace(self, samples=np.stack([self.axis(name) for name in names]), axes=names)
 
     def cut(self, start: int, stop: int | None = None) -> Signal:
@@ -123,18 +111,12 @@ class Signal:
         return replace(self, samples=self.samples[:, start:stop])
 
     def with_samples(self, samples: ArrayLike, **changes: Any) -> Signal:
-        """Return the same kind of signal with other samples, shape (axis, time), in its unit (and ``changes``).
-
-        Raises
-        ------
-        ParameterError
-            As `Signal`: for another number of axes, or samples that are not finite.
-        """
+        """Return this with other samples, shape (axis, time), in its unit, and ``changes``; errors as `Signal`."""
         return replace(self, samples=np.asarray(samples), **changes)
 
 
 def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
-    """Return ``samples`` as a read-only float32 array (axis, time), refusing what cannot be one."""
+    """Return ``samples`` as a read-only float32 array (axis, time)."""
     array = np.asarray(samples)
     if array.ndim not in (1, 2) or array.size == 0:
         raise ParameterError(f"samples must be (axis, time), not empty, got shape {array.shape}")
@@ -162,7 +144,7 @@ class Image:
     pixels : uint8 array, shape (row, column, 3)
         sRGB. Copied; read-only afterwards.
     mm_per_pixel : float, optional
-        Scale of the surface in the picture; None when unknown.
+        Scale of the surface in the picture; None if unknown.
     """
 
     pixels: NDArray[np.uint8]

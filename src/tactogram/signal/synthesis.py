@@ -1,15 +1,14 @@
-"""Autoregressive textures as endless signals: block by block, without seams, the model changed on the way.
+"""Synthesis of autoregressive textures: endless, block by block, without seams, while the model changes.
 
-The filter is the normalised ladder of Gray & Markel (1975): a rotation per reflection coefficient. Driven by
-white noise of variance 1 every number in it has variance 1, whatever the coefficients are and however fast
-they change, since a rotation keeps that. So a signal starts in its stationary state, has the right level
-from its first sample, and keeps it while one texture turns into another; and an order of 60 is as exact as
-an order of 2.
+The filter is the normalised ladder of Gray & Markel (1975): a rotation per reflection coefficient. Driven by white
+noise of variance 1 every number in it has variance 1, whatever the coefficients are and however fast they change, since
+a rotation preserves it. So a signal starts in its stationary state, has the right level from its first sample, and
+keeps it while one texture turns into another; and an order of 60 is as exact as an order of 2.
 
 References
 ----------
-- Gray, A. H. & Markel, J. D. (1975). A normalized digital filter structure. IEEE Trans. Acoust., Speech,
-  Signal Process. 23(3), 268-277. doi 10.1109/TASSP.1975.1162680
+- Gray, A. H. & Markel, J. D. (1975). A normalized digital filter structure. IEEE Trans. Acoust., Speech, Signal
+  Process. 23(3), 268-277. doi 10.1109/TASSP.1975.1162680
 """
 
 from __future__ import annotations
@@ -25,21 +24,19 @@ from tactogram.signal.signal import Signal
 Array = NDArray[np.float64]
 
 WAYPOINTS = 4
-"""Steps at which the way from one model to the next is mixed through line spectral frequencies."""
+"""Steps of a transition for which models are mixed through line spectral frequencies."""
 
 
 class Synthesizer:
-    """An endless signal of a texture.
-
-    n samples in blocks are the n samples of one call, bit for bit.
+    """An endless signal of a texture; n samples in blocks are the n samples of one call, bit for bit.
 
     Parameters
     ----------
     model : AutoregressiveModel
     seed : int or numpy.random.Generator
-        Decides the noise, and with the models and when they change, every sample.
+        Determines the noise, and with the models and the times of change, every sample.
     glide_s : float
-        How long a change of the model takes, s. 0 changes it from one sample to the next.
+        Duration of a transition, s. 0 changes the model from one sample to the next.
     """
 
     def __init__(
@@ -56,16 +53,13 @@ class Synthesizer:
 
     @property
     def model(self) -> AutoregressiveModel:
-        """The model in use, or on the way to."""
+        """The current model, or the target of the transition."""
         return self._way[-1]
 
     def next(self, samples: int, model: AutoregressiveModel | None = None) -> Signal:
-        """Return the next ``samples`` of the signal, gliding to ``model`` from the first of them on.
+        """Return the next ``samples`` of the signal, with a transition to ``model`` from the first of them on.
 
-        Raises
-        ------
-        ParameterError
-            If ``samples`` is less than 1, or ``model`` has another rate, unit or set of axes.
+        A `ParameterError` if ``samples`` is less than 1, or ``model`` has another rate, unit or set of axes.
         """
         if samples < 1:
             raise ParameterError(f"samples must be >= 1, got {samples}")
@@ -105,20 +99,14 @@ class Synthesizer:
 
 
 def synthesise(model: AutoregressiveModel, seconds: float, *, seed: int | np.random.Generator) -> Signal:
-    """Return ``seconds`` (at least one sample) of a texture.
-
-    Raises
-    ------
-    ParameterError
-        If ``seconds`` is not above 0.
-    """
+    """Return ``seconds`` (at least one sample) of a texture."""
     if not (seconds > 0 and np.isfinite(seconds)):
         raise ParameterError(f"seconds must be > 0, got {seconds}")
     return Synthesizer(model, seed=seed).next(max(1, round(seconds * model.rate)))
 
 
 def _root(correlation: Array) -> Array:
-    """Return the symmetric square root, which exists for a singular matrix too and moves smoothly."""
+    """Return the symmetric square root, which also exists for a singular matrix and changes smoothly."""
     values, vectors = np.linalg.eigh(correlation)
     root: Array = (vectors * np.sqrt(np.maximum(values, 0))) @ vectors.T
     return root
@@ -136,7 +124,7 @@ def ladder(
     glide: int,
     out: Array,  # (axis, time), written
 ) -> None:
-    """Write what noise of variance 1 becomes in the ladder, its parameters between their waypoints."""
+    """Write the output of the ladder for noise of variance 1, with parameters between their waypoints."""
     last = len(reflection) - 1
     axes, order = state.shape
     for t in range(len(noise)):

@@ -1,17 +1,16 @@
-"""One surface under every speed and force: autoregressive models at the conditions that were recorded.
+"""Texture map: autoregressive models of one surface over speed and force.
 
-Between them the nearest ones are mixed through their line spectral frequencies, by the barycentric weights
-of the triangle of a Delaunay triangulation over (speed, force) that the asked condition lies in; outside,
-the nearest point of the convex hull stands in (Culbertson et al. 2012, 2014). Where only one of the two is
-known, or the conditions lie on a line, the triangles are the segments of that line.
+Between recorded conditions the nearest models are mixed through their line spectral frequencies, by the barycentric
+weights of a triangle in a Delaunay triangulation over (speed, force); outside, by those of the nearest point of the
+convex hull (Culbertson et al. 2012, 2014). If only one of the two is known, or the conditions lie on a line, the
+triangles are the segments of that line.
 
 References
 ----------
-- Culbertson, H., Romano, J. M., Castillo, P., Mintz, M. & Kuchenbecker, K. J. (2012). Refined methods for
-  creating realistic haptic virtual textures from tool-mediated contact acceleration data. Proc. IEEE Haptics
-  Symposium, 385-391.
-- Culbertson, H., Unwin, J. & Kuchenbecker, K. J. (2014). Modeling and rendering realistic textures from
-  unconstrained tool-surface interactions. IEEE Trans. Haptics 7(3), 381-393. doi 10.1109/TOH.2014.2316797
+- Culbertson, H., Romano, J. M., Castillo, P., Mintz, M. & Kuchenbecker, K. J. (2012). Refined methods for creating
+  realistic haptic virtual textures from tool-mediated contact acceleration data. Proc. IEEE Haptics Symposium, 385-391.
+- Culbertson, H., Unwin, J. & Kuchenbecker, K. J. (2014). Modeling and rendering realistic textures from unconstrained
+  tool-surface interactions. IEEE Trans. Haptics 7(3), 381-393. doi 10.1109/TOH.2014.2316797
 """
 
 from __future__ import annotations
@@ -37,16 +36,11 @@ class TextureMap:
     models : sequence of AutoregressiveModel
         Equal in rate, unit and axes.
     conditions : array-like, shape (model, 2)
-        Speed in mm/s and force in N of each model; a column that is not known is NaN throughout.
+        Speed in mm/s and force in N of each model; an unknown column is NaN throughout.
     triangles : int array-like, shape (triangle, 3), optional
         Of indices into ``models``; by default Delaunay's, over speed and force each divided by its range.
     level : {"log", "linear"}
-        How the power is interpolated: see `tactogram.signal.autoregressive.mix`.
-
-    Raises
-    ------
-    ParameterError
-        If there is no model, a condition is missing for some models only, or two conditions are the same.
+        Interpolation of the power: see `tactogram.signal.autoregressive.mix`.
     """
 
     def __init__(
@@ -81,15 +75,8 @@ class TextureMap:
     def weights(self, speed_mm_s: float | None = None, force_n: float | None = None) -> Array:
         """Return the share of each model at a condition, float64, shape (model,), >= 0, sum 1.
 
-        Parameters
-        ----------
-        speed_mm_s, force_n : float, optional
-            By default the median of the models' own. Clamped to the convex hull of what was recorded.
-
-        Raises
-        ------
-        ParameterError
-            If one is asked for that is not known of this surface, or is negative or not finite.
+        By default a condition is the median of the models' own; it is clamped to the convex hull. One that is unknown
+        for this surface, negative or not finite is a `ParameterError`.
         """
         point = np.zeros(2)
         for place, value in enumerate((speed_mm_s, force_n)):
@@ -111,7 +98,7 @@ class TextureMap:
         return shares
 
     def at(self, speed_mm_s: float | None = None, force_n: float | None = None) -> AutoregressiveModel:
-        """Return the model at a condition; the parameters are those of `weights`."""
+        """Return the model at a condition, with parameters as `weights`."""
         return mix(self.models, self.weights(speed_mm_s, force_n), level=self.level)
 
 
@@ -138,7 +125,7 @@ def _simplices(points: Array, triangles: ArrayLike | None) -> tuple[NDArray[np.i
 def _within(
     point: Array, points: Array, triangles: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp] | None, Array]:
-    """Return the corners of the triangle that holds ``point`` and its barycentric coordinates, or None."""
+    """Return the corners of the triangle around ``point`` and its barycentric coordinates, or None."""
     if not len(triangles):
         return None, np.zeros(0)
     a, b, c = points[triangles].transpose(1, 0, 2)

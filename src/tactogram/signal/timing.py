@@ -1,4 +1,4 @@
-"""Time stamps that jitter: what they say of the rate, and the way to evenly spaced samples."""
+"""Time stamps with jitter: estimation of the rate, and resampling to even spacing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tactogram.signal.resampling import resample
 from tactogram.signal.signal import RATES, Domain, Signal
 
 MOST_SPAN = 1e9
-"""From the first time stamp to the last, s or mm: some 30 years."""
+"""Longest span of time stamps, s or mm: some 30 years."""
 MOST_REPEATED = 0.05
 """Share of repeated stamps above which stamps are block arrival times rather than sampling times."""
 
@@ -21,14 +21,14 @@ _MOST_MISSING = 3
 _HALF_TAPS = 12
 _KAISER_BETA = 8.0
 _SMOOTHNESS = 1e-2
-"""Weight of the content near half the rate against the data: below it, jitter does not amplify noise."""
+"""Weight of the content near half the rate against the data, so that jitter does not amplify noise."""
 _SLOPE = 1e-6
-"""Weight of the slope: what bridges gaps longer than the kernel."""
+"""Weight of the slope, which bridges gaps longer than the kernel."""
 
 
 @dataclass(frozen=True)
 class SamplingTiming:
-    """Sampling rate and jitter that time stamps show.
+    """Sampling rate and jitter estimated from time stamps.
 
     Parameters
     ----------
@@ -37,18 +37,18 @@ class SamplingTiming:
     samples : int
         Number of stamps.
     jitter_rms : float, s
-        Root mean square of the stamps' deviation from the even grid of that rate.
+        Deviation of the stamps from the even grid of that rate.
     largest_gap : float, s
         Longest time between two stamps.
     dropped : int
-        Estimated number of samples missing between the first and the last.
+        Estimated number of lost samples.
     repeated : int
-        Number of stamps equal to the one before.
+        Number of stamps equal to the previous one.
     resolution : float, s
         Largest power of ten of which all stamps are multiples; 0 if there is none above 1 ns.
     even : bool
-        Whether nothing is missing or repeated and the jitter is no more than the rounding of the stamps
-        (or a thousandth of a sample): then the samples *are* evenly spaced and need no resampling.
+        Whether nothing is lost or repeated and the jitter is within the rounding of the stamps (or a thousandth of a
+        sample): then the samples *are* evenly spaced and need no resampling.
     """
 
     rate: float
@@ -64,21 +64,14 @@ class SamplingTiming:
 def estimate_timing(times: ArrayLike) -> SamplingTiming:
     """Return rate, jitter and losses of a recording from its time stamps.
 
-    Each stamp is given its place on the sampling clock by a phase-locked loop, so that jitter passes and a loss
-    is counted. The rate is the median slope between stamps half the recording apart, which a few late stamps
-    do not move (the incomplete method of H. Theil, "A rank-invariant method of linear and polynomial regression
-    analysis", 1950), refined by least squares over the stamps near that line.
-    Tested: within 100 ppm for 4000 samples with up to 20 % jitter and 2 % losses.
+    Each stamp is assigned to a tick of the sampling clock by a phase-locked loop, which tolerates jitter and counts
+    losses. The rate is the median slope between stamps half the recording apart, which a few late stamps do not affect
+    (the incomplete method of H. Theil, "A rank-invariant method of linear and polynomial regression analysis", 1950),
+    refined by least squares over the stamps near that line. Tested: within 100 ppm for 4000 samples with up to 20 %
+    jitter and 2 % losses.
 
-    Parameters
-    ----------
-    times : float array, shape (time,), s
-        Sampling instants (or positions in mm), at least two different, never decreasing.
-
-    Raises
-    ------
-    DataError
-        If a stamp is not finite, goes back, or more than `MOST_REPEATED` of them repeat.
+    ``times`` has shape (time,), in s (or mm), at least two different values, never decreasing. A `DataError` if one is
+    not finite or decreases, or more than `MOST_REPEATED` of them repeat.
     """
     return _clocked(_checked(times))[0]
 
@@ -123,22 +116,22 @@ def to_uniform(
     domain: Domain = "time",
     rate: float | None = None,
 ) -> Signal:
-    """Return evenly spaced samples of what was sampled at ``times``.
+    """Return evenly spaced samples of a signal sampled at ``times``.
 
-    Stamps that are even but for their rounding (`SamplingTiming.even`) keep their samples as they are. Otherwise the
-    band-limited signal that explains the samples best is solved for: samples on the even grid of the estimated
-    rate, joined by Kaiser-windowed sinc functions, least squares over all stamps at once, with a slight
-    preference for little content near half the rate, which makes gaps and crowded stamps harmless.
-    Tested accuracy: see ``tests/signal/test_timing.py``; a sine up to 0.6 of half the rate comes back within
-    -60 dB at 10 % jitter, and up to 0.4 within -40 dB at 20 % jitter with 2 % of the samples lost.
+    Stamps that are even but for rounding (`SamplingTiming.even`) keep their samples. Otherwise the band-limited signal
+    that best explains the samples is computed: samples on the even grid of the estimated rate, joined by
+    Kaiser-windowed sinc functions, least squares over all stamps at once, with a slight preference for little content
+    near half the rate, which makes gaps and crowded stamps harmless. Tested accuracy (``tests/signal/test_timing.py``):
+    a sine up to 0.6 of half the rate is within -60 dB at 10 % jitter, and up to 0.4 within -40 dB at 20 % jitter with 2
+    % of the samples lost.
 
-    A gap of several samples is bridged, not recovered: look at `SamplingTiming.largest_gap`.
-    Samples with the same stamp count as measurements of the same instant (their mean, in effect).
+    A gap of several samples is bridged, not recovered: see `SamplingTiming.largest_gap`. Samples with the same stamp
+    count as measurements of the same instant (effectively their mean).
 
     Parameters
     ----------
     times : float array, shape (time,)
-        In s (or mm when ``domain`` is displacement), never decreasing.
+        In s (or mm if ``domain`` is displacement), never decreasing.
     samples : float array, shape (axis, time) or (time,)
         In ``unit``.
     unit, axes, domain
@@ -150,13 +143,6 @@ def to_uniform(
     -------
     Signal
         Its first sample is at ``times[0]``; its last not after ``times[-1]``.
-
-    Raises
-    ------
-    DataError
-        As `estimate_timing`.
-    ParameterError
-        If ``samples`` and ``times`` are not equally many.
     """
     t = _checked(times)
     x = np.atleast_2d(np.asarray(samples, dtype=np.float64))
@@ -209,7 +195,7 @@ def _resolution(t: NDArray[np.float64]) -> float:
 
 
 def _places(t: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the tick of the sampling clock that each stamp belongs to, int64, shape (time,), from 0."""
+    """Return the tick of the sampling clock of each stamp, int64, shape (time,), from 0."""
     steps = np.diff(t)
     steps = steps[steps > 0]
     typical = np.median(steps)
@@ -245,11 +231,11 @@ def _period(t: NDArray[np.float64], places: NDArray[np.int64]) -> float:
 
 
 def _solve(u: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return samples at 0, 1, 2, … of the band-limited signal that is nearest to ``x`` at ``u`` (in samples).
+    """Return samples at 0, 1, 2, … of the band-limited signal nearest to ``x`` at ``u`` (in samples).
 
-    Minimises |A c - x|^2 + |P c|^2 over the samples c of a grid that reaches `_HALF_TAPS` beyond both ends:
-    A holds the kernel at each stamp, P weighs what is wanted little. The normal equations are banded,
-    so this is exact and linear in the length.
+    Minimises |A c - x|^2 + |P c|^2 over the samples c of a grid that extends `_HALF_TAPS` beyond both ends: A is the
+    kernel at each stamp, P penalises unwanted content. The normal equations are banded, so this is exact and linear in
+    the length.
     """
     taps = 2 * _HALF_TAPS
     length = int(np.floor(u[-1] + 1e-6)) + 1

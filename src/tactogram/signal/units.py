@@ -1,4 +1,4 @@
-"""The ways in which files spell units, and what they are in the units of a Signal."""
+"""Spellings of units in files, and their conversion to the units of a Signal."""
 
 from __future__ import annotations
 
@@ -39,30 +39,24 @@ _SECONDS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 
 
 
 def parse_unit(text: str) -> tuple[str, float]:
-    """Return the unit that ``text`` spells, one of `UNITS`, and the factor that brings numbers to it.
+    """Return the unit that ``text`` spells, one of `UNITS`, and the factor that converts numbers to it.
 
     ``"g"`` is standard gravity, not gram; ``"µm"``, ``"m/s²"``, ``"mN"`` and the like are known.
-
-    Raises
-    ------
-    UnitError
-        If it is none.
     """
-    found = _SPELLINGS.get(_plain(text))
-    if found is None:
+    if (unit := _SPELLINGS.get(_plain(text))) is None:
         raise UnitError(
             f"unit must be one of {', '.join(UNITS)} (or g, mm, µm, mm/s, mN, mV, %), got {text!r}"
         )
-    return found
+    return unit
 
 
 def parse_seconds(text: str) -> float | None:
-    """Return what the time unit ``text`` is in s (``"ms"`` is 0.001); None if it is no time unit."""
+    """Return the time unit ``text`` in s (``"ms"`` is 0.001); None if it is not a time unit."""
     return _SECONDS.get(_plain(text))
 
 
 def split_heading(heading: str) -> tuple[str, str | None]:
-    """Return name and unit of a column headed ``name [unit]`` or ``name (unit)``; the unit is None if not there."""
+    """Return name and unit of a column headed ``name [unit]`` or ``name (unit)``; the unit is None if missing."""
     found = re.fullmatch(r"\s*(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*", heading)
     return (found[1], found[2]) if found and found[1] else (heading.strip(), None)
 

@@ -1,8 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.fft import rfft2
 
-from tactogram.datasets.simulate import make, tasks
+from tactogram.datasets.simulate import RecordingTask, make, tasks
 from tactogram.datasets.simulate.contact import FINGER, transmission
 from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.surfaces import MM_PER_PIXEL, frequencies, height_field, inverse
@@ -31,8 +33,6 @@ def test_friction_over_displacement_with_a_photograph_to_scale(corduroy):
 
 def test_it_is_registered_to_within_two_pixels(corduroy):
     """The slopes of the surface that the photograph shows, at each place, are in the friction of that place."""
-    from dataclasses import replace
-
     piece = replace(FABRICS[CORDUROY], name="sim-corduroy piece 1 of 0")
     ky, kx = frequencies()
     felt = rfft2(height_field(piece)) * transmission(FINGER, np.hypot(ky, kx))
@@ -48,10 +48,10 @@ def test_it_is_registered_to_within_two_pixels(corduroy):
 
 
 def test_pieces_of_a_fabric_differ_and_seeds_repeat():
-    facts = {"speed_mm_s": 25.0, "seconds": 0.4, "rate": 1000.0, "set_name": "fabrics"}
+    task = RecordingTask("fabrics", 0, 0, "finger", 25.0, 1, 0.4, 1000.0)
     linen = FABRICS[0]
-    one, again = (fabric(linen, piece=1, seed=0, **facts) for _ in range(2))
-    other = fabric(linen, piece=2, seed=0, **facts)
+    one, again = (fabric(linen, task) for _ in range(2))
+    other = fabric(linen, replace(task, take=2))
     assert one.id == again.id
     np.testing.assert_array_equal(one.image.pixels, again.image.pixels)
     assert one.image.pixels.shape == (1024, 200, 3)
@@ -61,4 +61,4 @@ def test_pieces_of_a_fabric_differ_and_seeds_repeat():
 
 def test_a_fabric_ends_where_its_patch_does():
     with pytest.raises(ParameterError, match=r"102\.4 mm long"):
-        fabric(FABRICS[0], piece=1, seed=0, speed_mm_s=25.0, seconds=5.0, rate=1000.0, set_name="fabrics")
+        fabric(FABRICS[0], RecordingTask("fabrics", 0, 0, "finger", 25.0, 1, 5.0, 1000.0))

@@ -4,19 +4,23 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from tactogram.datasets.simulate import make, tasks
+from tactogram.datasets.simulate import RecordingTask, make, tasks
 from tactogram.datasets.simulate.metal_plates import PLATES, Plate, fine_heights
 from tactogram.datasets.simulate.strain_sensor import LAYERS, SENSOR, STABLE_S, traced
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Grating, Surface
 from tactogram.datasets.simulate.touch import plate_touched
 
-FACTS = {"seed": 0, "seconds": 2.5, "rate": 10_000.0, "speed_mm_s": 20.0, "set_name": "ultrasonic"}
+
+def measured(plate, measurement=1, seed=0):
+    return traced(plate, RecordingTask("ultrasonic", seed, 0, SENSOR.name, 20.0, measurement, 2.5, 10_000.0))
+
+
 GROOVED = PLATES[8]
 
 
 @pytest.fixture(scope="module")
 def grooved():
-    return traced(GROOVED, measurement=1, **FACTS)
+    return measured(GROOVED)
 
 
 def stable(recording):
@@ -45,7 +49,7 @@ def test_the_set_is_twelve_plates_of_ten_measurements():
     assert len(todo) == 120
     assert len({task.surface for task in todo}) == 12
     assert [plate.name for plate in PLATES] == [f"plate{n:02d}" for n in range(1, 13)]
-    assert make(todo[80]).id == traced(GROOVED, measurement=1, **FACTS).id
+    assert make(todo[80]).id == measured(GROOVED).id
 
 
 def test_ridges_are_heard_at_speed_over_period(grooved):
@@ -58,7 +62,7 @@ def test_ridges_are_heard_at_speed_over_period(grooved):
 
 def test_opposed_gauges_disagree_and_the_two_layers_agree():
     """Front and back are bent opposite ways by shear and pressed alike: knurls shear most."""
-    alike = np.corrcoef(stable(traced(PLATES[7], measurement=1, **FACTS)))
+    alike = np.corrcoef(stable(measured(PLATES[7])))
     assert -0.95 < alike[0, 1] < -0.3
     assert alike[0, 2] > 0.9
     assert -0.95 < alike[2, 3] < 0
@@ -66,7 +70,7 @@ def test_opposed_gauges_disagree_and_the_two_layers_agree():
 
 def test_the_inner_layer_hears_deeper():
     """Above its resonance a layer falls at 12 dB per octave, so the inner one lacks most at 600 Hz."""
-    x = stable(traced(PLATES[4], measurement=1, **FACTS))
+    x = stable(measured(PLATES[4]))
     frequency, power = welch(x, 10_000, nperseg=5000)
     high, low = ((frequency > a) & (frequency < b) for a, b in ((500, 700), (60, 120)))
     outer, inner = (10 * np.log10(power[g, high].sum() / power[g, low].sum()) for g in (0, 2))
@@ -75,9 +79,9 @@ def test_the_inner_layer_hears_deeper():
 
 
 def test_measurements_differ_and_the_same_seed_gives_the_same_bits(grooved):
-    assert traced(GROOVED, measurement=1, **FACTS).id == grooved.id
-    assert traced(GROOVED, measurement=2, **FACTS).id != grooved.id
-    assert traced(GROOVED, measurement=1, **FACTS | {"seed": 1}).id != grooved.id
+    assert measured(GROOVED).id == grooved.id
+    assert measured(GROOVED, 2).id != grooved.id
+    assert measured(GROOVED, seed=1).id != grooved.id
 
 
 def test_a_wider_contact_feels_less_of_the_finest_roughness():

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from tactogram.evaluation.measures import memorisation, segments, signal_measures
 from tactogram.signal import Signal
-from tactogram.signal.filters import bandpass, resample
+from tactogram.signal.filters import bandpass
+from tactogram.signal.resampling import resample
 
 MEASURES = signal_measures()
 SPECTRAL = ("log_spectral_distance_db", "weighted_log_spectral_distance_db", "level_difference_db")

@@ -7,8 +7,9 @@ from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.pictures.inversion import InversionLoss, inversion_loss, invert, mean_loss
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.signal import Signal
-from tactogram.signal.filters import bandpass, resample
+from tactogram.signal.filters import bandpass
 from tactogram.signal.io import read_signal
+from tactogram.signal.resampling import resample
 
 PICTURE = SpectrogramPicture(
     rate=1000.0,

@@ -1,4 +1,4 @@
-"""Contact mechanics: the surface through its skin, a resonant contact, stick-slip friction."""
+"""Contact mechanics: skin, a resonant contact, and stick-slip friction."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Bristles:
 
 
 SKIN = Bristles(1e4, 3.0, 0.2)
-"""Our assumption: skin and plastic give way ten times as much."""
+"""Our assumption: skin and plastic are ten times as compliant."""
 
 
 @dataclass(frozen=True)
@@ -37,15 +37,15 @@ class Contactor:
     radius_mm : float
         Radius of the contact, over which heights are averaged.
     ridges_mm, ridges : float
-        Period of the fingerprint, and how deep it modulates the pressure, 0..1.
+        Period of the fingerprint, and its modulation of the pressure, 0..1.
     mass_kg, stiffness_n_m, damping_n_s_m : float
         Normal contact m z'' + b (z' - u') + k (z - u) = 0.
     grip_mass_kg, grip_n_m, grip_n_s_m : float
-        What is dragged, and the hand that drags it.
+        Dragged mass, and stiffness and damping of the hand that drags it.
     force_n : float
         Usual normal force.
     pitch_deg : float
-        How far the sensor on it leans back about y.
+        Inclination of the sensor on it, backwards about y.
     """
 
     name: str
@@ -78,9 +78,9 @@ class ContactSignals:
     along, across, normal : m/s^2
         Acceleration of the contactor along the stroke, across it in the plane, and out of it.
     friction_n, force_n : N
-        Tangential and normal force; the normal force is 0 where the contactor has left the surface.
+        Tangential and normal force; the latter is 0 while the contactor is off the surface.
     place_m : m
-        Where the contactor is along the stroke.
+        Position of the contactor along the stroke.
     """
 
     along: NDArray[np.float64]
@@ -101,23 +101,14 @@ def feel(
     wear: float = 1.0,
     bristles: Bristles = SKIN,
 ) -> ContactSignals:
-    """Return what ``contactor`` feels on ``stroke`` over ``surface``.
+    """Return the signals of ``contactor`` on ``stroke`` over ``surface``.
 
-    The surface is read in space, where the contactor is, so that a spatial frequency k at speed v is felt at v k, and
-    vibration grows with speed by nothing but this "systematic upward multiplicative shift in the frequency
-    composition", which "accounts for the increase in intensity" (Greenspon, McLellan, Lieber, Bensmaia 2019). The
-    relief of a soft surface gives way: of two springs in line, the contactor's is bent by k_s / (k_s + k_c) of a
-    height.
+    The surface is read in space, at the position of the contactor, so a spatial frequency k at speed v is felt at v k,
+    and vibration grows with speed only by this "systematic upward multiplicative shift in the frequency composition",
+    which "accounts for the increase in intensity" (Greenspon, McLellan, Lieber, Bensmaia 2019). The relief of a soft
+    surface yields: of two springs in series, the contactor's is bent by k_s / (k_s + k_c) of a height.
 
-    Parameters
-    ----------
-    start_mm : (float, float)
-        Where the stroke begins on the surface.
-    direction_deg : float
-        Its direction; 0 is along x.
-    wear : float
-        Heights are multiplied by it.
-    bristles : Bristles
+    The stroke begins at ``start_mm`` on the surface, in ``direction_deg`` from x; ``wear`` scales the heights.
     """
     angle = np.deg2rad(direction_deg)
     left = surface.stiffness_n_m / (surface.stiffness_n_m + contactor.stiffness_n_m)
@@ -143,7 +134,7 @@ def feel(
 
 @lru_cache(maxsize=4)
 def felt_spline(surface: Surface, contactor: Contactor) -> NDArray[np.float32]:
-    """Return the heights that the contactor feels, mm, as coefficients of a cubic B-spline over the periodic patch.
+    """Return the heights as the contactor feels them, mm, as coefficients of a cubic B-spline over the periodic patch.
 
     float32, shape (row, column). The B-spline's own transform, ((2 + cos(2 pi k)) / 3 per direction), is divided out.
     """
@@ -156,9 +147,9 @@ def felt_spline(surface: Surface, contactor: Contactor) -> NDArray[np.float32]:
 def transmission(contactor: Contactor, k: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the share of a height of ``k`` cycles per mm that passes the contact, float64, the shape of ``k``.
 
-    The pressure under a round contact (Hertz) averages heights with 3 (sin q - q cos q) / q^3, q = 2 pi a k, of which
-    1 / (1 + q^2 / 10) is the envelope: equal for small q, without the zeros that no real contact has. Ridges modulate
-    the pressure and so pass detail of their own period (Scheibert, Leurent, Prevost, Debregeas 2009, Science 323:1503).
+    The pressure under a round contact (Hertz) averages heights with 3 (sin q - q cos q) / q^3, q = 2 pi a k, of which 1
+    / (1 + q^2 / 10) is the envelope: equal for small q, without the zeros that no real contact has. Ridges modulate the
+    pressure and so pass detail of their own period (Scheibert, Leurent, Prevost, Debregeas 2009, Science 323:1503).
     """
 
     def averaged(k: NDArray[np.float64]) -> NDArray[np.float64]:

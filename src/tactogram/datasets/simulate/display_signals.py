@@ -1,8 +1,8 @@
 """The 39 arbitrary signals of the simulated display study: one-second loops that modulate the display's carrier.
 
 The study's own 39 are not at hand ("arbitrary signals", Sec. III-C). These are sines, squares, bursts,
-amplitude-modulated tones, bands of noise, trains of pulses, sweeps and sums, some of them at several levels. Each is a
-loop without a seam: every frequency in it is a whole number of cycles per second, noise is periodic.
+amplitude-modulated tones, bands of noise, trains of pulses, sweeps and sums, some of them at several levels. They loop
+without a seam: every frequency is a whole number of cycles per second, noise is periodic.
 """
 
 from __future__ import annotations
@@ -26,18 +26,9 @@ _T = np.arange(SAMPLES) / RATE
 
 @dataclass(frozen=True)
 class DisplaySignal:
-    """An arbitrary signal.
+    """An arbitrary signal, ``signal01`` to ``signal39``.
 
-    Parameters
-    ----------
-    name : str
-        ``signal01`` to ``signal39``.
-    is_a : str
-        What it is, in words.
-    level : float, 0 to 1
-        Its peak, of full scale.
-    shape : float64 array, shape (10000,)
-        Of any scale; its mean is taken off.
+    ``level`` is its peak relative to full scale; ``shape``, float64, shape (10000,), has any scale and mean.
     """
 
     name: str
@@ -52,7 +43,7 @@ class DisplaySignal:
         return Signal((self.level * x / np.abs(x).max()).astype(np.float32), RATE, "1", ("drive",))
 
     def recording(self, set_name: str) -> Recording:
-        """Return it as a recording that is of no material."""
+        """Return it as a recording without material."""
         return Recording(
             streams={"drive": self.signal},
             labels={"item": self.name, "signal": self.is_a},
@@ -63,7 +54,7 @@ class DisplaySignal:
 
 
 def drives() -> tuple[DisplaySignal, ...]:
-    """Return the 39 signals, always the same."""
+    """Return the 39 signals, which are always the same."""
     made = [
         (f"sine of {f} Hz", 1.0, _sine(f)) for f in (5, 10, 20, 40, 80, 120, 160, 200, 250, 320, 400, 600)
     ]
@@ -99,7 +90,7 @@ def _sine(hz: float) -> Array:
 
 
 def _gate(per_second: int, open_share: float) -> Array:
-    """Return 1 while open and 0 else, with cosine flanks of 5 ms."""
+    """Return 1 while open and 0 otherwise, with cosine flanks of 5 ms."""
     place = (_T * per_second) % 1 / per_second
     length, flank = open_share / per_second, 0.005
     rise, fall = np.clip(place / flank, 0, 1), np.clip((length - place) / flank, 0, 1)
@@ -115,7 +106,7 @@ def _noise(low: int, high: int) -> Array:
 
 
 def _irregular(count: int) -> Array:
-    """Return ``count`` random moments in a second, at least 4 ms apart."""
+    """Return ``count`` random times within a second, at least 4 ms apart."""
     rng = np.random.default_rng(zlib.crc32(f"pulses {count}".encode()))
     slots = rng.choice(250, count, replace=False)
     return np.asarray(np.sort(slots) / 250)
@@ -131,7 +122,7 @@ def _pulses(moments: Sequence[float] | Array) -> Array:
 
 
 def _sweep(low: float, high: float) -> Array:
-    """Return a sine whose frequency goes from ``low`` to ``high`` and back, in whole turns."""
+    """Return a sine whose frequency goes from ``low`` to ``high`` and back, in whole periods."""
     hz = low + (high - low) * (0.5 - 0.5 * np.cos(2 * np.pi * _T))
     turns = np.cumsum(hz) / RATE
     return np.asarray(np.sin(2 * np.pi * turns * round(turns[-1]) / turns[-1]))

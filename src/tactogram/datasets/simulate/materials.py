@@ -1,4 +1,4 @@
-"""The surfaces of Saga et al. by name, as we imagine them: formulas with the names of the paper, not measurements."""
+"""Surfaces named after those of Saga et al.: imagined formulas, not measurements."""
 
 from __future__ import annotations
 

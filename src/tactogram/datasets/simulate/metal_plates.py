@@ -1,7 +1,7 @@
-"""Twelve metal plates with machined and treated surfaces, as formulas: the samples of the ultrasonic study, simulated.
+"""Twelve metal plates with machined and treated surfaces: the samples of the ultrasonic study, simulated.
 
-The study's own plates are known from a photograph only. These twelve are textures that metal plates are sold with;
-periods, heights and friction are our assumptions, of the order that such treatments have.
+Only a photograph of the study's own plates is known. These are textures with which metal plates are sold; periods,
+heights and friction are our assumptions, typical of such treatments.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tactogram.datasets.simulate.contact import Contactor
 from tactogram.datasets.simulate.surfaces import Appearance, Grating, Particles, Roughness, Surface
 
 FINEST_PER_MM, COARSEST_PER_MM = 50.0, 5.0
-"""Cycles per mm that `Plate.fine_um` covers: from where height fields begin to end, to a fiftieth of a millimetre."""
+"""Cycles per mm covered by `Plate.fine_um`: from the limit of height fields to a fiftieth of a millimetre."""
 _STEP_MM, _STEPS = 0.004, 2**15
 
 
@@ -23,14 +23,8 @@ _STEP_MM, _STEPS = 0.004, 2**15
 class Plate:
     """A metal plate.
 
-    Parameters
-    ----------
-    surface : Surface
-    made : str
-        How its surface was made, in a few words.
-    fine_um : float
-        Rms height of the roughness that is finer than a height field holds, between `COARSEST_PER_MM` and
-        `FINEST_PER_MM`, its power falling as k^-2.
+    ``made`` describes its manufacture. ``fine_um`` is the rms height of the roughness that is too fine for a height
+    field, between `COARSEST_PER_MM` and `FINEST_PER_MM`, its power falling as k^-2.
     """
 
     surface: Surface
@@ -39,7 +33,7 @@ class Plate:
 
     @property
     def name(self) -> str:
-        """What recordings and ratings call it."""
+        """Name in recordings and ratings."""
         return self.surface.name
 
 
@@ -58,8 +52,8 @@ def _plate(
     return Plate(Surface(name, textures, friction, stiction, 15.0, 1e6, look=look), made, fine_um)
 
 
-# Friction of a finger on metal: high where polished, for the skin then touches all of it, low where fine asperities
-# carry it (Derler & Gerhardt 2012, Tribol. Lett. 45:1).
+# Friction of a finger on metal: high on polished plates, all of which the skin touches, low where fine asperities carry
+# the finger (Derler & Gerhardt 2012, Tribol. Lett. 45:1).
 PLATES = (
     _plate(
         1, "mirror-polished", (Roughness(0.0001, 2.0, 0.1, 5),),
@@ -117,10 +111,10 @@ PLATES = (
 def fine_heights(
     plate: Plate, contactor: Contactor, place_m: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return what a contact feels of the finest roughness at each place of its path, m, float64, shape (time,).
+    """Return the finest roughness under a contact at each position of its path, m, float64, shape (time,).
 
-    The asperities under a contact are independent of each other, so their mean is smaller than one of them by the
-    root of how many there are: pi (a k)^2 at k cycles per mm under a contact of radius a.
+    The asperities under a contact are independent, so their mean is smaller than one of them by the root of their
+    number: pi (a k)^2 at k cycles per mm under a contact of radius a.
     """
     k = np.fft.rfftfreq(_STEPS, _STEP_MM)
     inside = (k >= COARSEST_PER_MM) & (k <= FINEST_PER_MM)

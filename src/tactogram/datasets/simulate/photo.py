@@ -1,4 +1,4 @@
-"""A photograph of a surface, rendered from the same height field that is felt."""
+"""Simulated photograph of a surface, rendered from the height field that is touched."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from tactogram.signal import Image
 
 PIXELS = 256
 POOL = 3
-"""Cells of the height field per pixel and direction: a pixel is the mean of so many squared."""
+"""Cells of the height field per pixel in each direction."""
 MOST, SIDE = 9, 672
-"""A patch holds at most so many photographs that share no ground, and so many of their pixels each way."""
+"""Most photographs of one patch without overlap, and pixels of the patch in each direction."""
 AZIMUTH_DEG, ELEVATION_DEG = 225.0, 40.0
-"""Where the lamp stands: upper left, low enough for relief to show."""
+"""Position of the lamp: upper left, low enough for relief to show."""
 AMBIENT = 0.3
 SHININESS = 40.0
 
@@ -30,36 +30,19 @@ SHININESS = 40.0
 def photograph(surface: Surface) -> Image:
     """Return the surface under a lamp at the upper left, seen from above.
 
-    Lambert's law over the slopes, a highlight (Blinn 1977) for what is glossy, less light in the hollows (height
-    below its neighbourhood, a cheap ambient occlusion), and an albedo that varies with height and over the
-    surface. Linear light until the end, then sRGB (IEC 61966-2-1).
-
-    Returns
-    -------
-    Image
-        256 x 256 pixels of 0.15 mm: the first 38.4 mm of the height field, x to the right and y downwards.
+    Lambert's law over the slopes, a highlight (Blinn 1977) for gloss, less light in the hollows (height below the
+    neighbourhood, a cheap ambient occlusion), and an albedo that varies with height and over the surface. Linear light
+    until the end, then sRGB (IEC 61966-2-1). 256 x 256 pixels of 0.15 mm: the first 38.4 mm of the height field, x to
+    the right and y downwards.
     """
     return render(surface, rows=PIXELS, columns=PIXELS, pool=POOL)
 
 
 def photographs(surface: Surface, count: int) -> Iterator[Image]:
-    """Yield photographs of ``count`` places of the surface that do not overlap, as `photograph` takes them.
+    """Yield photographs of ``count`` places (0 to 9) of the surface that do not overlap.
 
-    Parameters
-    ----------
-    surface : Surface
-    count : int, 0 to 9
-
-    Yields
-    ------
-    Image
-        Pixels of 0.15 mm, 224 x 224 of them, or 336 x 336 where ``count`` is at most 4, 672 x 672 where it is 1. That
-        of `photograph` overlaps some of them: use one or the other.
-
-    Raises
-    ------
-    ParameterError
-        If the patch has no room for so many.
+    Pixels of 0.15 mm, 224 x 224 of them, or 336 x 336 for ``count`` up to 4, 672 x 672 for 1. The photograph of
+    `photograph` overlaps some of them: use one or the other.
     """
     if not 0 <= count <= MOST:
         raise ParameterError(f"a simulated surface has room for 0 to {MOST} photographs, got {count}")
@@ -74,10 +57,7 @@ def photographs(surface: Surface, count: int) -> Iterator[Image]:
 
 
 def render(surface: Surface, *, rows: int, columns: int, pool: int) -> Image:
-    """Return the first ``rows`` x ``columns`` pixels of a surface, each the mean of ``pool`` x ``pool`` cells.
-
-    As `photograph`, but of any size and not kept.
-    """
+    """Return the first ``rows`` x ``columns`` pixels of a surface, each the mean of ``pool`` x ``pool`` cells."""
     heights = height_field(surface)[: rows * pool, : columns * pool].astype(np.float64)
     dy, dx = np.gradient(heights, MM_PER_PIXEL)
     normal = np.stack([-dx, -dy, np.ones_like(dx)])
@@ -98,7 +78,7 @@ def render(surface: Surface, *, rows: int, columns: int, pool: int) -> Image:
 
 
 def _albedo(surface: Surface, heights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the share of light that each place throws back, linear RGB, shape (row, column, 3)."""
+    """Return the albedo, linear RGB, shape (row, column, 3)."""
     look = surface.look
     low, high = np.percentile(heights, (2, 98))
     height = np.clip((heights - low) / max(high - low, 1e-9), 0, 1)[..., None]

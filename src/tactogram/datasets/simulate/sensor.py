@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.signal import Signal
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 from tactogram.signal.timing import to_uniform
 
 GRAVITY = 9.80665
@@ -29,15 +29,15 @@ class Sensor:
     range : float
         Largest magnitude, m/s^2.
     noise_z : float
-        By how much z is noisier than x and y.
+        Noise of z over that of x and y.
     clock : float
-        How far the sampling clock of a recording is off, as a share, rms; the receiver sees it by the arrival times.
+        Relative error of a recording's sampling clock, rms, which the receiver sees in the arrival times.
     jitter : float
-        Of the sampling instants, as a share of the period, rms; nobody sees it.
+        Error of the sampling instants over the period, rms, which nobody sees.
     packet : int
         Samples per radio packet; 1 is a wire.
     lost : float
-        Share of packets that do not arrive.
+        Share of lost packets.
     """
 
     rate: float
@@ -75,7 +75,7 @@ def sense(
     sensor: Sensor,
     rng: np.random.Generator,
 ) -> tuple[Signal, int]:
-    """Return what ``sensor`` says, and how many packets were lost on the way.
+    """Return the signal of ``sensor`` and the number of lost packets.
 
     Parameters
     ----------
@@ -84,15 +84,15 @@ def sense(
     rate : float, Hz
         Of ``acceleration``, well above the sensor's.
     angles : float64 array, shape (3, time) or (3, 1), radians
-        How the sensor is turned about x, then y, then z.
+        Rotation of the sensor about x, then y, then z.
     sensor : Sensor
     rng : numpy Generator
 
     Returns
     -------
     signal : Signal
-        Axes x, y, z, m/s^2, at the sensor's nominal rate, with gravity. Lost packets are bridged by straight lines,
-        and a wrong clock is put right by `tactogram.signal.timing.to_uniform`, as a receiver would.
+        Axes x, y, z, m/s^2, at the sensor's nominal rate, with gravity. Lost packets are bridged by straight lines, and
+        a clock error is corrected by `tactogram.signal.timing.to_uniform`, as by a receiver.
     lost : int
     """
     felt = acceleration.copy()
@@ -102,7 +102,7 @@ def sense(
     turned = Signal(turn(felt, angles).astype(np.float32), rate, "m/s^2", AXES)
     x = resample(turned, clock).samples.astype(np.float64)
     n = x.shape[1]
-    # What is read a little late differs by slope times lateness, which is small against the period.
+    # The error of a late sample is slope times delay, which is small against the period.
     late = sensor.jitter * np.clip(rng.standard_normal(n), -3, 3)
     x += np.gradient(x, axis=1) * late
     density = sensor.noise * np.array([1.0, 1.0, sensor.noise_z])[:, None]
@@ -121,7 +121,7 @@ def sense(
 
 
 def turn(v: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return vectors as seen by who is turned about x, then y, then z by ``angles`` (radians), shape (3, time)."""
+    """Return vectors in a frame that is rotated about x, then y, then z by ``angles`` (radians), shape (3, time)."""
     x, y, z = v
     for axis, (sine, cosine) in enumerate(zip(np.sin(angles), np.cos(angles), strict=True)):
         if axis == 0:

@@ -1,4 +1,4 @@
-"""The named sets, and how one recording of a surface is made; `studies` has what else the rated sets hold."""
+"""Simulated sets by name, and the simulation of one recording; `studies` simulates the ratings."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.photo import photograph, photographs
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
 from tactogram.datasets.simulate.strain_sensor import SENSOR, traced
-from tactogram.datasets.simulate.stroke import Stroke, slow_noise, stroke
+from tactogram.datasets.simulate.stroke import RecordingTask, Stroke, slow_noise, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Surface
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 
 INTERNAL_RATE = 8000.0
-"""Hz, at least: contacts are computed at a multiple of the sensor's rate not below this."""
+"""Lowest rate of the contact simulation, Hz, which runs at a multiple of the sensor's rate."""
 SLOW_RATE = 100.0
-"""Hz: rate of force and position, as in real collections. Friction comes at the rate of a wired accelerometer."""
+"""Rate of force and position, Hz, as in real collections. Friction has the rate of a wired accelerometer."""
 MOUNT_DEG, TREMOR_DEG = 6.0, 1.0
-"""How differently the sensor sits in each take, and how much it wanders in one, about each axis, rms."""
+"""Variation of the sensor's orientation between takes and within one, about each axis, rms."""
 
 
 @dataclass(frozen=True)
 class SimulatedSet:
-    """A layout: what is stroked by what, how fast, how long, how often, and what listens."""
+    """Layout of a set: surfaces, contactors, speeds, lengths, repetitions, and the sensor."""
 
     title: str
     surfaces: tuple[Surface, ...]
@@ -44,8 +44,8 @@ class SimulatedSet:
     sensor: Sensor
     back_and_forth: bool
     gives: Literal["vibration", "friction", "strain"] = "vibration"
-    """Vibration of a contactor; friction over displacement registered to a photograph, as `fabrics` makes it; or the
-    strain of a sensor's gauges over metal plates, as `strain_sensor` makes it."""
+    """Vibration of a contactor; friction over displacement, registered to a photograph (`fabrics`); or strain of a
+    sensor's gauges on metal plates (`strain_sensor`)."""
 
 
 SETS: Mapping[str, SimulatedSet] = {
@@ -78,24 +78,8 @@ SETS: Mapping[str, SimulatedSet] = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class RecordingTask:
-    """One recording that is to be made; small, so that processes can hand it on."""
-
-    set_name: str
-    seed: int
-    surface: int
-    contactor: str
-    speed_mm_s: float
-    take: int
-    seconds: float
-    rate: float
-    own_image: bool = True
-    """Whether it brings the one photograph of its surface; not where the set has several of each."""
-
-
 def simulated_sets() -> dict[str, str]:
-    """Return the named sets, each with a sentence on what it is."""
+    """Return the title of each set by name."""
     return {name: facts.title for name, facts in SETS.items()}
 
 
@@ -115,20 +99,15 @@ def simulate(
     set_name : str
         One of `simulated_sets`.
     seed : int
-        The same seed gives the same bits, in whichever order or process recordings are made.
+        The same seed gives the same bits, whatever the order or process.
     per_class : int, optional
         Recordings per surface, contactor and speed; by default as in the paper.
     seconds : float, optional
         Length of each.
     rate : float, optional
-        Of the accelerometer, Hz: 330, 1000, 6000 or 10000 are usual.
+        Rate of the accelerometer, Hz: 330, 1000, 6000 or 10000 are usual.
     speeds_mm_s : sequence of float, optional
-        Of the strokes, 1 to 2000 mm/s; by default as in the paper.
-
-    Raises
-    ------
-    ParameterError
-        For an unknown set or a number that makes no sense.
+        1 to 2000 mm/s; by default as in the paper.
     """
     for task in tasks(
         set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate, speeds_mm_s=speeds_mm_s
@@ -146,19 +125,13 @@ def tasks(
     speeds_mm_s: Sequence[float] | None = None,
     own_images: bool = True,
 ) -> list[RecordingTask]:
-    """Return the recordings that `simulate` yields, not yet made; with ``own_images`` each has its surface's.
-
-    Raises
-    ------
-    ParameterError
-        As `simulate`.
-    """
+    """Return the recordings that `simulate` yields as tasks; errors are `ParameterError`."""
     facts = _set(set_name)
     takes = facts.per_class if per_class is None else per_class
     length = facts.seconds if seconds is None else seconds
     hertz = facts.sensor.rate if rate is None else rate
     if not facts.surfaces and not (seconds is None and rate is None and speeds_mm_s is None):
-        raise ParameterError(f"{set_name} holds images alone; leave seconds, rate and speeds out")
+        raise ParameterError(f"{set_name} holds images alone; omit seconds, rate and speeds")
     speeds = facts.speeds_mm_s if speeds_mm_s is None else tuple(speeds_mm_s)
     if takes < 1:
         raise ParameterError(f"per_class must be at least 1, got {takes}")
@@ -171,7 +144,7 @@ def tasks(
             f"speeds must be 1 to 2000 mm/s each, got {', '.join(map('{:g}'.format, speeds))}"
         )
     if len(set(speeds)) < len(speeds):
-        raise ParameterError(f"each speed once, got {', '.join(map('{:g}'.format, speeds))}")
+        raise ParameterError(f"speeds must differ, got {', '.join(map('{:g}'.format, speeds))}")
     if seed < 0:
         raise ParameterError(f"seed must be >= 0, got {seed}")
     return [
@@ -184,20 +157,14 @@ def tasks(
 
 
 def surface_photographs(set_name: str, count: int) -> Iterator[tuple[str, Image]]:
-    """Return ``count`` photographs of each surface of a set, of places that do not overlap, with its name.
+    """Return ``count`` photographs of each surface of a set (at most 9), of places that do not overlap, with its name.
 
-    They go into a store whose recordings were made without images of their own (``own_images=False``).
-
-    Raises
-    ------
-    ParameterError
-        For an unknown set, one whose recordings are registered to photographs of their own, or more photographs
-        than a surface has room for (9).
+    They go into a store whose recordings have no images of their own (``own_images=False``).
     """
     facts = _set(set_name)
     if count and facts.gives == "friction":
         raise ParameterError(
-            f"each recording of {set_name} has a photograph of its own; leave photographs at 0"
+            f"each recording of {set_name} has its own photograph; photographs must be 0, got {count}"
         )
     return ((surface.name, image) for surface in facts.surfaces for image in photographs(surface, count))
 
@@ -209,38 +176,22 @@ def _set(set_name: str) -> SimulatedSet:
 
 
 def make(task: RecordingTask) -> Recording:
-    """Return one simulated recording; it depends on ``task`` alone."""
+    """Return one simulated recording, which depends on ``task`` alone."""
     facts = SETS[task.set_name]
     if facts.gives == "strain":
-        return traced(
-            PLATES[task.surface],
-            measurement=task.take,
-            seed=task.seed,
-            speed_mm_s=task.speed_mm_s,
-            seconds=task.seconds,
-            rate=task.rate,
-            set_name=task.set_name,
-        )
+        return traced(PLATES[task.surface], task)
     if facts.gives == "friction":
-        return fabric(
-            facts.surfaces[task.surface],
-            piece=task.take,
-            seed=task.seed,
-            speed_mm_s=task.speed_mm_s,
-            seconds=task.seconds,
-            rate=task.rate,
-            set_name=task.set_name,
-        )
+        return fabric(facts.surfaces[task.surface], task)
     return _stroked(task, facts)
 
 
 def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
-    """Return what an accelerometer on the contactor feels, and what else is known of the stroke."""
+    """Return the acceleration of a contactor, with force, position and friction."""
     surface, contactor = facts.surfaces[task.surface], CONTACTORS[task.contactor]
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
     rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
     rate = task.rate * max(2.0, np.ceil(INTERNAL_RATE / task.rate))
-    # No two takes press, lie or last alike, and the sensor is put on anew for each.
+    # Takes differ in force, direction and wear, and the sensor is mounted anew for each.
     force = contactor.force_n * np.exp(0.15 * rng.standard_normal())
     direction = 3 + 8 * rng.standard_normal()
     moved = stroke(
@@ -292,7 +243,6 @@ def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
 
 
 def _others(felt: ContactSignals, moved: Stroke, direction_deg: float, sensor: Sensor) -> dict[str, Signal]:
-    """Return what is known besides the acceleration: force, place, friction."""
     rate = moved.rate
     slow = min(SLOW_RATE, sensor.rate)
     fast = slow if sensor.packet > 1 else sensor.rate
@@ -300,14 +250,12 @@ def _others(felt: ContactSignals, moved: Stroke, direction_deg: float, sensor: S
     drag, load = (resample(s, fast).samples for s in (force.with_samples(felt.friction_n), force))
     angle = np.deg2rad(direction_deg)
     along, across = felt.place_m, 1e-3 * moved.sideways_mm
-    place = [
-        along * np.cos(angle) - across * np.sin(angle),
-        along * np.sin(angle) + across * np.cos(angle),
-    ]
+    cos, sin = np.cos(angle), np.sin(angle)
+    place = [along * cos - across * sin, along * sin + across * cos]
     pressed = resample(force, slow)
     return {
         "force": pressed.with_samples(np.maximum(pressed.samples, 0)),
         "position": resample(Signal(np.stack(place).astype(np.float32), rate, "m", ("x", "y")), slow),
-        # Where the contactor hops there is no ratio: a tenth of the usual force is the least that is divided by.
+        # The ratio is undefined where the contactor hops: the divisor is at least a tenth of the mean force.
         "friction": Signal(drag / np.maximum(load, 0.1 * load.mean()), fast, "1", ("along",)),
     }

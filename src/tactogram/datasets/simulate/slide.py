@@ -1,4 +1,4 @@
-"""The loop of the contact: one step per sample, compiled."""
+"""Compiled loop of the contact simulation, one step per sample."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ COLUMNS = ("along", "across", "normal", "friction_n", "force_n", "place_m")
 
 @cache
 def compiled() -> Callable[..., NDArray[np.float64]]:
-    """Return `slide`, compiled when first asked for, so that importing costs nothing."""
+    """Return `slide`, compiled on first use, so that imports stay fast."""
     from numba import njit
 
     loop: Callable[..., NDArray[np.float64]] = njit(cache=True)(slide)
@@ -35,43 +35,35 @@ def slide(
     friction: tuple[float, float, float],
     bristles: tuple[float, float, float],
 ) -> NDArray[np.float64]:
-    """Return what happens while a hand drags a contactor over a surface.
+    """Return the signals of a contactor that a hand drags over a surface, float64, shape (6, time), as `COLUMNS`.
 
-    Normal to the surface m z'' + b (z' - u') + k (z - u) = 0 with u the height at the place of the contactor, as
-    long as it presses; in the air only the load acts. Along and across, a mass on the grip of the hand, pushed by
-    the slopes of the surface and, along, held by LuGre friction (Canudas de Wit, Olsson, Astrom, Lischinsky 1995)
-    under the momentary normal force N:
-    z' = v - sigma0 |v| z / g(v), F = sigma0 z + sigma1 z' + sigma2 v,
-    g(v) = N (mu_c + (mu_s - mu_c) exp(-(v / v_s)^2)).
+    Normal to the surface m z'' + b (z' - u') + k (z - u) = 0 with u the height at the contactor while it presses; in
+    the air only the load acts. Along and across, a mass on the grip of the hand is pushed by the slopes of the surface
+    and, along, held by LuGre friction (Canudas de Wit, Olsson, Astrom, Lischinsky 1995) under the momentary normal
+    force N: z' = v - sigma0 |v| z / g(v), F = sigma0 z + sigma1 z' + sigma2 v, g(v) = N (mu_c + (mu_s - mu_c) exp(-(v /
+    v_s)^2)).
 
     Masses and springs are advanced by the trapezoidal rule, which damps nothing; the stiff bristle by the implicit
-    Euler rule with |v| / g(v) of the step before, which is stable at any step. Both are solved together: one
-    division per direction and step.
+    Euler rule with |v| / g(v) of the previous step, which is stable at any step. Both are solved together: one division
+    per direction and step.
 
     Parameters
     ----------
     spline : float32 array, shape (row, column)
         Coefficients of the cubic B-spline of the heights; periodic, a power of two each way.
-    scale : float, m
-        What one of its units is.
-    cell : float, m
-        Its grid.
+    scale, cell : float, m
+        Its unit, and its grid.
     dt : float, s
     path, sideways : float64 arrays, shape (time,), m
-        Place of the hand along and across its heading.
+        Position of the hand along and across its heading.
     load : float64 array, shape (time,), N
         Normal force of the hand.
     start, heading : (x, y)
-        Where the stroke begins, m, and the unit vector along it.
+        Start of the stroke, m, and the unit vector along it.
     contact, grip : (mass kg, spring N/m, damper N s/m)
         Normal to the surface, and in it.
     friction : (mu_c, mu_s, v_s in m/s)
     bristles : (sigma0 N/m, sigma1 N s/m, sigma2 N s/m)
-
-    Returns
-    -------
-    float64 array, shape (6, time)
-        `COLUMNS`: accelerations in m/s^2, friction and normal force in N, place along the path in m.
     """
     n = len(path)
     out = np.empty((6, n))

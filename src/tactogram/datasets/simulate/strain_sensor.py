@@ -1,7 +1,7 @@
-"""A finger-like sensor of two silicone layers with two strain gauges in each, traced over a metal plate, simulated.
+"""Simulated finger-like sensor: two silicone layers with two strain gauges each, traced over a metal plate.
 
-The layout of the ultrasonic study, Sec. III-B: a pad of two layers of different hardness, two gauges in each, 20 mm/s,
-0.98 N, 50 mm, 10 kHz, 2.5 s of which 2 s are stable. Stiffnesses, resonances, gains and noise are our assumptions.
+The layout of the ultrasonic study, Sec. III-B: a pad of two layers of different hardness, 20 mm/s, 0.98 N, 50 mm, 10
+kHz, 2.5 s of which 2 s are stable. Stiffnesses, resonances, gains and noise are our assumptions.
 """
 
 from __future__ import annotations
@@ -16,31 +16,26 @@ from scipy import signal as dsp
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import Contactor, feel
 from tactogram.datasets.simulate.metal_plates import Plate, fine_heights
-from tactogram.datasets.simulate.stroke import stroke
+from tactogram.datasets.simulate.stroke import RecordingTask, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM
 from tactogram.signal import Signal
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 
 GAUGES = ("g1", "g2", "g3", "g4")
-"""Front and back of the outer layer, front and back of the inner one."""
+"""Front and back of the outer layer, then of the inner one."""
 STABLE_S = (0.25, 2.25)
-"""Part of 2.5 s in which the sensor moves at its speed; before it starts, after it stops."""
+"""Interval of 2.5 s at constant speed."""
 SENSOR = Contactor("tactile sensor", 1.2, 1.0, 0.0, 0.010, 3000.0, 3.0, 0.020, 4000.0, 8.0, 0.98, 0.0)
 UNSTEADINESS = 0.001
-"""Of a friction tester, as `stroke` has it: a machine moves, a weight presses."""
+"""Of a friction tester: a machine moves, a weight presses."""
 INTERNAL_RATE = 20_000.0
 
 
 @dataclass(frozen=True)
 class Layer:
-    """A silicone layer: a second-order resonance between the contact and the two gauges in it.
+    """A silicone layer: a second-order resonance between the contact and its two gauges.
 
-    Parameters
-    ----------
-    resonance_hz, damping : float
-    shear_v_n, normal_v_n : float
-        What its gauges say per newton along the stroke, which bends them opposite ways, and normal to it, which
-        presses both.
+    The gauges measure V per N along the stroke, which bends them opposite ways, and normal to it, which presses both.
     """
 
     resonance_hz: float
@@ -50,38 +45,26 @@ class Layer:
 
 
 LAYERS = (Layer(420.0, 0.35, 1.0, 0.45), Layer(170.0, 0.22, 0.55, 0.30))
-"""The outer, softer one follows the contact up to some 400 Hz; the inner one, behind it, hears less and deeper."""
+"""The outer, softer one follows the contact up to some 400 Hz; the inner one responds less, at lower frequencies."""
 LOCAL = 0.6
-"""Share of the finest roughness that a gauge feels alone: it lies over other asperities than the other one."""
+"""Share of the finest roughness that only one gauge senses, since each lies over different asperities."""
 NOISE_V, STEP_V = 2e-4, 10 / 2**16
 
 
-def traced(plate: Plate, *, measurement: int, seed: int, seconds: float, rate: float, speed_mm_s: float,
-           set_name: str) -> Recording:  # fmt: skip
-    """Return one simulated measurement of a plate.
+def traced(plate: Plate, task: RecordingTask) -> Recording:
+    """Return one simulated measurement of a plate: stream ``strain``, axes `GAUGES`, V; ``session`` is its own.
 
-    Parameters
-    ----------
-    plate : Plate
-    measurement : int
-        Number, from 1: each begins at another place, a little turned, and the sensor is mounted anew.
-    seed : int
-    seconds, rate, speed_mm_s : float
-    set_name : str
-
-    Returns
-    -------
-    Recording
-        Stream ``strain``: axes `GAUGES`, V. ``session`` is the measurement's own.
+    Each begins at another place, slightly turned, with the sensor mounted anew.
     """
-    source = f"{set_name}/{plate.name}/{measurement}"
-    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(source.encode())]))
+    rate = task.rate
+    source = f"{task.set_name}/{plate.name}/{task.take}"
+    rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
     fast = rate * max(2.0, np.ceil(INTERNAL_RATE / rate))
     moved = stroke(
         rng,
-        seconds=seconds,
+        seconds=task.seconds,
         rate=fast,
-        speed_mm_s=speed_mm_s,
+        speed_mm_s=task.speed_mm_s,
         force_n=SENSOR.force_n * float(np.exp(0.01 * rng.standard_normal())),
         back_and_forth=False,
         unsteadiness=UNSTEADINESS,
@@ -110,18 +93,18 @@ def traced(plate: Plate, *, measurement: int, seed: int, seconds: float, rate: f
     return Recording(
         streams={"strain": volts.with_samples(np.round(noisy / STEP_V) * STEP_V)},
         material=plate.name,
-        speed_mm_s=speed_mm_s,
+        speed_mm_s=task.speed_mm_s,
         force_n=SENSOR.force_n,
         direction_deg=round(direction, 2),
         contactor=SENSOR.name,
-        session=f"{plate.name}-m{measurement:02d}",
+        session=f"{plate.name}-m{task.take:02d}",
         subject="simulated",
-        labels={"recording": str(measurement), "made": plate.made},
+        labels={"recording": str(task.take), "made": plate.made},
         source=source,
         history=(
-            f"simulated set {set_name}, seed {seed}",
+            f"simulated set {task.set_name}, seed {task.seed}",
             f"contact at {fast:g} Hz: height field, resonant contact, LuGre friction",
-            f"four strain gauges in two layers; stable from {STABLE_S[0]:g} to {seconds - STABLE_S[0]:g} s",
+            f"four strain gauges in two layers; stable from {STABLE_S[0]:g} to {task.seconds - STABLE_S[0]:g} s",
         ),
         simulated=True,
     )
@@ -130,13 +113,13 @@ def traced(plate: Plate, *, measurement: int, seed: int, seconds: float, rate: f
 def _fine_force(
     plate: Plate, place_m: NDArray[np.float64], rate: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return the force by which the finest roughness shakes the pad, N: its mass stays, spring and damper give way."""
+    """Return the force of the finest roughness on the pad, N: its mass stays, spring and damper give way."""
     heights = fine_heights(plate, SENSOR, place_m + rng.random(), rng)
     return np.asarray(SENSOR.stiffness_n_m * heights + SENSOR.damping_n_s_m * np.gradient(heights) * rate)
 
 
 def _through(layer: Layer, force: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-    """Return a force as the gauges of a layer meet it, of gain 1 at rest."""
+    """Return a force as the gauges of a layer sense it, of gain 1 at rest."""
     w = 2 * np.pi * layer.resonance_hz
     b, a = dsp.bilinear([w**2], [1, 2 * layer.damping * w, w**2], rate)
     return np.asarray(dsp.lfilter(b, a, force, zi=force[0] * dsp.lfilter_zi(b, a))[0])

@@ -10,26 +10,37 @@ from scipy.interpolate import BPoly, CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 LENGTH_MM = 80.0
-"""Of a back-and-forth stroke: the plates of Saga et al. are "70-100 mm length and 100-130 mm width" (Fig. 4)."""
+"""Length of a pass: the plates of Saga et al. are "70-100 mm length and 100-130 mm width" (Fig. 4)."""
 TURN_M_S2 = 10.0
-"""Mean acceleration by which a hand turns: from 400 mm/s to 400 mm/s the other way in 80 ms. Our assumption."""
+"""Mean acceleration of a turning hand: from 400 mm/s to 400 mm/s the other way in 80 ms. Our assumption."""
 UNSTEADINESS = 0.05
-"""By how much the speed wanders, as a share, rms; the force wanders twice as much."""
+"""Relative variation of the speed, rms; the force varies twice as much. 0 is a machine."""
 
 _AHEAD_S = 0.1
+
+
+@dataclass(frozen=True)
+class RecordingTask:
+    """One recording to simulate; small, so that processes can exchange it."""
+
+    set_name: str
+    seed: int
+    surface: int
+    contactor: str
+    speed_mm_s: float
+    take: int
+    seconds: float
+    rate: float
+    own_image: bool = True
+    """Whether it has the one photograph of its surface; false if the set has several of each."""
 
 
 @dataclass(frozen=True)
 class Stroke:
     """A stroke sampled at ``rate``: all arrays float64, shape (time,).
 
-    Parameters
-    ----------
-    rate : float, Hz
-    path_mm, sideways_mm : mm
-        Place of the hand along the stroke and across it.
-    force_n : N, > 0
-        Normal force of the hand.
+    ``path_mm`` and ``sideways_mm`` are the position of the hand along and across the stroke, ``force_n`` its normal
+    force, > 0.
     """
 
     rate: float
@@ -50,22 +61,13 @@ def stroke(
 ) -> Stroke:
     """Return a stroke at an "almost constant speed" (Saga et al., Sec. II-C).
 
-    Parameters
-    ----------
-    rng : numpy Generator
-    seconds, rate : float, s and Hz
-    speed_mm_s, force_n : float
-        Nominal.
-    back_and_forth : bool
-        Over `LENGTH_MM` and back, or in one direction from rest to rest.
-    unsteadiness : float
-        See `UNSTEADINESS`; 0 is a machine.
+    It goes back and forth over `LENGTH_MM`, or in one direction from rest to rest; speed and force are nominal.
     """
     n = round(seconds * rate)
     t = np.arange(n) / rate
     path = _there_and_back if back_and_forth else _one_way
     wander = unsteadiness / (2 * np.pi * 1.0)
-    # Time itself runs unevenly, by at most `_AHEAD_S`: speed wanders, and no place drifts away.
+    # Time itself is warped, by at most `_AHEAD_S`: the speed varies without drift of the position.
     warped = t + np.clip(wander * slow_noise(rng, n, rate, 2.0), -_AHEAD_S, _AHEAD_S)
     place = path(rng, seconds, speed_mm_s, unsteadiness)(warped)
     sideways = 25 * unsteadiness * slow_noise(rng, n, rate, 0.5)
@@ -74,7 +76,7 @@ def stroke(
 
 
 def slow_noise(rng: np.random.Generator, n: int, rate: float, below_hz: float) -> NDArray[np.float64]:
-    """Return Gaussian noise of rms about 1 and no content above ``below_hz``, smooth, float64, shape (time,)."""
+    """Return smooth Gaussian noise of rms about 1 without content above ``below_hz``, float64, shape (time,)."""
     seconds = n / rate
     knots = int(seconds * 4 * below_hz) + 8
     points = gaussian_filter1d(rng.standard_normal(knots + 8), 1.0, mode="constant")[4:-4]
@@ -84,7 +86,7 @@ def slow_noise(rng: np.random.Generator, n: int, rate: float, below_hz: float) -
 
 
 def _one_way(rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float) -> BPoly:
-    """Return the place over time, mm: speed up, slide, slow down."""
+    """Return the position over time, mm: speed up, slide, slow down."""
     turn = min(0.15, seconds / 4)
     ramp = speed * turn / 2
     far = 2 * ramp + speed * (seconds - 2 * turn)
@@ -95,10 +97,10 @@ def _one_way(rng: np.random.Generator, seconds: float, speed: float, unsteadines
 
 
 def _there_and_back(rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float) -> BPoly:
-    """Return the place over time, mm: straight passes, and turns of smallest jerk between them.
+    """Return the position over time, mm: straight passes with minimum-jerk turns.
 
-    Fifth-order polynomials through place, speed and acceleration are the movements of smallest jerk (Flash & Hogan
-    1985). Each pass has a speed and an end of its own.
+    Fifth-order polynomials through position, speed and acceleration have minimum jerk (Flash & Hogan 1985). Each pass
+    has its own speed and end.
     """
     times: list[float] = []
     states: list[list[float]] = []

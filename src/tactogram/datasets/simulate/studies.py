@@ -1,4 +1,4 @@
-"""The two simulated studies of words: plates and display signals that were felt, and images that were seen."""
+"""Simulated rating studies: plates and display signals that are touched, and images that are seen."""
 
 from __future__ import annotations
 
@@ -19,20 +19,14 @@ from tactogram.signal import Image
 PER_FAMILY = 20
 """16 families of 20 images are the 320 of the cross-modal study, Sec. II-B."""
 IMAGE_SETS = 4
-"""Which the images are dealt into; each is judged by 30 of the 37 raters."""
+"""Sets into which the images are dealt; 30 of the 37 raters rate each."""
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedStudyData:
     """Data of a simulated study besides recordings of surfaces.
 
-    Parameters
-    ----------
-    recordings : tuple of Recording
-        Display signals.
-    photographs : tuple of (str, Image)
-        Items and their images.
-    ratings : Ratings
+    Recordings are display signals, photographs pairs of item and image.
     """
 
     recordings: tuple[Recording, ...]
@@ -41,32 +35,20 @@ class SimulatedStudyData:
 
 
 RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37}
-"""How many rate in each of the two sets."""
+"""Number of raters by set."""
 
 
 def study(
     set_name: str, *, seed: int, per_class: int | None = None, raters: int | None = None
 ) -> SimulatedStudyData | None:
-    """Return what a named set holds besides its recordings of surfaces; None for a set without ratings.
+    """Return the content of a named set besides its recordings of surfaces; None for a set without ratings.
 
-    Parameters
-    ----------
-    set_name : str
-    seed : int
-        Of people and images; plates and display signals are always the same.
-    per_class : int, optional
-        Images per family, for ``tactile_images``; by default `PER_FAMILY`.
-    raters : int, optional
-        By default 32 for ``ultrasonic`` and 37 for ``tactile_images``.
-
-    Raises
-    ------
-    ParameterError
-        For raters of a set that has none, or a number that makes no sense.
+    ``seed`` determines people and images; plates and display signals are always the same. ``per_class`` is the number
+    of images per family for ``tactile_images``, by default `PER_FAMILY`; ``raters`` is by default that of `RATERS`.
     """
     if set_name not in RATERS:
         if raters is not None:
-            raise ParameterError(f"nobody rates in {set_name}; raters can be given for {', '.join(RATERS)}")
+            raise ParameterError(f"{set_name} has no ratings; raters must be of {', '.join(RATERS)}")
         return None
     people = draw_people(RATERS[set_name] if raters is None else raters, seed=seed)
     if set_name == "ultrasonic":
@@ -80,13 +62,13 @@ def study(
     if each < 1:
         raise ParameterError(f"per_class must be at least 1, got {each}")
     made = [tactile_image(family, number, seed=seed) for number in range(each) for family in FAMILIES]
-    # Shuffled, so that neither an item's name nor its set says what it shows.
+    # Shuffled, so that neither an item's name nor its set reveals its family.
     order = np.random.default_rng([seed, len(made)]).permutation(len(made))
     images = {f"image{place:03d}": made[number] for place, number in enumerate(order, start=1)}
     names, away = list(images), round(len(people) * 7 / 37)
     parts = []
     for number in range(IMAGE_SETS):
-        # Seven of the 37 are away from each set, others each time.
+        # Seven of the 37 are absent from each set, others each time.
         left_out = {people[(number * away + n) % len(people)].name for n in range(away)}
         present = [person for person in people if person.name not in left_out]
         dealt = {name: images[name] for name in names[number::IMAGE_SETS]}

@@ -1,13 +1,13 @@
 """Surfaces as height fields: sums of gratings, weaves, bumps, particles and power-law roughness.
 
 A field is a periodic patch of `PATCH_MM`, about as large as the plates of Saga et al. ("about 100 mm in length and
-width"); a longer stroke meets it again. Heights are in mm over a square grid of `MM_PER_PIXEL`.
+width"); a longer stroke repeats it. Heights are in mm over a square grid of `MM_PER_PIXEL`.
 """
 
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -26,7 +26,7 @@ PATCH_MM = SIZE * MM_PER_PIXEL
 class Grating:
     """Ridges: a cosine of ``period_mm`` and ``height_mm`` (peak to valley), steeper for ``sharpness`` > 1.
 
-    ``angle_deg`` is the direction across the ridges; ``wander_mm`` lets them meander.
+    ``angle_deg`` is the direction across the ridges; they meander by ``wander_mm``.
     """
 
     period_mm: float
@@ -48,8 +48,8 @@ class Weave:
 class Particles:
     """Round bumps (``height_mm`` > 0) or holes (< 0), ``density`` per mm^2, of ``radius_mm``.
 
-    ``order`` 0 puts them at random, 1 on a grid, values between jitter the grid. They are Gaussian, or with an
-    ``edge_mm`` > 0 flat discs whose rim is so wide: punched holes, pores.
+    ``order`` 0 places them at random, 1 on a grid, values between jitter the grid. They are Gaussian, or with
+    ``edge_mm`` > 0 flat discs with a rim of that width: punched holes, pores.
     """
 
     density: float
@@ -63,7 +63,8 @@ class Particles:
 class Roughness:
     """Isotropic roughness of ``rms_mm`` with spectrum k^-beta between ``low`` and ``high`` cycles per mm.
 
-    Self-affine surfaces: Persson et al. 2005, J. Phys. Condens. Matter 17:R1.
+    Self-affine surfaces: Persson et al. 2005, J. Phys. Condens. Matter 17:R1. It is longer than wide along y by
+    ``stretch``: the grain of wood.
     """
 
     rms_mm: float
@@ -71,14 +72,13 @@ class Roughness:
     low: float = 0.1
     high: float = 5.0
     stretch: float = 1.0
-    """Longer than wide along y by this factor: the grain of wood."""
 
 
 @dataclass(frozen=True)
 class Cells:
     """Granules pressed together, ``size_mm`` apart: domes of ``height_mm`` that meet in seams (Worley 1996).
 
-    Each lies higher or lower than the others by ``uneven_mm`` rms: cork, foam beads.
+    Their levels differ by ``uneven_mm`` rms: cork, foam beads.
     """
 
     size_mm: float
@@ -87,8 +87,6 @@ class Cells:
 
 
 Texture = Grating | Weave | Particles | Roughness | Cells
-
-
 Colour = tuple[float, float, float]
 
 
@@ -103,8 +101,8 @@ class Appearance:
     hollow : three floats in 0..1, optional
         Albedo of the hollows, by default that of the tops.
     mottle : float
-        Rms by which the albedo varies, as a share; ``grain_mm`` is the size of the largest spots, ``streak`` how
-        much longer than wide they are along y.
+        Relative rms variation of the albedo; ``grain_mm`` is the size of the largest spots, ``streak`` their length
+        over their width, along y.
     gloss : float
         Strength of the reflection of the lamp.
     """
@@ -119,7 +117,7 @@ class Appearance:
 
 @dataclass(frozen=True)
 class Surface:
-    """A material: its height field, its mechanics, its look, and room for what people say of it.
+    """A material: its height field, mechanics and look.
 
     Parameters
     ----------
@@ -133,13 +131,10 @@ class Surface:
     stribeck_mm_s : float
         Velocity of the Stribeck curve, mm/s.
     stiffness_n_m : float
-        Of the surface under the contactor, N/m: foam 200, tile 1e6.
+        Stiffness under the contactor, N/m: foam 200, tile 1e6.
     loss : float
         Loss factor of the contact: it adds ``loss`` sqrt(k m) to the contact's damping.
-    look : Look
-        What the photograph needs besides the heights.
-    words : mapping from str to float
-        Perceptual descriptors; not used yet.
+    look : Appearance
     """
 
     name: str
@@ -150,12 +145,11 @@ class Surface:
     stiffness_n_m: float = 1e5
     loss: float = 0.0
     look: Appearance = Appearance()
-    words: dict[str, float] = field(default_factory=dict, hash=False)
 
 
 @lru_cache(maxsize=4)
 def height_field(surface: Surface) -> NDArray[np.float32]:
-    """Return the heights of a surface, mm, float32, shape (row, column), mean 0; the same for the same surface."""
+    """Return the heights of a surface, mm, float32, shape (row, column), mean 0; they depend on the surface alone."""
     rng = np.random.default_rng(zlib.crc32(surface.name.encode()))
     heights = np.zeros((SIZE, SIZE))
     for texture in surface.textures:
@@ -171,8 +165,8 @@ def power_law(
 ) -> NDArray[np.float64]:
     """Return a periodic random field of rms 1, float64, shape (row, column).
 
-    Along a line its power falls as k^-beta between ``low`` and ``high`` cycles per mm (and its power over the plane
-    as k^-(beta + 1)); it is longer than wide along y by ``stretch``.
+    Along a line its power falls as k^-beta between ``low`` and ``high`` cycles per mm (over the plane as k^-(beta +
+    1)); it is longer than wide along y by ``stretch``.
     """
     ky, kx = frequencies()
     radius = np.hypot(ky * stretch, kx)
@@ -227,7 +221,7 @@ def _grating(texture: Grating, rng: np.random.Generator) -> NDArray[np.float64]:
 
 
 def _weave(texture: Weave) -> NDArray[np.float64]:
-    """Plain weave: round yarns that go over and under each other."""
+    """Return a plain weave: round yarns that go over and under each other."""
     y, x = _axes()
     count = 2 * max(1, round(PATCH_MM / texture.period_mm / 2))
     warp, weft = np.pi * count * x / PATCH_MM, np.pi * count * y / PATCH_MM
@@ -239,7 +233,7 @@ def _weave(texture: Weave) -> NDArray[np.float64]:
 
 
 def _particles(texture: Particles, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return the sum of bumps, made by a convolution over the periodic patch; flat ones do not pile up."""
+    """Return the sum of bumps, a convolution over the periodic patch; flat ones do not pile up."""
     side = max(1, round(np.sqrt(texture.density) * PATCH_MM))
     grid = np.stack(np.meshgrid(*[(np.arange(side) + 0.5) / side] * 2, indexing="ij"), -1).reshape(-1, 2)
     random = rng.random((side * side, 2))
@@ -263,7 +257,7 @@ def _particles(texture: Particles, rng: np.random.Generator) -> NDArray[np.float
 
 
 def _cells(texture: Cells, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return domes over the nearest of random points; looked up on half the grid, which is ten times as fast."""
+    """Return domes over the nearest of random points, looked up on half the grid, which is ten times as fast."""
     half = SIZE // 2
     side = max(2, round(PATCH_MM / texture.size_mm))
     grid = np.stack(np.meshgrid(*[np.arange(side) + 0.5] * 2, indexing="ij"), -1).reshape(-1, 2)

@@ -1,6 +1,6 @@
-"""Pictures of made-up materials that look like something to touch: sixteen families of formulas, simulated.
+"""Simulated pictures of imaginary materials that look tactile: sixteen families of formulas.
 
-They stand in for the 320 images of the cross-modal study (Sec. II-B), which are not at hand. Each is a height field, an
+They replace the 320 images of the cross-modal study (Sec. II-B), which are not at hand. Each is a height field, an
 albedo and a lamp; the simulated raters see the pixels alone, never the family or its parameters.
 """
 
@@ -35,7 +35,7 @@ def _noise(
 ) -> Array:
     """Return a random field of rms 1 between ``low`` and ``high`` cycles per side, amplitudes as k^-slope.
 
-    It is longer than wide by ``stretch``, lying along ``turn`` (radians).
+    It is longer than wide by ``stretch``, along ``turn`` (radians).
     """
     ky, kx = np.fft.fftfreq(PIXELS, 1 / PIXELS)[:, None], np.fft.rfftfreq(PIXELS, 1 / PIXELS)[None]
     along, across = kx * np.cos(turn) + ky * np.sin(turn), ky * np.cos(turn) - kx * np.sin(turn)
@@ -64,20 +64,20 @@ def _lit(
 
 
 def _hue(rng: Rng, low: tuple[float, float, float], high: tuple[float, float, float]) -> Array:
-    """Return a colour between two, the same share of the way in all three plus a little of its own, shape (1, 1, 3)."""
+    """Return a colour between two, shape (1, 1, 3), the same share of the way in all channels plus noise."""
     way = np.clip(rng.random() + 0.1 * rng.standard_normal(3), 0, 1)
     return np.asarray(np.array(low) + (np.array(high) - np.array(low)) * way)[None, None]
 
 
 def _points(rng: Rng, across: float, order: float) -> Array:
-    """Return places (y, x) in 0..1, about ``across`` each way: on a grid for order 1, at random for 0."""
+    """Return points (y, x) in 0..1, about ``across`` each way: on a grid for order 1, at random for 0."""
     side = max(2, round(across))
     grid = np.stack(np.meshgrid(*[np.arange(-1, side + 1) + 0.5] * 2, indexing="ij"), -1).reshape(-1, 2)
     return np.asarray((grid + (1 - order) * (rng.random(grid.shape) - 0.5)) / side)
 
 
 def _nearest(points: Array) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Return distances to the nearest and the next point, and which is nearest, shape (row, column) each."""
+    """Return distances to the nearest and next point, and the index of the nearest, shape (row, column) each."""
     distance, which = cKDTree(points).query(np.stack([_Y, _X], -1).reshape(-1, 2), k=2)
     shape = (PIXELS, PIXELS)
     return distance[:, 0].reshape(shape), distance[:, 1].reshape(shape), which[:, 0].reshape(shape)
@@ -293,4 +293,3 @@ FAMILIES: dict[str, Callable[[Rng], Array]] = {
     "spikes": _spikes, "wet": _wet, "crumpled": _crumpled, "leaves": _leaves,
     "wood": _wood, "fabric": _fabric, "bark": _bark, "glazed": _glazed,
 }  # fmt: skip
-"""What an image may be of, by name."""

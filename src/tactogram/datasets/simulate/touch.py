@@ -1,7 +1,7 @@
-"""Bare finger on a metal plate and on an ultrasonic display: skin vibration, friction, relief.
+"""Simulated bare finger on a metal plate and on an ultrasonic display: skin vibration, friction, relief.
 
-Simulated. The rule by which simulated raters score goes by these quantities alone, and they are the same for plates and
-display; what a display cannot give is relief.
+Simulated raters score by these quantities alone, which are the same for plates and display; only relief is missing on a
+display.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from tactogram.datasets.simulate.stroke import stroke
 from tactogram.datasets.simulate.surfaces import frequencies, height_field
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 
 RATE = 8000.0
 SPEED_MM_S = 60.0
-"""Of a finger that explores freely. Our assumption, the same on plates and display."""
+"""Speed of a freely exploring finger. Our assumption, the same on plates and display."""
 FORCE_N = 0.6
 SKIN = (2e-4, 1.5, 1000.0)
 """Mass kg, damping N s/m, stiffness N/m of the skin under a finger: elastic below and viscous above about 100 Hz
 (Wiertlewski & Hayward 2012, J. Biomech. 45:1869)."""
 BARE_FINGER = replace(FINGER, name="bare finger", radius_mm=0.6)
-"""Heights are averaged over what a receptor near the surface resolves, about 1 mm across (Johnson & Phillips 1981,
+"""Heights are averaged over the resolution of a receptor near the surface, about 1 mm (Johnson & Phillips 1981,
 J. Neurophysiol. 46:1177), not over the whole contact."""
 CARRIER_HZ, QUALITY = 28_200.0, 100.0
 """Resonance of the Langevin transducer, and its quality with a finger on it, our assumption: the envelope passes a
 first-order low-pass at carrier / (2 quality) = 141 Hz."""
 HORN_FRICTION, LUBRICATED, HALF = 0.8, 0.7, 0.2
-"""Friction of the horn at rest, the share that full vibration takes away, and the envelope at which half of that is
-gone: friction falls with amplitude and saturates (Wiertlewski, Friesen, Colgate 2016, PNAS 113:9210)."""
+"""Friction of the horn at rest, the share by which full vibration reduces it, and the envelope of half that reduction:
+friction falls with amplitude and saturates (Wiertlewski, Friesen, Colgate 2016, PNAS 113:9210)."""
 COARSE_MM, FELT_EDGE_MM = 1.0, 0.2
 
 Array = NDArray[np.float64]
@@ -56,9 +56,9 @@ class FingerSlide:
     drag : float64 array, shape (time,)
         Coefficient of friction over time, at the rate of ``skin``.
     relief_mm : float
-        Rms height of what is coarser than `COARSE_MM`; 0 on a display.
+        Rms height of structures coarser than `COARSE_MM`; 0 on a display.
     steepness : float
-        Rms slope of what is coarser than `FELT_EDGE_MM`; 0 on a display.
+        Rms slope of structures coarser than `FELT_EDGE_MM`; 0 on a display.
     """
 
     skin: Signal
@@ -70,7 +70,7 @@ class FingerSlide:
 
 @lru_cache(maxsize=32)
 def plate_touched(plate: Plate) -> FingerSlide:
-    """Return what a bare finger meets on a plate at `SPEED_MM_S` and `FORCE_N`; the same for the same plate."""
+    """Return the quantities of a bare finger on a plate at `SPEED_MM_S` and `FORCE_N`."""
     rng = np.random.default_rng(int(plate.name[-2:]))
     fast = 2 * RATE
     moved = stroke(
@@ -95,21 +95,12 @@ def plate_touched(plate: Plate) -> FingerSlide:
 
 
 def display_touched(drive: Signal) -> FingerSlide:
-    """Return what a bare finger meets on the simulated ultrasonic display that plays ``drive`` as a loop.
+    """Return the quantities of a bare finger on the simulated ultrasonic display that plays ``drive`` as a loop.
 
     The carrier is amplitude-modulated with depth 1, so its envelope is (1 + x) / 2 of the largest vibration; the
     transducer's resonance passes the envelope as a first-order low-pass, friction falls with it, and the skin follows
-    the drag.
-
-    Parameters
-    ----------
-    drive : Signal
-        One axis, unit 1, full scale -1 to 1; what is beyond is cut off, as an amplifier does.
-
-    Raises
-    ------
-    ParameterError
-        If it is of another unit, has several axes or is shorter than 0.1 s.
+    the drag. ``drive`` has one axis and unit 1, full scale -1 to 1, beyond which it is clipped as by an amplifier, and
+    lasts at least 0.1 s.
     """
     if drive.unit != "1" or len(drive.axes) != 1 or drive.domain != "time":
         raise ParameterError(
@@ -121,7 +112,7 @@ def display_touched(drive: Signal) -> FingerSlide:
     count = round(RATE)
     loop = np.clip(drive.samples, -1, 1)
     thrice = drive.with_samples(np.tile(loop, -(-3 * round(drive.rate) // len(drive))))
-    # The ends of what is resampled are no part of the loop, and its first second is for the skin to settle.
+    # The ends of the resampled signal are not part of the loop, and the skin settles in its first second.
     x = resample(thrice, RATE).samples[0, count // 2 :][: 2 * count].astype(np.float64)
     corner = 2 * np.pi * CARRIER_HZ / (2 * QUALITY)
     b, a = dsp.bilinear([corner], [1, corner], RATE)
@@ -134,7 +125,7 @@ def display_touched(drive: Signal) -> FingerSlide:
 
 
 def _skin(forces: Array) -> Array:
-    """Return how far forces (axis, time), N, move the skin, m: m x'' + b x' + k x = F."""
+    """Return the displacement of the skin, m, by forces (axis, time), N: m x'' + b x' + k x = F."""
     mass, damping, stiffness = SKIN
     b, a = dsp.bilinear([1.0], [mass, damping, stiffness], RATE)
     rest = dsp.lfilter_zi(b, a)
@@ -146,12 +137,12 @@ def _moved(skin: Array) -> Signal:
 
 
 def _relief(plate: Plate) -> tuple[float, float]:
-    """Return rms height of the coarse and rms slope of all but the finest of a plate, by Parseval's theorem."""
+    """Return rms height of the coarse and rms slope of all but the finest structures, by Parseval's theorem."""
     ky, kx = frequencies()
     k = np.hypot(ky, kx)
     heights = height_field(plate.surface)
     power = np.abs(rfft2(heights)) ** 2 / heights.size**2
-    # Half of the plane is stored; its inner columns stand for two.
+    # Half of the plane is stored; its inner columns count twice.
     power[:, 1:-1] *= 2
     coarse = power[k <= 1 / COARSE_MM].sum()
     slope = (power * (2 * np.pi * k) ** 2)[k <= 1 / FELT_EDGE_MM].sum()

@@ -14,8 +14,7 @@ from tactogram.errors import UnitError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.level_scaling import MOTION, within_limits
 from tactogram.rendering.level import Level
-from tactogram.signal.filters import bandpass
-from tactogram.signal.kinematics import differentiate
+from tactogram.signal.filters import bandpass, differentiate
 from tactogram.signal.perception import FELT_HZ, detection_threshold, sensation_level_db, weighted
 from tactogram.signal.signal import Signal
 

@@ -119,7 +119,7 @@ def _one_channel(signal: Signal) -> NDArray[np.float64]:
 
 def _combined(signal: Signal) -> Signal:
     """Return a signal whose first two or three axes are combined by DFT321."""
-    from tactogram.signal import dft321
+    from tactogram.signal.filters import dft321
 
     x = signal.samples
     first = np.zeros((3, len(signal)), np.float32)

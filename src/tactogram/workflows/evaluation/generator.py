@@ -18,7 +18,7 @@ from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.report import ReportSection
 from tactogram.model import Example, Generator, PhotographClassifier, SignalKind
 from tactogram.signal import Signal
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.evaluation.reference_models import (
     BASELINES,

@@ -21,7 +21,7 @@ from tactogram.model import Example, Learner, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun

@@ -10,7 +10,9 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import read_haptic, write_haptic
 from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.formats import hjif
-from tactogram.signal import Signal, bandpass, resample
+from tactogram.signal import Signal
+from tactogram.signal.filters import bandpass
+from tactogram.signal.resampling import resample
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "min.hjif"
 

@@ -1,6 +1,6 @@
-"""Simulated raters: people with leanings and noise who score what they touch and see by a written rule.
+"""Simulated raters with biases and noise, who score what they touch and see by a published rule.
 
-No model, feature or evaluation may import this (an import contract says so): what is judged must not know the judge.
+No model, feature or evaluation may import this (by an import contract): they must not know the rater.
 """
 
 from tactogram.datasets.simulate.raters.people import SimulatedRater as SimulatedRater

@@ -1,6 +1,6 @@
-"""The rule by which touch becomes words: cues from 0 to 1 out of physical quantities, and ten words out of the cues.
+"""Rule from touch to words: cues from 0 to 1 out of physical quantities, and ten words out of the cues.
 
-Simulated; docs/simulated-raters.md says where each part comes from. Nothing here goes by what a stimulus is called.
+Simulated; docs/simulated-raters.md gives the source of each part. Nothing here depends on a stimulus's name.
 """
 
 from __future__ import annotations
@@ -22,29 +22,30 @@ FLUTTER_HZ = (2.0, 40.0)
 
 @dataclass(frozen=True)
 class TouchCues:
-    """Tactile cues, 0 to 1 each but the first.
+    """Tactile cues, each 0 to 1 except the level.
 
     Parameters
     ----------
     level_db : float
-        Level of the vibration above 40 Hz over the threshold of touch: 0 is a sine that is just felt. It is that of the
-        whole second, where `tactogram.signal.perception.sensation_level_db` weighs its middle: a loop has no middle.
+        Level of the vibration above 40 Hz over the threshold of touch: 0 is a barely perceptible sine. It is that of
+        the whole second, unlike `tactogram.signal.perception.sensation_level_db`, which weighs the middle: a loop has
+        none.
     fine : float
-        How high it is: 1 for content well above 150 Hz, 0 well below.
+        Pitch: 1 for content well above 150 Hz, 0 well below.
     irregular : float
-        Of how many lines it is made: 0 one sine, 1 noise.
+        Number of spectral lines: 0 one sine, 1 noise.
     impulsive : float
-        How much it consists of single jolts: kurtosis 0 is 0, 60 is 1.
+        Dominance of single jolts: kurtosis 0 is 0, 60 is 1.
     flutter : float
         Slow movement of the skin, 2 to 40 Hz: 1 um is 0, 100 um is 1.
     coarse : float
         Relief that presses into the skin: 0.15 mm rms is 1.
     steep : float
-        Its slopes: 0.6 rms is 1.
+        Slopes of the relief: 0.6 rms is 1.
     friction : float
         A coefficient of 0.25 is 0, of 0.75 is 1.
     catching : float
-        Slow wandering of the friction: 0.15 rms is 1.
+        Slow variation of the friction: 0.15 rms is 1.
     """
 
     level_db: float
@@ -59,7 +60,7 @@ class TouchCues:
 
 
 def touch_cues(touched: FingerSlide) -> TouchCues:
-    """Return what counts of a touch."""
+    """Return the cues of a touch."""
     felt = weighted(touched.skin, band=PACINIAN_HZ).samples.astype(np.float64)
     frequency, power = dsp.periodogram(felt, RATE)
     total = power.sum(0)
@@ -82,12 +83,12 @@ def touch_cues(touched: FingerSlide) -> TouchCues:
 
 
 def vibration_felt(level_db: float) -> float:
-    """Return the strength of a vibration as it is felt: 5 dB below threshold is 0, 40 dB above is 1."""
+    """Return the perceived strength of a vibration: 5 dB below threshold is 0, 40 dB above is 1."""
     return _clip((level_db + 5) / 45)
 
 
 def touch_words(cues: TouchCues, *, sensitivity_db: float = 0.0) -> NDArray[np.float64]:
-    """Return how far each of the ten words holds, 0 to 1, float64, shape (word,), in the order of `WORDS`.
+    """Return the score of each word, 0 to 1, float64, shape (word,), in the order of `WORDS`.
 
     ``sensitivity_db`` is that of a person above the mean.
     """
@@ -111,7 +112,7 @@ def touch_words(cues: TouchCues, *, sensitivity_db: float = 0.0) -> NDArray[np.f
 
 
 def _slow(x: NDArray[np.float64]) -> float:
-    """Return the rms of what is in `FLUTTER_HZ`, all rows together."""
+    """Return the rms in `FLUTTER_HZ` of all rows together."""
     frequency, power = dsp.periodogram(x, RATE)
     kept = (frequency >= FLUTTER_HZ[0]) & (frequency < FLUTTER_HZ[1])
     return float(np.sqrt(power[:, kept].sum() * (frequency[1] - frequency[0])))

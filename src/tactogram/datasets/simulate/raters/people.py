@@ -1,4 +1,4 @@
-"""Simulated raters' traits: leniency, use of the scale, tactile and visual acuity."""
+"""Traits of simulated raters: leniency, use of the scale, tactile and visual acuity."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 
 LEAN, LEAN_WORD, SPREAD, SENSITIVITY_DB, OWN_TASTE = 0.45, 0.35, 0.20, 4.0, 0.55
-"""Spreads over people: of a lean on all words and on single ones (points of 7), of the logarithm of how much of the
-scale is used, of the sensitivity to vibration (dB), and of how a person takes one item and word (points of 7). Our
-assumptions, so that raters agree as moderately as untrained ones do: docs/simulated-raters.md has the figures."""
+"""Standard deviations over people: of the bias on all words and on single ones (points of 7), of the logarithm of the
+used share of the scale, of the sensitivity to vibration (dB), and of personal taste per item and word (points of 7).
+Our assumptions, so that raters agree as moderately as untrained people: docs/simulated-raters.md has the figures."""
 SIGHT_LEAN, SIGHT_WORD, SIGHT_TASTE = 0.5, 0.5, 0.8
 """The same for yes or no to an image, in logits."""
 
@@ -27,14 +27,14 @@ class SimulatedRater:
     ----------
     name : str
     seed : int
-        What else is drawn for this person follows from it.
+        Of everything else that is random about this person.
     lean : float64 array, shape (word,), points of 7
     spread : float
-        How much of the scale is used: distances from its middle are multiplied by it.
+        Factor of distances from the middle of the scale.
     sensitivity_db : float
         Added to the level of every vibration.
     yes : float64 array, shape (word,), logits
-        How readily a word is called evoked by an image.
+        Readiness to call a word evoked by an image.
     """
 
     name: str
@@ -45,19 +45,13 @@ class SimulatedRater:
     yes: NDArray[np.float64]
 
     def rng(self, *about: str) -> np.random.Generator:
-        """Return the random numbers of this person about something; always the same ones for the same."""
+        """Return this person's random generator for some purpose, always in the same state."""
         keys = [zlib.crc32(text.encode()) for text in (self.name, *about)]
         return np.random.default_rng(np.random.SeedSequence([self.seed, *keys]))
 
 
 def draw_people(count: int, *, seed: int, prefix: str = "rater") -> tuple[SimulatedRater, ...]:
-    """Return ``count`` simulated people, ``rater01`` and so on; another prefix or seed gives other people.
-
-    Raises
-    ------
-    ParameterError
-        If ``count`` is not at least 1 or ``seed`` is negative.
-    """
+    """Return ``count`` simulated people, ``rater01`` and so on; another prefix or seed gives other people."""
     if count < 1:
         raise ParameterError(f"at least one simulated rater is needed, got {count}")
     if seed < 0:

@@ -19,16 +19,15 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 
 NOISE = 0.75
-"""Of one score, points of 7: what the same person says differently when asked again."""
+"""Standard deviation of one person's repeated scores, points of 7."""
 WARMING, WARMING_ITEMS = 0.25, 5.0
-"""The first items are scored nearer the middle of the scale by this share, which is gone after so many items.
-Judgments are contracted towards the middle (Poulton 1979, Psychol. Bull. 86:777); that it is most at first, and how
-much, is our assumption."""
+"""Contraction of the first score towards the middle of the scale, and the items over which it decays. Judgments are
+contracted (Poulton 1979, Psychol. Bull. 86:777); that it is most at first, and how much, is our assumption."""
 CONTRAST = 0.06
-"""Share of the last item's distance from the middle that is taken off this one: transfer from what came before
-(Poulton 1979). Our figure."""
+"""Share of the last item's distance from the middle that is subtracted from the next: transfer (Poulton 1979). Our
+figure."""
 MISSING = 0.004
-"""Share of scores that were not given."""
+"""Share of missing scores."""
 SIGHT_SD: Mapping[str, float] = {
     "dry": 1.0, "sleek": 0.9, "slippery": 0.9, "rugged": 0.7, "uneven": 0.7,
     "rough": 1.0, "squishy": 0.8, "prickle": 1.0, "sticky": 1.1, "rustle": 1.2,
@@ -37,9 +36,9 @@ TOUCH_SD: Mapping[str, float] = {
     "dry": 1.0, "sleek": 0.9, "slippery": 0.8, "rugged": 1.2, "uneven": 1.2,
     "rough": 1.0, "squishy": 1.0, "prickle": 0.9, "sticky": 0.8, "rustle": 1.0,
 }  # fmt: skip
-"""How sure each sense is of a word, points of 7: the smaller, the more it counts. Equal for roughness, where vision and
-touch were found to weigh about alike (Lederman, Thorne & Jones 1986); vision surer of shape (rugged, uneven), touch of
-friction and prickle. The figures are our assumptions."""
+"""Standard deviation of each sense per word, points of 7: the smaller, the higher its weight. Equal for roughness, for
+which vision and touch weigh about equal (Lederman, Thorne & Jones 1986); smaller in vision for shape (rugged, uneven)
+and in touch for friction and prickle. The figures are our assumptions."""
 
 Array = NDArray[np.float64]
 Met = TypeVar("Met")
@@ -47,38 +46,26 @@ Met = TypeVar("Met")
 
 def score_plates(plates: Sequence[Plate], people: Sequence[SimulatedRater], *, seed: int) -> Ratings:
     """Return the simulated scores of metal plates that are touched unseen, 1 to 7; order random for each person."""
-    return _scored(
-        {plate.name: touch_cues(plate_touched(plate)) for plate in plates}, _by_touch, people, seed, "plates"
-    )
+    cues = {plate.name: touch_cues(plate_touched(plate)) for plate in plates}
+    return _scored(cues, _by_touch, people, seed, "plates")
 
 
 def score_vibrations(
     signals: Mapping[str, Signal], people: Sequence[SimulatedRater], *, seed: int
 ) -> Ratings:
-    """Return the simulated scores of drive signals that are touched on the simulated ultrasonic display, 1 to 7.
+    """Return the simulated scores of drive signals on the simulated ultrasonic display, 1 to 7.
 
-    Parameters
-    ----------
-    signals : mapping from item to Signal
-        As `tactogram.datasets.simulate.touch.display_touched` takes them: one axis, unit 1, full scale.
-    people : sequence of Person
-        `draw_people`.
-    seed : int
-        Of the orders and of what varies between two scores of one person.
+    ``signals`` are as `tactogram.datasets.simulate.touch.display_touched` takes them; ``seed`` determines the order and
+    the variation of repeated scores.
     """
-    return _scored(
-        {item: touch_cues(display_touched(x)) for item, x in signals.items()},
-        _by_touch,
-        people,
-        seed,
-        "signals",
-    )
+    cues = {item: touch_cues(display_touched(x)) for item, x in signals.items()}
+    return _scored(cues, _by_touch, people, seed, "signals")
 
 
 def score_images(
     images: Mapping[str, Image], people: Sequence[SimulatedRater], *, seed: int, session: str = "images"
 ) -> Ratings:
-    """Return whether simulated people say that each word is evoked by looking at each image, 0 or 1."""
+    """Return whether simulated people call each word evoked by each image, 0 or 1."""
     seen = {item: sight_words(sight_cues(image)) for item, image in images.items()}
     return _scored(seen, _by_sight, people, seed, session, EVOKED)
 
@@ -106,7 +93,7 @@ def sight_weight() -> Array:
 
 
 def _by_touch(person: SimulatedRater, item: str, cues: TouchCues) -> Array:
-    """Return a person's scores before the scale's steps and ends, points of 7."""
+    """Return a person's scores before rounding and clipping to the scale, points of 7."""
     words = touch_words(cues, sensitivity_db=person.sensitivity_db)
     own = OWN_TASTE * person.rng("touch", item).standard_normal(len(WORDS))
     return 1 + 6 * words + own
@@ -131,9 +118,9 @@ def _scored(
     session: str,
     scale: Scale = SEVEN_POINT,
 ) -> Ratings:
-    """Return what each person says of each item, met in an order of that person's own."""
+    """Return each person's scores of all items, in an order of their own."""
     if not items:
-        raise ParameterError("simulated people need something to score, got no items")
+        raise ParameterError("items to score must be at least one, got none")
     names = sorted(items)
     rows: list[tuple[str, str, str, float, int]] = []
     for person in people:
@@ -149,21 +136,13 @@ def _scored(
                 scores = (opinion + np.log(1 / rng.random(len(WORDS)) - 1) > 0).astype(float)
             else:
                 away = (opinion - 4) * person.spread * (1 - WARMING * np.exp(-(place - 1) / WARMING_ITEMS))
-                said = 4 + person.lean + away - CONTRAST * before + NOISE * noise
-                scores, before = np.clip(np.round(said), 1, 7), away
+                score = 4 + person.lean + away - CONTRAST * before + NOISE * noise
+                scores, before = np.clip(np.round(score), 1, 7), away
             rows += [
                 (person.name, item, word, float(score), place)
-                for word, score, left in zip(WORDS, scores, missing, strict=True)
-                if not left
+                for word, score, absent in zip(WORDS, scores, missing, strict=True)
+                if not absent
             ]
-    columns = list(zip(*rows, strict=True))
-    return Ratings(
-        columns[0],
-        columns[1],
-        columns[2],
-        np.array(columns[3]),
-        scale,
-        np.array(columns[4]),
-        (session,) * len(rows),
-        WORDS,
-    )
+    raters, rated, words, given, order = zip(*rows, strict=True)
+    sessions = (session,) * len(rows)
+    return Ratings(raters, rated, words, np.array(given), scale, np.array(order), sessions, WORDS)

@@ -1,7 +1,7 @@
-"""The rule by which an image becomes words: cues from pixels, and how readily each of ten words is evoked.
+"""Rule from images to words: cues from pixels, and the readiness with which each of ten words is evoked.
 
-Simulated; docs/simulated-raters.md says where each part comes from. It goes by pixels alone, so a photograph, a
-formula's picture and what a network made are judged alike.
+Simulated; docs/simulated-raters.md gives the source of each part. It depends on pixels alone, so photographs, simulated
+and generated pictures are treated alike.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tactogram.datasets.ratings.words import WORDS
 from tactogram.signal import Image
 
 SEEN_AT = 64
-"""Pixels a side at which every image is looked at."""
+"""Pixels a side to which every image is scaled."""
 BANDS = {"coarse": (2.0, 6.0), "middle": (6.0, 14.0), "fine": (14.0, 32.0)}
 """Cycles per image side."""
 
@@ -32,9 +32,9 @@ class SightCues:
     coarse, middle, fine : float
         Contrast of luminance in `BANDS`: shading that reads as relief of that size.
     irregular : float
-        In how many directions and sizes the coarse and middle contrast lies: 0 a grid of stripes, 1 noise.
+        Variety of directions and sizes of the coarse and middle contrast: 0 a grid of stripes, 1 noise.
     streaks : float
-        How much the edges lie one way: 0 no way, 1 all the same.
+        Alignment of the edges: 0 none, 1 all in one direction.
     thin : float
         Contrast in thin lines: spikes, needles, creases, hair.
     gloss : float
@@ -60,7 +60,7 @@ class SightCues:
 
 
 def sight_cues(image: Image) -> SightCues:
-    """Return what counts of an image: its middle square, at `SEEN_AT` pixels a side."""
+    """Return the cues of an image's central square, at `SEEN_AT` pixels a side."""
     rgb = _square(image)
     light = rgb @ np.array([0.2126, 0.7152, 0.0722])
     contrast = {name: _band(light, *band) for name, band in BANDS.items()}
@@ -83,7 +83,7 @@ def sight_cues(image: Image) -> SightCues:
 
 
 def sight_words(cues: SightCues) -> NDArray[np.float64]:
-    """Return how readily each word is evoked, logits, float64, shape (word,), in the order of `WORDS`."""
+    """Return the readiness of each word, logits, float64, shape (word,), in the order of `WORDS`."""
     c = cues
     matt, dark, wild = 1 - c.gloss, 1 - c.light, c.irregular * (1 - 0.7 * c.streaks)
     relief = 1 - (1 - c.coarse) * (1 - 0.8 * c.middle)
@@ -107,7 +107,8 @@ def sight_words(cues: SightCues) -> NDArray[np.float64]:
 def _thin(light: NDArray[np.float64]) -> float:
     """Return how much an image shows few, thin lines: narrower than 3 pixels, curved across and straight along.
 
-    Grain has narrow marks everywhere; needles and creases stand out, so it is what exceeds 3.5 times the mean.
+    Grain has narrow marks everywhere; needles and creases stand out, so the measure is the excess over 3.5 times the
+    mean.
     """
     bright = white_tophat(light, 3)
     yy, xx, xy = (gaussian_filter(light, 1.0, order=order) for order in ((2, 0), (0, 2), (1, 1)))
@@ -119,7 +120,7 @@ def _thin(light: NDArray[np.float64]) -> float:
 
 
 def _gloss(rgb: NDArray[np.float64], light: NDArray[np.float64], thin: float) -> float:
-    """Return how much an image shines: lopsided luminance and pale spots, both without what is thinner than a spot."""
+    """Return the gloss of an image: skewed luminance and pale spots, both without structures thinner than a spot."""
     soft = gaussian_filter(light, 0.8)
     high, low = (gaussian_filter(x, 0.8) for x in (rgb.max(2), rgb.min(2)))
     pale = (high - low) < 0.5 * np.maximum(high, 0.05)
@@ -146,7 +147,7 @@ def _square(image: Image) -> NDArray[np.float64]:
 
 
 def _band(light: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:
-    """Return what of ``light`` is between ``low`` and ``high`` cycles per side; the middle is kept, the ends fade."""
+    """Return ``light`` between ``low`` and ``high`` cycles per side, windowed towards the edges."""
     count = len(light)
     window = np.hanning(count + 2)[1:-1]
     weight = np.outer(window, window)

@@ -6,7 +6,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.models.rater.signal_features import edges, signal_features
 from tactogram.signal import Signal
-from tactogram.signal.filters import resample
+from tactogram.signal.resampling import resample
 
 RATE = 2000.0
 
