@@ -122,7 +122,7 @@ def loading(learner, data, step_s):
 def memory():
     """Return the growth of the largest memory from an epoch of 16 fabrics to one of 64, none kept by the caller."""
     windows = find("frictgan").config(Recipe.load(find("frictgan").recipe("quick")).config).photo_windows()
-    held, registered_pairs.HELD_BYTES = registered_pairs.HELD_BYTES, 16 * 1024 * 1024
+    held, registered_pairs.CACHED_BYTES = registered_pairs.CACHED_BYTES, 16 * 1024 * 1024
     try:
         peaks = []
         for count in (16, 64):
@@ -132,7 +132,7 @@ def memory():
                 pairs.batch([next(order) for _ in range(16)])
             peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
     finally:
-        registered_pairs.HELD_BYTES = held
+        registered_pairs.CACHED_BYTES = held
     return {"growth (MB)": peaks[1] - peaks[0], "photographs (MB)": 48 * 512 * 1024 * 3 / 2**20}
 
 

@@ -4,7 +4,7 @@ import torch
 from scipy.signal import butter, get_window, hilbert, sosfilt
 
 from tactogram.errors import ParameterError
-from tactogram.features import STFT, fast_griffin_lim, griffin_lim, recover, spectral_convergence
+from tactogram.features import STFT, recover, spectral_convergence
 from tactogram.features.phase_gradient import gradient_phase, window_gamma
 
 HANN = STFT(256, 64)
@@ -50,14 +50,6 @@ def test_griffin_lim_never_gets_worse():
     x = texture(0.5)
     errors = [consistency(x, start="random", iteration="griffin_lim", iterations=k) for k in range(1, 12)]
     assert (np.diff(errors) < 0).all()
-
-
-def test_named_functions_are_recover():
-    magnitude = HANN.forward(texture(0.2)).abs()
-    for function, name in ((griffin_lim, "griffin_lim"), (fast_griffin_lim, "fast_griffin_lim")):
-        y = function(magnitude, HANN, 500, iterations=3, seed=5)
-        expected = recover(magnitude, HANN, 500, start="random", iteration=name, iterations=3, seed=5)
-        assert torch.equal(y, expected)
 
 
 @pytest.mark.parametrize("n_fft", [256, 255])

@@ -85,14 +85,6 @@ def test_a_smaller_size_is_the_mean_of_pixels():
     assert np.abs(made.transpose(1, 2, 0) - expected).max() <= 0.5 + 1e-4
 
 
-def test_the_centre_is_in_the_middle_and_not_augmented():
-    crops = PhotoCrops(crop=8, size=8, grayscale=False)
-    made = crops.centre(photo(rows=10, columns=13))
-    expected = photo(rows=10, columns=13).pixels[1:9, 2:10].transpose(2, 0, 1)
-    torch.testing.assert_close(made, torch.from_numpy(expected / 127.5 - 1).float(), rtol=0, atol=1e-6)
-    assert PhotoCrops().centre(photo()).shape == (1, 256, 256)
-
-
 def test_black_is_minus_one_and_white_is_one():
     assert to_network(np.array([0, 255], np.uint8)).tolist() == [-1.0, 1.0]
 
@@ -100,8 +92,6 @@ def test_black_is_minus_one_and_white_is_one():
 def test_bad_input_is_one_line():
     with pytest.raises(ParameterError, match=r"200 x 300 pixels is smaller than the crop of 256"):
         PhotoCrops().random(photo(rows=200, columns=300), rng())
-    with pytest.raises(ParameterError, match=r"200 x 300"):
-        PhotoCrops().centre(photo(rows=200, columns=300))
     with pytest.raises(ParameterError, match=r"size must be <= crop"):
         PhotoCrops(crop=64, size=128)
     with pytest.raises(ParameterError, match=r"crop must be a whole number >= 1"):

@@ -172,7 +172,7 @@ def test_nothing_is_decoded_before_it_is_asked_for_and_kept_afterwards():
 def test_no_more_is_kept_than_allowed():
     made = pairs(cache_mib=0.01)  # 10 KiB: ten pictures of 1 KiB or so
     made.batch(np.arange(len(made)))
-    assert sum(array.nbytes for array in made._kept._arrays.values()) <= 0.01 * 2**20
+    assert sum(array.nbytes for array in made._cache._arrays.values()) <= 0.01 * 2**20
 
 
 def test_photographs_that_recordings_share_are_looked_at_once():

@@ -121,25 +121,25 @@ def test_without_a_scale_pairs_are_of_a_recording_only_and_regions_are_kept_apar
 
 
 def test_an_epoch_holds_every_window_once_and_few_photographs_at_a_time(monkeypatch):
-    monkeypatch.setattr("tactogram.features.registered_pairs.HELD_BYTES", 4 * 16 * 100 * 3)
+    monkeypatch.setattr("tactogram.features.registered_pairs.CACHED_BYTES", 4 * 16 * 100 * 3)
     examples = [ramp(str(k)) for k in range(7)]
     pairs = RegisteredPairs(examples, PhotoWindows(protocol="examples", **SMALL))
     order = pairs.order(seed=1)
     epoch = [next(order) for _ in range(len(pairs))]
     assert sorted(epoch) == list(range(len(pairs)))
     first = {int(pairs.batch([place]).places[0, 0]) for place in epoch[: 43 * 4]}
-    assert len(first) == pairs.held == 4
+    assert len(first) == pairs.cached == 4
     assert len(pairs._photos) == 4
     other = pairs.order(seed=2)
     assert [next(other) for _ in range(40)] != epoch[:40]
 
 
 def test_no_more_photographs_are_held_when_larger_ones_come(monkeypatch):
-    monkeypatch.setattr("tactogram.features.registered_pairs.HELD_BYTES", 4 * 16 * 100 * 3)
+    monkeypatch.setattr("tactogram.features.registered_pairs.CACHED_BYTES", 4 * 16 * 100 * 3)
     examples = [*(ramp(str(k)) for k in range(4)), ramp("wide", width=200)]
     pairs = RegisteredPairs(examples, PhotoWindows(protocol="examples", **SMALL))
     pairs.batch([0])
-    assert len(pairs._photos) == pairs.held == 2
+    assert len(pairs._photos) == pairs.cached == 2
 
 
 def test_grey_windows_have_one_channel():

@@ -199,7 +199,7 @@ def test_refuses_another_unit_domain_and_rate():
         ({"unit": "g"}, "unit must be one of"),
         ({"iterations": -1}, "iterations must be >= 0"),
         ({"start": "best"}, "start must be"),
-        ({"iteration": "best"}, "iteration is not one of"),
+        ({"iteration": "best"}, "iteration must be one of"),
         ({"domain": "space"}, "domain must be"),
     ],
 )

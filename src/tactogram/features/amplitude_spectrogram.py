@@ -1,6 +1,6 @@
-"""The magnitudes of a short-time Fourier transform as they are, linear and with their mean, and the way back.
+"""Spectrogram of linear magnitudes including the mean, and its inverse.
 
-What FrictGAN learns and gives: a spectrogram of 257 x 11 of a friction coefficient over displacement.
+FrictGAN generates such a spectrogram, 257 x 11, of a friction coefficient over displacement.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.features.stft import STFT, Window, overlap_add
+from tactogram.features.stft import STFT, Window, check_precision, overlap_add
 
 MOMENTUM = 0.99
 """Of the fast Griffin-Lim algorithm (Perraudin et al. 2013), as `librosa.griffinlim` has it by default."""
@@ -24,13 +24,13 @@ MOMENTUM = 0.99
 class AmplitudeSpectrogram:
     """Signal <-> magnitudes of its transform, each of a fixed size.
 
-    Forward it is ``abs(librosa.stft(x, n_fft, hop, window=window, pad_mode="reflect"))``: frames centred on every
-    ``hop``-th sample, the signal mirrored at its ends. That keeps the level of a friction coefficient up to the ends,
-    where zeros would put a step of its whole mean into the first and the last frames.
+    Encoding is ``abs(librosa.stft(x, n_fft, hop, window=window, pad_mode="reflect"))``: frames centred on every
+    ``hop``-th sample, the signal mirrored at its ends. That preserves the level of a friction coefficient up to the
+    ends; zeros would put a step of its whole mean into the first and last frames.
 
-    **The mean** is carried by bin 0: the window times its mean. A magnitude loses the sign of it, but a friction
-    coefficient is never negative, and so (``nonnegative``) the phase of bin 0 is known to be 0, in every frame. The
-    way back starts from that level and keeps it in every step; it gives no value below 0.
+    **The mean** is in bin 0: the window times its mean. A magnitude loses its sign, but a friction coefficient is never
+    negative, so that (``nonnegative``) the phase of bin 0 is 0 in every frame. Decoding starts from that level and
+    keeps it in every step; no decoded value is below 0.
 
     Parameters
     ----------
@@ -41,14 +41,9 @@ class AmplitudeSpectrogram:
     window : str or (str, float)
         FrictGAN, Sec. 4: Hamming.
     nonnegative : bool
-        Whether signals are known to be >= 0, as friction coefficients are.
+        Whether signals are >= 0, as friction coefficients are.
     iterations : int
-        Of `decode`; 32 is what the authors' code takes (librosa's default).
-
-    Raises
-    ------
-    ParameterError
-        If the signal is too short to be mirrored, or the window cannot be inverted.
+        Of `decode`; 32 in the authors' code (librosa's default).
     """
 
     n_fft: int = 512
@@ -59,7 +54,7 @@ class AmplitudeSpectrogram:
     iterations: int = 32
 
     def __post_init__(self) -> None:
-        transform = STFT(self.n_fft, self.hop, self.window)  # refuses what cannot be inverted
+        transform = STFT(self.n_fft, self.hop, self.window)  # refuses windows without an inverse
         object.__setattr__(self, "window", transform.window)
         if not (isinstance(self.frames, int) and (self.frames - 1) * self.hop > self.n_fft // 2):
             raise ParameterError(
@@ -89,14 +84,8 @@ class AmplitudeSpectrogram:
         """Return the magnitudes, ``(..., length) -> (..., n_fft // 2 + 1, frames)``. Differentiable.
 
         Sums over the window, not scaled: a constant c is c times the sum of the window (276.5 as published) in bin 0.
-
-        Raises
-        ------
-        ParameterError
-            If ``x`` is of another length, or not float32 or float64.
         """
-        if x.dtype not in (torch.float32, torch.float64):
-            raise ParameterError(f"x must be float32 or float64, got {x.dtype}")
+        check_precision("x", x)
         if x.ndim == 0 or x.shape[-1] != self.length:
             raise ParameterError(f"x must be (..., {self.length} samples), got {tuple(x.shape)}")
         return self._forward(x.reshape(-1, self.length)).abs().mT.reshape(*x.shape[:-1], self.bins, -1)
@@ -104,25 +93,10 @@ class AmplitudeSpectrogram:
     def decode(self, magnitude: Tensor, *, seed: int = 0) -> Tensor:
         """Return a signal of about these magnitudes, by the fast Griffin-Lim algorithm from a random phase.
 
-        Parameters
-        ----------
-        magnitude : float32 or float64 tensor, shape (..., n_fft // 2 + 1, frames), >= 0
-            No gradient flows back.
-        seed : int
-            The same seed gives the same signal, in a batch as alone.
-
-        Returns
-        -------
-        tensor, shape (..., length)
-            >= 0 with ``nonnegative``.
-
-        Raises
-        ------
-        ParameterError
-            If ``magnitude`` is of another shape, negative or not finite.
+        ``(..., n_fft // 2 + 1, frames) -> (..., length)``; magnitudes are finite and >= 0. No gradient flows back. The
+        same seed gives the same signal, in a batch as alone.
         """
-        if magnitude.dtype not in (torch.float32, torch.float64):
-            raise ParameterError(f"magnitude must be float32 or float64, got {magnitude.dtype}")
+        check_precision("magnitude", magnitude)
         if magnitude.shape[-2:] != (self.bins, self.frames):
             raise ParameterError(
                 f"magnitude must be (..., {self.bins} bins, {self.frames} frames), got {tuple(magnitude.shape)}"
@@ -133,10 +107,6 @@ class AmplitudeSpectrogram:
                 raise ParameterError("magnitude must be finite and >= 0, got a value that is not")
             x = self._recovered(target, seed)
             return x.reshape(*magnitude.shape[:-2], self.length)
-
-    def level(self, magnitude: Tensor) -> Tensor:
-        """Return the mean under each frame's window that bin 0 says, ``(..., bin, frame) -> (..., frame)``."""
-        return magnitude[..., 0, :] / self._transform.weights(magnitude).sum()
 
     def _recovered(self, target: Tensor, seed: int) -> Tensor:
         s = self._start(target, seed)
@@ -149,7 +119,7 @@ class AmplitudeSpectrogram:
         return self._signal(s)
 
     def _start(self, target: Tensor, seed: int) -> Tensor:
-        """Return the level's own transform, filled up to ``target`` with random phases."""
+        """Return the transform of the level, filled up to ``target`` with random phases."""
         random = torch.Generator().manual_seed(seed)
         phase = 2 * math.pi * torch.rand(target.shape[1:], generator=random, dtype=torch.float64)
         turn = torch.polar(torch.ones_like(phase), phase).to(target.device, _complex(target))

@@ -1,4 +1,4 @@
-"""Leak of a pairing protocol: how much of the test data was trained on."""
+"""Leak of a pairing protocol: test data that was trained on."""
 
 from __future__ import annotations
 
@@ -14,21 +14,10 @@ from tactogram.features.photo_pairs import WeakPairs
 
 @dataclass(frozen=True)
 class PairLeak:
-    """Shares of the crops that are tested on, 0..1; all are 0 where nothing leaks.
+    """Shares of the different test crops of photographs and of recordings, 0..1; all are 0 if nothing leaks.
 
-    Parameters
-    ----------
-    protocol : str
-    photo_crops, picture_crops : int
-        How many different crops of photographs, and of recordings, are tested on.
-    photo_known : float
-        Share of the crops of photographs whose photograph is trained on, wherever in it.
-    photo_overlaps : float
-        Share that has a pixel in common with a crop that is trained on.
-    photo_same : float
-        Share that is itself trained on.
-    recording_known, recording_overlaps, recording_same : float
-        The same of crops of recordings: recording, frame, crop.
+    ``known``: crops whose photograph or recording is trained on, wherever in it; ``overlaps``: with a pixel or frame in
+    common with a training crop; ``same``: themselves trained on.
     """
 
     protocol: str
@@ -43,25 +32,19 @@ class PairLeak:
 
     @property
     def leaks(self) -> bool:
-        """Whether a pixel or a frame is on both sides. Regions of one photograph may be."""
+        """Whether a pixel or a frame is on both sides; regions of one photograph may be."""
         return self.photo_overlaps > 0 or self.recording_overlaps > 0
 
 
 def pair_leak(train: WeakPairs, test: WeakPairs) -> PairLeak:
-    """Return what of ``test`` was seen in ``train``. Nothing is decoded.
-
-    Parameters
-    ----------
-    train, test : WeakPairs
-        Of one protocol.
-    """
+    """Return the leak of ``train`` into ``test``, pairs of one protocol. Nothing is decoded."""
     photo = _shares(_photo_boxes(train), _photo_boxes(test))
     recording = _shares(_recording_boxes(train), _recording_boxes(test))
     return PairLeak(test.protocol, photo[0], recording[0], *photo[1:], *recording[1:])
 
 
 Boxes = Mapping[str, NDArray[np.int64]]
-"""By source, the crops of it, shape (crop, edge): top, left, bottom, right; or start, stop."""
+"""Crops by source, shape (crop, edge): top, left, bottom, right; or start, stop."""
 
 
 def _photo_boxes(pairs: WeakPairs) -> Boxes:
@@ -90,11 +73,11 @@ def _by_source(boxes: Iterable[tuple[str, tuple[int, ...]]]) -> Boxes:
     found: dict[str, list[tuple[int, ...]]] = defaultdict(list)
     for key, box in boxes:
         found[key].append(box)
-    return {key: np.array(held, np.int64) for key, held in found.items()}
+    return {key: np.array(members, np.int64) for key, members in found.items()}
 
 
 def _shares(train: Boxes, test: Boxes) -> tuple[int, float, float, float]:
-    """Return the number of crops in ``test``, and the shares that are known, overlap and are the same."""
+    """Return the number of crops in ``test``, and the shares of known, overlapping and same ones."""
     count = known = overlap = same = 0
     for key, boxes in test.items():
         count += len(boxes)
@@ -109,5 +92,5 @@ def _shares(train: Boxes, test: Boxes) -> tuple[int, float, float, float]:
 
 
 def _any(found: NDArray[np.bool_]) -> int:
-    """Return how many test crops have a training crop; shape (test crop, train crop)."""
+    """Return the number of test crops with a training crop; ``found`` has shape (test crop, train crop)."""
     return int(np.count_nonzero(np.any(found, axis=1)))

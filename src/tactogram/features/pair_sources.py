@@ -1,4 +1,4 @@
-"""Sources of weak pairs: photographs and recordings, known by name and size, read on demand."""
+"""Sources of weak pairs: photographs and recordings, read on demand."""
 
 from __future__ import annotations
 
@@ -23,18 +23,9 @@ Box = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class PhotoSource:
-    """A photograph, or the region of it that a part of a split may use.
+    """The photograph ``photographs[place]``, or its region that a part of a split may use.
 
-    Parameters
-    ----------
-    key : str
-        The same for every region of a photograph.
-    top, left, rows, columns : int, pixels
-        The region.
-    material : str
-    photographs : sequence of Image
-    place : int
-        It is ``photographs[place]``.
+    All regions of a photograph have one ``key``.
     """
 
     key: str
@@ -53,18 +44,9 @@ class PhotoSource:
 
 @dataclass(frozen=True)
 class RecordingSource:
-    """A recording, or the piece of one that a part of a split may use.
+    """The recording ``examples[example].signal``, or its segment that a part of a split may use, in samples.
 
-    Parameters
-    ----------
-    id : str
-        The same for every piece of a recording.
-    start, length : int, samples
-        The piece.
-    material : str
-    examples : sequence of Example
-    example : int
-        It is ``examples[example].signal``.
+    All segments of a recording have one ``id``.
     """
 
     id: str
@@ -83,29 +65,27 @@ class RecordingSource:
 def sources(
     parts: Sequence[Sequence[Example]], picture: SpectrogramPicture, crops: PhotoCrops
 ) -> tuple[tuple[PhotoSource, ...], tuple[RecordingSource, ...]]:
-    """Return the photographs (of each material they show) and recordings of examples, each once, in their order.
+    """Return the photographs (for each material they show) and recordings of examples, each once, in their order.
 
     Raises
     ------
     ParameterError
-        If a material has no photograph, an example no material or several axes, a signal is not of the picture's
-        rate, unit and domain, or anything is too small to be cut.
+        If a material has no photograph, an example no material or several axes, a signal another rate, unit or domain
+        than the picture, or anything is too small to be cut.
     """
     photos: dict[tuple[str, Box, str], PhotoSource] = {}
     recordings = []
-    # Many recordings of a material share its photographs, which are looked at once.
-    looked_at: dict[object, Sequence[Image]] = {}
+    # Many recordings of a material share its photographs, which are listed once.
+    listed: dict[object, Sequence[Image]] = {}
     for examples in parts:
         require_photographs(examples)
         for number, example in enumerate(examples):
             if example.material is None:
-                raise ParameterError(
-                    f"recording {example.id} has no material, which is what pairs are made by"
-                )
+                raise ParameterError(f"recording {example.id} has no material; pairs need one")
             signal = example.signal
             if len(signal.axes) != 1:
                 raise ParameterError(
-                    f"a picture is of one axis, got {','.join(signal.axes)}: --set prepare.axes=['{signal.axes[-1]}']"
+                    f"a picture has one axis, got {','.join(signal.axes)}: set prepare.axes=['{signal.axes[-1]}']"
                 )
             picture.spectrogram.check_signal(signal)
             picture.places(len(signal))
@@ -114,9 +94,9 @@ def sources(
                 RecordingSource(example.id, start, len(signal), example.material, examples, number)
             )
             shared = _identity(example.photographs)
-            if (shared, example.material) in looked_at:
+            if (shared, example.material) in listed:
                 continue
-            looked_at[shared, example.material] = example.photographs
+            listed[shared, example.material] = example.photographs
             for place, (key, box) in enumerate(_boxes(example.photographs)):
                 if (key, box, example.material) not in photos:
                     crops.check(*box[2:])
@@ -127,14 +107,14 @@ def sources(
 
 
 def _identity(photographs: Sequence[Image]) -> object:
-    """Return what two sequences of the same photographs have in common, as far as it is seen without decoding."""
+    """Return a key that sequences of the same photographs share, as far as visible without decoding."""
     if isinstance(photographs, PhotographRegions):
         return id(photographs.store), photographs.regions
     return id(photographs)
 
 
 def _boxes(photographs: Sequence[Image]) -> Iterator[tuple[str, Box]]:
-    """Yield key and place of each photograph or region; nothing is decoded where a store is behind it."""
+    """Yield key and box of each photograph or region; those in a store are not decoded."""
     if isinstance(photographs, PhotographRegions):
         for region in photographs.regions:
             rows, columns = photographs.store.photograph_size(region.key)
@@ -148,5 +128,5 @@ def _boxes(photographs: Sequence[Image]) -> Iterator[tuple[str, Box]]:
 
 
 def _start(examples: Sequence[Example], number: int, rate: float) -> int:
-    """Return where an example begins in its recording, samples; 0 where examples do not say so."""
+    """Return the first sample of an example in its recording; 0 if unknown."""
     return round(examples.segments[number].start_s * rate) if isinstance(examples, Examples) else 0

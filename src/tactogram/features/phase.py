@@ -1,60 +1,24 @@
-"""A signal from the magnitude of its short-time Fourier transform.
+"""Phase recovery: a signal from the magnitude of its short-time Fourier transform.
 
-Every function takes a magnitude and gives the signal; the same seed gives the same signal. `recover` puts
-a start and an iteration together; benchmarks/bench_phase.py is where its defaults were chosen.
+benchmarks/bench_phase.py is the reason for the defaults of `recover`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, get_args
 
 import torch
 from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.phase_gradient import gradient_phase
-from tactogram.features.stft import STFT, Projection
+from tactogram.features.stft import STFT, Projection, check_precision
 
 Start = Literal["gradient", "random"]
+STARTS: tuple[Start, ...] = get_args(Start)
 Iteration = Literal["admm+fast_griffin_lim", "admm", "fast_griffin_lim", "griffin_lim"]
-
-
-def griffin_lim(
-    magnitude: Tensor,
-    transform: STFT,
-    length: int,
-    *,
-    iterations: int = 32,
-    start: Start = "random",
-    seed: int = 0,
-) -> Tensor:
-    """Return a signal by alternating projections (Griffin & Lim 1984); shapes and errors as of `recover`."""
-    return recover(
-        magnitude, transform, length, start=start, iteration="griffin_lim", iterations=iterations, seed=seed
-    )
-
-
-def fast_griffin_lim(
-    magnitude: Tensor,
-    transform: STFT,
-    length: int,
-    *,
-    iterations: int = 32,
-    start: Start = "random",
-    seed: int = 0,
-) -> Tensor:
-    """Return a signal by alternating projections with momentum 0.99 (Perraudin et al. 2013); else as `griffin_lim`."""
-    return recover(
-        magnitude,
-        transform,
-        length,
-        start=start,
-        iteration="fast_griffin_lim",
-        iterations=iterations,
-        seed=seed,
-    )
 
 
 def recover(
@@ -67,9 +31,9 @@ def recover(
     iterations: int = 32,
     seed: int = 0,
 ) -> Tensor:
-    """Return a signal whose transform has ``magnitude``, as nearly as ``iterations`` steps come to it.
+    """Return a signal whose transform has about ``magnitude``.
 
-    Each item is computed at its own scale, so a magnitude times a gain gives the signal times the gain.
+    Each item is scaled by itself, so that a magnitude times a gain gives the signal times the gain.
 
     Parameters
     ----------
@@ -81,14 +45,13 @@ def recover(
     start : {"gradient", "random"}
         First phase: phase gradient heap integration (`gradient_phase`), or uniform noise.
     iteration : {"admm+fast_griffin_lim", "admm", "fast_griffin_lim", "griffin_lim"}
-        What improves it: alternating projections (Griffin & Lim 1984); the same with momentum 0.99
-        (Perraudin, Balazs & Søndergaard, "A fast Griffin-Lim algorithm", WASPAA 2013); the alternating
-        direction method of multipliers (Masuyama, Yatabe & Oikawa 2019); or half the steps of that, which
-        leaves wrong solutions, and then half with momentum, which settles.
+        Alternating projections (Griffin & Lim 1984); the same with momentum 0.99 (Perraudin, Balazs & Søndergaard, "A
+        fast Griffin-Lim algorithm", WASPAA 2013); the alternating direction method of multipliers (Masuyama, Yatabe &
+        Oikawa 2019); or half the steps of that, which leaves wrong solutions, then half with momentum, which settles.
     iterations : int
-        Number of steps, each one inverse and one forward transform; 0 leaves the start.
+        Steps of one inverse and one forward transform each; 0 returns the start.
     seed : int
-        Of all that is random; every item of a batch gets the same numbers, as it would alone.
+        Every item of a batch gets the same random numbers, as it would alone.
 
     Returns
     -------
@@ -99,13 +62,12 @@ def recover(
     ParameterError
         If ``magnitude`` is not one of ``length`` samples, negative or not finite.
     """
-    if magnitude.dtype not in (torch.float32, torch.float64):
-        raise ParameterError(f"magnitude must be float32 or float64, got {magnitude.dtype}")
+    check_precision("magnitude", magnitude)
     transform.check(magnitude, length)
-    if start not in ("gradient", "random"):
+    if start not in STARTS:
         raise ParameterError(f"start must be 'gradient' or 'random', got {start!r}")
-    if iteration not in _ITERATIONS:
-        raise ParameterError(f"iteration must be one of {', '.join(_ITERATIONS)}, got {iteration!r}")
+    if iteration not in ITERATIONS:
+        raise ParameterError(f"iteration must be one of {', '.join(ITERATIONS)}, got {iteration!r}")
     if iterations < 0:
         raise ParameterError(f"iterations must be >= 0, got {iterations}")
     with torch.no_grad():
@@ -122,15 +84,15 @@ def recover(
         phase = torch.remainder(phase, 2 * math.pi).to(target)
         s = torch.polar(target, phase.expand_as(target))
         project = Projection(transform, s, length)
-        x = project.signal(_ITERATIONS[iteration](s, target, project, iterations)) * scale[..., 0]
+        x = project.signal(ITERATIONS[iteration](s, target, project, iterations)) * scale[..., 0]
         return x.reshape(*magnitude.shape[:-2], length)
 
 
 def spectral_convergence(x: Tensor, magnitude: Tensor, transform: STFT) -> Tensor:
-    """Return how far the magnitude of ``x`` is from the one asked for: lower is better.
+    """Return the distance of the magnitude of ``x`` from ``magnitude``: lower is better.
 
-    ``20 log10( || |STFT(x)| - A || / ||A|| )`` over all bins and frames, with the STFT that ``A`` is of
-    (Sturmel & Daudet 2011). It judges the signal that came out, not a spectrogram on the way to it.
+    ``20 log10( || |STFT(x)| - A || / ||A|| )`` over all bins and frames, with the STFT of the magnitude ``A``
+    (Sturmel & Daudet 2011). It measures the recovered signal, not an intermediate spectrogram.
 
     Parameters
     ----------
@@ -149,9 +111,9 @@ def spectral_convergence(x: Tensor, magnitude: Tensor, transform: STFT) -> Tenso
 def _admm(s: Tensor, target: Tensor, project: Projection, iterations: int, *, rho: float = 0.2) -> Tensor:
     """Improve ``s`` by the alternating direction method of multipliers.
 
-    Masuyama, Yatabe & Oikawa, "Griffin-Lim like phase recovery via ADMM", IEEE Signal Process. Lett. 26(1),
-    2019. Its three updates need only ``v``, the magnitude-constrained copy plus the multiplier, from one step
-    to the next. ``rho`` is how much inconsistency is put up with: 0 never settles, 1 is Griffin-Lim.
+    Masuyama, Yatabe & Oikawa, "Griffin-Lim like phase recovery via ADMM", IEEE Signal Process. Lett. 26(1), 2019. Its
+    three updates share only ``v``, the magnitude-constrained copy plus the multiplier. ``rho`` is the tolerated
+    inconsistency: 0 never settles, 1 is Griffin-Lim.
     """
     v = s.clone()
     for _ in range(iterations):
@@ -165,7 +127,6 @@ def _admm(s: Tensor, target: Tensor, project: Projection, iterations: int, *, rh
 def _fast_griffin_lim(
     s: Tensor, target: Tensor, project: Projection, iterations: int, *, momentum: float = 0.99
 ) -> Tensor:
-    """Improve ``s`` by alternating projections with momentum (Perraudin et al. 2013)."""
     last: Tensor | None = None
     for _ in range(iterations):
         consistent = project(s)
@@ -176,19 +137,17 @@ def _fast_griffin_lim(
 
 
 def _griffin_lim(s: Tensor, target: Tensor, project: Projection, iterations: int) -> Tensor:
-    """Improve ``s`` by alternating projections (Griffin & Lim 1984)."""
     for _ in range(iterations):
         s = _with_magnitude(project(s), target)
     return s
 
 
 def _admm_then_fast(s: Tensor, target: Tensor, project: Projection, iterations: int) -> Tensor:
-    """Improve ``s`` by half of the steps of each."""
     s = _admm(s, target, project, iterations - iterations // 2)
     return _fast_griffin_lim(s, target, project, iterations // 2)
 
 
-_ITERATIONS: dict[str, Callable[[Tensor, Tensor, Projection, int], Tensor]] = {
+ITERATIONS: dict[str, Callable[[Tensor, Tensor, Projection, int], Tensor]] = {
     "admm+fast_griffin_lim": _admm_then_fast,
     "admm": _admm,
     "fast_griffin_lim": _fast_griffin_lim,
@@ -197,7 +156,7 @@ _ITERATIONS: dict[str, Callable[[Tensor, Tensor, Projection, int], Tensor]] = {
 
 
 def _with_magnitude(s: Tensor, target: Tensor) -> Tensor:
-    """Give ``s`` the magnitude ``target``, in place: without the dear angle and exponential."""
+    """Give ``s`` the magnitude ``target``, in place, without the expensive angle and exponential."""
     parts = torch.view_as_real(s)
     gain = parts[..., 0].square().addcmul_(parts[..., 1], parts[..., 1])
     gain.clamp_min_(torch.finfo(gain.dtype).tiny).rsqrt_().mul_(target)

@@ -1,4 +1,4 @@
-"""Phase from magnitude without iterating: phase gradient heap integration.
+"""Phase gradient heap integration: phase from magnitude without iteration.
 
 Průša, Balazs & Søndergaard, "A noniterative method for reconstruction of phase from STFT magnitude",
 IEEE/ACM Trans. Audio, Speech, Lang. Process. 25(5), 2017.
@@ -22,12 +22,12 @@ from tactogram.features.stft import STFT, Window
 
 
 def gradient_phase(magnitude: Tensor, transform: STFT, *, seed: int = 0, tolerance: float = 1e-6) -> Tensor:
-    """Return the phase that belongs to ``magnitude`` if its window were a Gaussian (the paper's algorithm 1).
+    """Return the phase of ``magnitude`` as if its window were a Gaussian (the paper's algorithm 1).
 
-    Two things are ours. A real signal's magnitude is even about 0 Hz and half the rate, so the frequency
-    derivative is taken over that mirror image: without it the phase at 0 Hz drifts, and signals with most of
-    their energy there come back worse (6 to 25 dB on rectified sensor recordings). And where a neighbour lies
-    below ``tolerance`` the difference is one-sided, so that dropped bins do not bend the phase beside them.
+    Two details are ours. A real signal's magnitude is even about 0 Hz and half the rate, so the frequency derivative
+    uses that mirror image: without it the phase at 0 Hz drifts, and signals with most of their energy there are
+    recovered worse (by 6 to 25 dB on rectified sensor recordings). And next to bins below ``tolerance`` the difference
+    is one-sided, so that ignored bins do not distort the phase of their neighbours.
 
     Parameters
     ----------
@@ -35,9 +35,9 @@ def gradient_phase(magnitude: Tensor, transform: STFT, *, seed: int = 0, toleran
         Of ``transform``, >= 0. Bins run fastest, unlike in `STFT`.
     transform : STFT
     seed : int
-        Of the random phase below ``tolerance``; every item of a batch gets the same.
+        Of the random phase below ``tolerance``; the same for every item of a batch.
     tolerance : float
-        Magnitudes at or below this share of an item's greatest are not integrated.
+        Share of an item's greatest magnitude up to which magnitudes are not integrated.
 
     Returns
     -------
@@ -50,13 +50,13 @@ def gradient_phase(magnitude: Tensor, transform: STFT, *, seed: int = 0, toleran
     log = torch.where(sure, size, 1).log()
     last = 1 if n_fft % 2 == 0 else 0
     mirrored = torch.cat([log[..., 1:2], log, log[..., -1 - last : log.shape[-1] - last]], -1)
-    known = torch.cat([sure[..., 1:2], sure, sure[..., -1 - last : log.shape[-1] - last]], -1)
-    over_bins = _difference(mirrored, known, -1)
+    mirrored_sure = torch.cat([sure[..., 1:2], sure, sure[..., -1 - last : log.shape[-1] - last]], -1)
+    over_bins = _difference(mirrored, mirrored_sure, -1)
     over_frames = torch.nn.functional.pad(log, (0, 0, 1, 1))
     over_frames = _difference(over_frames, torch.nn.functional.pad(sure, (0, 0, 1, 1)), 1)
     # Steps of the phase from frame to frame and from bin to bin: its partial derivatives follow from those of
-    # the log magnitude (Sec. III). The last term of the second is there because the transform counts time
-    # from a frame's first sample, not from its centre.
+    # the log magnitude (Sec. III). The second has its last term because the transform counts time from a frame's
+    # first sample, not from its centre.
     bins = torch.arange(log.shape[-1], dtype=torch.float64)
     along_time = over_bins * (hop * n_fft / gamma) + 2 * math.pi * hop / n_fft * bins
     along_bins = over_frames * (-gamma / (hop * n_fft)) - 2 * math.pi * (n_fft // 2) / n_fft
@@ -90,7 +90,7 @@ def window_gamma(window: Window, n_fft: int) -> float:
 
 
 def _difference(log: Tensor, sure: Tensor, dim: int) -> Tensor:
-    """Return the mean of the differences to those neighbours that are sure; two shorter along ``dim``."""
+    """Return the mean difference to the sure neighbours; two shorter along ``dim``."""
     n = log.shape[dim]
     before, here, after = (log.narrow(dim, k, n - 2) for k in range(3))
     has_before, _, has_after = (sure.narrow(dim, k, n - 2).double() for k in range(3))
@@ -109,8 +109,8 @@ def _integrate(
 ) -> None:
     """Fill ``phase`` (frame, bin) in place, from the greatest magnitude outwards, where not ``done``.
 
-    A max-heap on magnitude holds the border of what is integrated; an island that it does not reach starts
-    at phase 0.
+    A max-heap on magnitude holds the border of the integrated area; each island that it does not reach starts at
+    phase 0.
     """
     frames, bins = size.shape
     heap = np.empty(size.size, np.int64)

@@ -1,4 +1,4 @@
-"""Square crops of photographs, augmented, as an image network takes them."""
+"""Square crops of photographs, augmented, for image networks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Image
 
 LUMA = (0.299, 0.587, 0.114)
-"""Red, green and blue in grey: ITU-R BT.601, as Pillow and torchvision have it."""
+"""Red, green and blue in grey: ITU-R BT.601, as in Pillow and torchvision."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,25 +24,20 @@ class PhotoCrops:
     Parameters
     ----------
     crop : int, pixels
-        Side of the square that is cut from a photograph.
+        Side of the square cut from a photograph.
     size : int, pixels
-        Side of what the network gets: ``crop`` averaged down where it is smaller.
+        Side of the network's input, at most ``crop``, which is averaged down.
     grayscale : bool
         One channel (ITU-R BT.601), or three.
     per_photo, per_recording : int
         Random crops of each photograph, and of each recording.
     repeats : int
-        How often all crops of a material are paired anew.
+        Random pairings of all crops of a material.
     flips : bool
         Left to right and top to bottom, each with probability 1/2.
     brightness, contrast : float, 0..1
-        Each by a factor drawn evenly from 1 - x to 1 + x, as torchvision's ``ColorJitter`` does. The paper names
-        no amount.
-
-    Raises
-    ------
-    ParameterError
-        If a field is not what it should be.
+        Each by a factor drawn evenly from 1 - x to 1 + x, as in torchvision's ``ColorJitter``. The paper states no
+        amount.
     """
 
     crop: int = 256
@@ -66,19 +61,8 @@ class PhotoCrops:
             if not 0 <= getattr(self, name) <= 1:
                 raise ParameterError(f"{name} must be in 0..1, got {getattr(self, name)}")
 
-    @property
-    def channels(self) -> int:
-        """1 or 3."""
-        return 1 if self.grayscale else 3
-
     def check(self, rows: int, columns: int) -> None:
-        """Refuse a photograph that no crop fits into.
-
-        Raises
-        ------
-        ParameterError
-            Naming both sizes.
-        """
+        """Refuse a photograph smaller than a crop."""
         if min(rows, columns) < self.crop:
             raise ParameterError(
                 f"a photograph (or the region of it that this part may use) of {rows} x {columns} pixels is "
@@ -91,66 +75,27 @@ class PhotoCrops:
         return int(rng.integers(rows - self.crop + 1)), int(rng.integers(columns - self.crop + 1))
 
     def random(self, image: Image, rng: np.random.Generator) -> NDArray[np.uint8]:
-        """Return a random crop, augmented: cut, flip, brightness, contrast, grey, size.
-
-        Parameters
-        ----------
-        image : Image
-        rng : numpy Generator
-            `place` is drawn from it first.
-
-        Returns
-        -------
-        uint8 array, shape (channel, size, size)
-
-        Raises
-        ------
-        ParameterError
-            If the photograph is smaller than the crop.
-        """
-        pixels = self._cut(image, *self.place(*image.size, rng))
+        """Return a random crop, augmented: uint8, shape (channel, size, size). Draws `place` from ``rng`` first."""
+        top, left = self.place(*image.size, rng)
+        pixels = image.pixels[top : top + self.crop, left : left + self.crop]
         left_right, top_bottom = rng.random(2) < 0.5
         if self.flips and left_right:
             pixels = pixels[:, ::-1]
         if self.flips and top_bottom:
             pixels = pixels[::-1]
         factors = 1 + rng.uniform(-1, 1, 2) * (self.brightness, self.contrast)
-        # As contiguous rows of one colour each: several times faster than pixel by pixel.
+        # Contiguous rows of one colour each are several times faster than interleaved pixels.
         colours = np.ascontiguousarray(pixels.transpose(2, 0, 1), dtype=np.float32)  # 3, row, column
         if factors[0] != 1:
             np.clip(colours * np.float32(factors[0]), 0, 255, out=colours)
         if factors[1] != 1:
             mean = np.float32((1 - factors[1]) * _grey(colours).mean())
             np.clip(colours * np.float32(factors[1]) + mean, 0, 255, out=colours)
-        return self._finished(colours)
-
-    def centre(self, image: Image) -> Tensor:
-        """Return the middle of a photograph, not augmented, as a network takes it.
-
-        Returns
-        -------
-        float32 tensor, shape (channel, size, size), in [-1, 1]
-
-        Raises
-        ------
-        ParameterError
-            If the photograph is smaller than the crop.
-        """
-        rows, columns = image.pixels.shape[:2]
-        self.check(rows, columns)
-        pixels = self._cut(image, (rows - self.crop) // 2, (columns - self.crop) // 2)
-        return to_network(self._finished(np.ascontiguousarray(pixels.transpose(2, 0, 1), dtype=np.float32)))
-
-    def _cut(self, image: Image, top: int, left: int) -> NDArray[np.uint8]:
-        return image.pixels[top : top + self.crop, left : left + self.crop]
-
-    def _finished(self, colours: NDArray[np.float32]) -> NDArray[np.uint8]:
-        """Return colours (3, row, column) in 0..255 as uint8 of the network's channels and size."""
-        kept = _grey(colours)[None] if self.grayscale else colours
+        channels = _grey(colours)[None] if self.grayscale else colours
         if self.size < self.crop:
             size = (self.size, self.size)
-            kept = F.interpolate(torch.from_numpy(kept)[None], size, mode="area")[0].numpy()
-        return np.rint(kept).astype(np.uint8)
+            channels = F.interpolate(torch.from_numpy(channels)[None], size, mode="area")[0].numpy()
+        return np.rint(channels).astype(np.uint8)
 
 
 def to_network(pixels: NDArray[np.uint8]) -> Tensor:

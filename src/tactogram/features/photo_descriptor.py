@@ -1,4 +1,4 @@
-"""Photograph descriptor: colour and coarseness, blind to position."""
+"""Photograph descriptor: colour and coarseness, independent of position."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tactogram.signal import Image
 OCTAVES = 6
 """Octave bands of spatial frequency, from half the sampling rate down."""
 DIRECTIONS = 4
-"""Orientations of a band's power, sorted: turning the camera changes little."""
+"""Orientations of a band's power, sorted, so that turning the camera changes little."""
 LUMA = np.array([0.2126, 0.7152, 0.0722])
 """Rec. 709."""
 FLOOR = 1e-8
@@ -20,17 +20,10 @@ SMALLEST = 8
 
 
 def descriptor(image: Image) -> NDArray[np.float64]:
-    """Return colour, contrast and the spectrum of a photograph.
+    """Return colour, contrast and spectrum of a photograph, float64, shape (feature,).
 
-    Parameters
-    ----------
-    image : Image
-
-    Returns
-    -------
-    float64 array, shape (feature,)
-        Mean luminance (0..1), two mean colour differences over it, then 10 log10 of the power of relative contrast in
-        octave bands of spatial frequency (per pixel), each in four orientations from weakest to strongest.
+    Mean luminance (0..1), two mean colour differences over it, then 10 log10 of the power of relative contrast in
+    octave bands of spatial frequency (per pixel), each in four orientations from weakest to strongest.
     """
     rgb = image.pixels.astype(np.float64) / 255
     luminance = rgb @ LUMA

@@ -1,11 +1,11 @@
-"""Weak pairs of photograph and spectrogram picture: two things of one material that were never registered.
+"""Weak pairs: a photograph and a spectrogram picture of one material, not registered.
 
 A pair is a crop of a photograph and a crop of a recording of the same material (Neshov et al. 2026, Sec. 4.1,
-"Extended Data"). What is split before what is the protocol:
+"Extended Data"). The protocol is the order of splitting, cutting and pairing:
 
 * ``source-split`` (ours, the default): photographs and recordings are split before anything is cut or paired; the
-  pairs of a part are of that part's alone.
-* ``crop-split`` (our reading of the paper, which says that images and spectrograms do not overlap between subsets):
+  pairs of a part come from that part alone.
+* ``crop-split`` (our reading of the paper, which states that images and spectrograms do not overlap between subsets):
   the crops of all photographs and of all recordings are split 80/10/10 in each material, then paired. No crop is
   in two parts, but sibling crops of one photograph or recording are, and at the published sizes any two of those
   overlap (they lie at most 224 of 256 pixels, or 120 of 256 frames, apart).
@@ -56,14 +56,14 @@ SHARES: Mapping[Part, tuple[float, float]] = {
     "validation": (0.8, 0.9),
     "test": (0.9, 1.0),
 }
-"""Where each part lies among the shuffled crops or pairs of a material, where those are split (Sec. 4.1)."""
+"""Range of each part among the shuffled crops or pairs of a material, if those are split (Sec. 4.1)."""
 
 LEAKS: Mapping[Protocol, str] = {
     "source-split": "",
     "crop-split": "crops of one photograph or recording are in every part, and overlap",
     "pair-then-split": "the same crops of photographs and recordings are in every part; only their pairing differs",
 }
-"""What each protocol lets pass from training to test."""
+"""Leak of each protocol from training to test."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class PairBatch:
 
 
 class WeakPairs:
-    """Pairs by number; `weak_pairs` makes them. Crops are made when asked for, and the last ones kept.
+    """Pairs by number, created by `weak_pairs`. Crops are made on demand, and the last ones cached.
 
     Parameters
     ----------
@@ -129,16 +129,16 @@ class WeakPairs:
         self.materials, self.protocol = tuple(materials), protocol
         place = {name: number for number, name in enumerate(self.materials)}
         self._labels = np.array([place.get(source.material, -1) for source in self.photo_sources], np.int64)
-        self._kept = _ArrayCache(round(cache_mib * 2**20))
+        self._cache = _ArrayCache(round(cache_mib * 2**20))
 
     @property
     def leaks(self) -> str:
-        """What the protocol lets pass from training to test; empty where nothing does."""
+        """Leak of the protocol from training to test; empty if there is none."""
         return LEAKS[self.protocol]
 
     @property
     def labels(self) -> NDArray[np.int64]:
-        """Place of each pair's material in `materials`, -1 if it is not there; shape (pair,)."""
+        """Place of each pair's material in `materials`, -1 for others; int64, shape (pair,)."""
         return self._labels[self.pairs[:, 0] // self.crops.per_photo]
 
     def __len__(self) -> int:
@@ -146,7 +146,7 @@ class WeakPairs:
         return len(self.pairs)
 
     def batch(self, places: Sequence[int] | NDArray[np.int64]) -> PairBatch:
-        """Return the pairs at ``places``, shape (pair,), each from 0; a pair is the same however it is asked for."""
+        """Return the pairs at ``places``, shape (pair,), from 0; a pair is the same in any batch."""
         places = np.asarray(places, np.int64)
         chosen = self.pairs[places]
         photos = [self.photo_sources[crop // self.crops.per_photo] for crop in chosen[:, 0]]
@@ -163,8 +163,7 @@ class WeakPairs:
     def places(self, number: int, size: int) -> NDArray[np.int64]:
         """Return the places of batch ``number``, int64, shape (size,).
 
-        Every pair once per epoch, each epoch in an order of its own; a batch may end one epoch and begin the next.
-        Depends on the seed, ``number`` and ``size`` alone.
+        As `shuffled`: depends on the seed, ``number`` and ``size`` alone.
         """
         return shuffled(len(self), size, number, seed=self.seed)
 
@@ -176,8 +175,7 @@ class WeakPairs:
         size : int
         start : int
         workers : int
-            Threads that make the next batches while this one is used; with 0 each is made when asked for. The
-            batches are the same.
+            Threads that prepare the next batches; 0 prepares each on demand. The batches are the same.
         """
         if not workers:
             while True:
@@ -202,7 +200,7 @@ class WeakPairs:
     def photo_crop(self, crop: int) -> NDArray[np.uint8]:
         """Return crop ``crop`` of the photographs, uint8, shape (channel, size, size)."""
         source, rng = self._photo_draw(crop)
-        return self._kept.get(("photo", crop), lambda: self.crops.random(source.image(), rng))
+        return self._cache.get(("photo", crop), lambda: self.crops.random(source.image(), rng))
 
     def picture_place(self, crop: int) -> int:
         """Return the first frame of crop ``crop`` in its source."""
@@ -219,7 +217,7 @@ class WeakPairs:
             made: NDArray[np.float32] = self.picture.crop(samples, first - start // self.picture.hop).numpy()
             return made
 
-        return self._kept.get(("picture", crop), make)
+        return self._cache.get(("picture", crop), make)
 
     def _photo_draw(self, crop: int) -> tuple[PhotoSource, np.random.Generator]:
         source, number = divmod(crop, self.crops.per_photo)
@@ -245,32 +243,32 @@ def weak_pairs(
 ) -> WeakPairs:
     """Return the pairs of a part.
 
-    Every crop of a material is in each of ``crops.repeats`` random pairings of it; where there are fewer crops of
-    one kind than of the other, they come as evenly often as can be.
+    Every crop of a material is in each of ``crops.repeats`` random pairings; if one kind has fewer crops, they occur
+    about equally often.
 
     Parameters
     ----------
     examples : sequence of Example, or mapping from str to such
-        ``source-split``: the examples of the part. The other two protocols leak: they need those of all parts,
-        by name, e.g. ``{"train": …, "validation": …, "test": …}``. Signals of one axis.
+        ``source-split``: the examples of the part. The other two protocols leak: they need the examples of all parts by
+        name, e.g. ``{"train": …, "validation": …, "test": …}``. Signals have one axis.
     picture : SpectrogramPicture
     crops : PhotoCrops
     seed : int
-        Of crops, augmentation, pairing and order. Leaky protocols: the same for all parts.
+        Of crops, augmentation, pairing and order. Leaky protocols need the same for all parts.
     protocol : {"source-split", "crop-split", "pair-then-split"}
-        What is split before what.
+        Order of splitting, cutting and pairing.
     part : {"train", "validation", "test"}
-        Which share of the crops or pairs; of no effect with ``source-split``.
+        Share of the crops or pairs; without effect for ``source-split``.
     materials : sequence of str, optional
         The classes; by default those of ``examples``, sorted.
     cache_mib : float
-        How much memory finished crops may take, MiB. More data than that is recreated when asked for.
+        Memory of cached crops, MiB; others are recreated on demand.
 
     Raises
     ------
     ParameterError
-        If an argument is not one of these; a material has recordings and no photograph; a photograph is smaller
-        than a crop, or a recording shorter than a picture; nothing is left for a part.
+        If an argument is invalid, a material has recordings but no photograph, a photograph is smaller than a crop, a
+        recording is shorter than a picture, or a part is empty.
     """
     if protocol not in LEAKS:
         raise ParameterError(f"protocol must be one of {', '.join(LEAKS)}, got {protocol!r}")
@@ -280,11 +278,11 @@ def weak_pairs(
         raise ParameterError(
             f"protocol {protocol} leaks ({LEAKS[protocol]}): it needs the examples of all parts, by name"
         )
-    held = list(examples.values()) if isinstance(examples, Mapping) else [examples]
-    photos, recordings = sources(held, picture, crops)
-    shown = sorted({source.material for source in photos})
+    parts = list(examples.values()) if isinstance(examples, Mapping) else [examples]
+    photos, recordings = sources(parts, picture, crops)
+    photographed = sorted({source.material for source in photos})
     found = []
-    for name in shown:
+    for name in photographed:
         photo = _crop_numbers(photos, name, crops.per_photo)
         recording = _crop_numbers(recordings, name, crops.per_recording)
         if protocol == "crop-split":
@@ -306,16 +304,16 @@ def weak_pairs(
         picture,
         crops,
         seed=seed,
-        materials=shown if materials is None else materials,
+        materials=photographed if materials is None else materials,
         protocol=protocol,
         cache_mib=cache_mib,
     )
 
 
 def shuffled(count: int, size: int, number: int, *, seed: int) -> NDArray[np.int64]:
-    """Return batch ``number`` of ``size`` out of ``count`` things, each once per epoch, int64, shape (size,).
+    """Return batch ``number`` of ``size`` out of ``count`` items, each once per epoch, int64, shape (size,).
 
-    Each epoch has an order of its own; a batch may end one epoch and begin the next.
+    Each epoch has another order; a batch may end one epoch and begin the next.
     """
     first, last = number * size, (number + 1) * size
     epochs = range(first // count, -(-last // count))
@@ -331,14 +329,14 @@ def rng_of(seed: int, *purpose: str | int) -> np.random.Generator:
 
 
 def _crop_numbers(
-    held: Sequence[PhotoSource | RecordingSource], material: str, count: int
+    kind: Sequence[PhotoSource | RecordingSource], material: str, count: int
 ) -> NDArray[np.int64]:
-    members = np.array([i for i, source in enumerate(held) if source.material == material], np.int64)
+    members = np.array([i for i, source in enumerate(kind) if source.material == material], np.int64)
     return (members[:, None] * count + np.arange(count)).ravel()
 
 
 def _share(items: NDArray[np.int64], part: Part, rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return the share of ``items`` (item, ...) that is of ``part``, shuffled."""
+    """Return the share of ``items`` (item, ...) in ``part``, shuffled."""
     begin, end = (round(bound * len(items)) for bound in SHARES[part])
     return rng.permutation(items)[begin:end]
 
@@ -346,7 +344,7 @@ def _share(items: NDArray[np.int64], part: Part, rng: np.random.Generator) -> ND
 def _pairing(
     photo: NDArray[np.int64], recording: NDArray[np.int64], rng: np.random.Generator
 ) -> NDArray[np.int64]:
-    """Return each crop of the more numerous kind with one of the other at random, shape (pair, 2)."""
+    """Return each crop of the more numerous kind with a random one of the other, shape (pair, 2)."""
     count = max(len(photo), len(recording))
     columns = []
     for crops in (photo, recording):
@@ -356,7 +354,7 @@ def _pairing(
 
 
 class _ArrayCache:
-    """Arrays by key, the last used ones up to a number of bytes. Threads may share it."""
+    """Cache of the last used arrays up to a number of bytes; threads may share it."""
 
     def __init__(self, most_bytes: int) -> None:
         self._most, self._bytes, self._lock = most_bytes, 0, Lock()

@@ -1,13 +1,13 @@
-"""Windows of a photograph, each with the stretch of friction that lies under it: cut when asked for, never written out.
+"""Registered pairs: windows of a photograph with the friction beneath them, cut on demand.
 
 **The mapping.** A recording over displacement whose photograph has a scale is *registered*: column 0 of the
 photograph is where the displacement is 0, and the finger moved to the right along its middle row. The window of
 columns ``left`` to ``left + pixels`` covers ``left * mm_per_pixel`` to ``(left + pixels) * mm_per_pixel`` of the
-friction, which is brought to ``samples`` samples: as published 1024 pixels and 1280 samples, 1.25 samples per pixel.
-A stretch begins at the nearest sample (within 0.4 pixels).
+friction, resampled to ``samples`` samples: as published 1024 pixels and 1280 samples, 1.25 samples per pixel. A
+stretch begins at the nearest sample (within 0.4 pixels).
 
-Where there is no registration (no scale, or signals over time) a window is paired with any stretch of the same length
-of its own recording: such a pair says what kind of friction goes with what kind of picture, no more.
+Without registration (no scale, or signals over time) a window is paired with a random stretch of the same length of its
+recording: such a pair only relates a kind of friction to a kind of picture.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.resampling import resample
 
 Protocol = Literal["examples", "window-split", "region-split"]
-"""What keeps training and test apart.
+"""Separation of training and test.
 
-``examples``: nothing here; the split of the recordings (or of the materials) that these examples come from.
+``examples``: the split of the recordings (or of the materials) that these examples come from.
 ``window-split``: overlapping windows of one photograph, drawn at random, as published. **It leaks**: nearly every
-test window has training windows one step beside it.
-``region-split``: windows that lie wholly in stretches of the photograph, and of the friction, that do not overlap.
-Recordings registered to one photograph share its stretches: those of the shortest.
+test window has training windows one step away.
+``region-split``: windows within stretches of the photograph, and of the friction, that do not overlap. Recordings
+registered to one photograph share its stretches: those of the shortest.
 """
 Part = Literal["train", "validation", "test"]
 PARTS: tuple[Part, ...] = get_args(Part)
 
-HELD_BYTES = 256 * 1024 * 1024
-"""Of photographs that are kept decoded, the strips that windows are cut from: as many as fit in are drawn from at a
-time (some 35 as published), and memory does not grow with the data."""
+CACHED_BYTES = 256 * 1024 * 1024
+"""Memory of decoded photographs, cut to the strips that hold windows: windows are drawn from as many as fit (some 35 as
+published) at a time, so that memory does not grow with the data."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,18 +57,18 @@ class PhotoWindows:
     samples : int
         Length of the signal that goes with it.
     offset : int, pixels
-        From one window to the next: "with the offset of two pixels".
+        Between windows: "with the offset of two pixels".
     most : int, optional
-        Windows taken of a photograph, from the left: "the previous 600"; None takes all. (2362 pixels hold 670; the
-        paper counts 669.)
+        Most windows per photograph, from the left: "the previous 600"; None takes all. (2362 pixels hold 670; the paper
+        counts 669.)
     protocol : str
         See `Protocol`.
     shares : three floats
-        Parts that train, validate and test, of the windows (``window-split``: 400/100/100) or of the width.
+        Train, validate and test, of the windows (``window-split``: 400/100/100) or of the width.
     grey : bool
         Whether a window has one channel (ITU-R 601 luma) instead of three.
     seed : int
-        Decides which windows are in which part.
+        Decides the part of each window.
     """
 
     pixels: int = 1024
@@ -90,19 +90,8 @@ class PhotoWindows:
         if len(self.shares) != 3 or min(self.shares) < 0 or abs(sum(self.shares) - 1) > 1e-6:
             raise ParameterError(f"shares must be three numbers >= 0 that add up to 1, got {self.shares}")
 
-    @property
-    def channels(self) -> int:
-        """1 or 3."""
-        return 1 if self.grey else 3
-
     def lefts(self, width: int, part: Part | None) -> NDArray[np.int64]:
-        """Return the first columns of the windows of ``part`` (None: of all) in ``width`` usable columns, sorted.
-
-        Raises
-        ------
-        ParameterError
-            If ``width``, or under ``region-split`` the part of it, holds no window.
-        """
+        """Return the first columns of the windows of ``part`` (None: of all) in ``width`` usable columns, sorted."""
         first, last = 0, width
         if self.protocol == "region-split" and part is not None:
             first, last = _stretch(width, self.shares, PARTS.index(part))
@@ -119,13 +108,7 @@ class PhotoWindows:
         return np.sort(lefts[order[begin:end]])
 
     def window(self, image: Image, left: int) -> NDArray[np.uint8]:
-        """Return a window about the middle row, uint8, shape (pixels, pixels, channel).
-
-        Raises
-        ------
-        ParameterError
-            If the photograph does not hold it.
-        """
+        """Return a window about the middle row, uint8, shape (pixels, pixels, channel)."""
         rows, columns = image.pixels.shape[:2]
         if rows < self.pixels or columns < left + self.pixels:
             raise ParameterError(
@@ -139,7 +122,7 @@ class PhotoWindows:
         return cut
 
     def tensor(self, windows: Sequence[NDArray[np.uint8]]) -> Tensor:
-        """Return windows as a network sees them, float32, shape (window, channel, pixels, pixels), -1..1."""
+        """Return windows as network input, float32, shape (window, channel, pixels, pixels), -1..1."""
         stacked = torch.from_numpy(np.stack(windows)).permute(0, 3, 1, 2)  # B, C, H, W
         return stacked.float().div_(127.5).sub_(1)
 
@@ -162,22 +145,17 @@ class FrictionBatch:
 
 
 class RegisteredPairs:
-    """The pairs that ``examples`` hold.
+    """Pairs of ``examples``.
 
     Parameters
     ----------
     examples : sequence of Example
-        Each with its photograph as condition ``image``, or with `Example.photographs`.
+        With a photograph as condition ``image``, or in `Example.photographs`.
     windows : PhotoWindows
     part : {"train", "validation", "test"}, optional
-        Which of the windows; None takes all.
+        Part of the windows; None takes all.
     mm_per_pixel : float, optional
-        Scale that photographs are brought to; by default that of the first one that has a scale.
-
-    Raises
-    ------
-    ParameterError
-        If an example has no photograph, or one that holds no window.
+        Common scale of the photographs; by default that of the first one with a scale.
     """
 
     def __init__(
@@ -192,34 +170,34 @@ class RegisteredPairs:
             raise ParameterError("there are no examples to pair with photographs")
         self.examples, self.windows, self.part = examples, windows, part
         self.mm_per_pixel = mm_per_pixel
-        self.held = len(examples)
-        """Photographs that are kept decoded."""
+        self.cached = len(examples)
+        """Photographs that are cached."""
         self._photos: OrderedDict[int, Image] = OrderedDict()
         self._signals: OrderedDict[int, Signal] = OrderedDict()
         self.registered: list[bool] = []
-        widths: list[tuple[str, int]] = []  # photograph, and columns of it that may be used
+        widths: list[tuple[str, int]] = []  # key of the photograph, and its usable columns
         for number in range(len(examples)):
             image, signal = self._photo(number), examples[number].signal
             if self.mm_per_pixel is None and image.mm_per_pixel is not None:
                 self.mm_per_pixel = image.mm_per_pixel
-            known = signal.domain == "displacement" and image.mm_per_pixel is not None
-            self.registered.append(known)
+            registered = signal.domain == "displacement" and image.mm_per_pixel is not None
+            self.registered.append(registered)
             rows, width = image.pixels.shape[:2]
             if rows < windows.pixels:
                 raise ParameterError(
                     f"recording {examples[number].id}: a photograph of {width} x {rows} pixels holds no window of "
                     f"{windows.pixels}; lower config.pixels (and n_fft, hop in proportion)"
                 )
-            self.held = min(self.held, max(1, HELD_BYTES // image.pixels.nbytes))
-            if known:
+            self.cached = min(self.cached, max(1, CACHED_BYTES // image.pixels.nbytes))
+            if registered:
                 width = min(width, int(len(self._signal(number)) * windows.pixels / windows.samples))
             elif len(signal) < windows.samples:
                 raise ParameterError(
                     f"recording {examples[number].id} has {len(signal)} samples, a pair needs {windows.samples}; "
-                    "lower config.hop and config.n_fft, or leave it out"
+                    "lower config.hop and config.n_fft, or omit the recording"
                 )
-            widths.append((image_key(image) if known else "", width))
-        shared: dict[str, int] = {}  # regions are those of the shortest of all recordings of a photograph
+            widths.append((image_key(image) if registered else "", width))
+        shared: dict[str, int] = {}  # regions are those of the shortest recording of a photograph
         for key, width in widths:
             shared[key] = min(width, shared.get(key, width))
         regions = windows.protocol == "region-split"
@@ -237,18 +215,18 @@ class RegisteredPairs:
         return range(int(self._ends[number]) - len(self._lefts[number]), int(self._ends[number]))
 
     def order(self, seed: int) -> Iterator[int]:
-        """Yield every place once per epoch, for ever; at random among `held` photographs at a time."""
+        """Yield every place once per epoch, without end, at random among `cached` photographs at a time."""
         epoch = 0
         while True:
             random = np.random.default_rng([seed, epoch])
             numbers = random.permutation(len(self.examples))
-            for first in range(0, len(numbers), self.held):
-                places = np.concatenate([self.of(int(n)) for n in numbers[first : first + self.held]])
+            for first in range(0, len(numbers), self.cached):
+                places = np.concatenate([self.of(int(n)) for n in numbers[first : first + self.cached]])
                 yield from random.permutation(places).tolist()
             epoch += 1
 
     def batch(self, places: Sequence[int], *, seed: int = 0) -> FrictionBatch:
-        """Return the pairs at ``places``; ``seed`` draws the stretches of what is not registered."""
+        """Return the pairs at ``places``; ``seed`` draws the stretches of unregistered recordings."""
         photos, frictions, found = [], [], []
         for place in places:
             number = int(np.searchsorted(self._ends, place, side="right"))
@@ -285,12 +263,12 @@ class RegisteredPairs:
         if number not in self._signals:
             rate = self.windows.samples / (self.windows.pixels * image.mm_per_pixel)
             self._signals[number] = resample(signal, rate)
-            while len(self._signals) > self.held:
+            while len(self._signals) > self.cached:
                 self._signals.popitem(last=False)
         return self._signals[number]
 
     def _photo(self, number: int) -> Image:
-        """Return the strip of an example's photograph that windows are cut from, at the common scale."""
+        """Return the strip of an example's photograph that holds its windows, at the common scale."""
         if number in self._photos:
             self._photos.move_to_end(number)
             return self._photos[number]
@@ -301,40 +279,34 @@ class RegisteredPairs:
         if rows > size:
             image = image.cut((rows - size) // 2, 0, (rows - size) // 2 + size)
         self._photos[number] = image
-        while len(self._photos) > self.held:  # `held` falls when a larger photograph comes
+        while len(self._photos) > self.cached:  # which falls with larger photographs
             self._photos.popitem(last=False)
         return image
 
 
 def photograph_of(example: Example) -> Image:
-    """Return the photograph that an example was recorded with, else the first of its surface.
-
-    Raises
-    ------
-    ParameterError
-        If it has none.
-    """
+    """Return the photograph that an example was recorded with, else the first of its surface."""
     image = example.condition.get("image")
     if image is None and len(example.photographs):
         image = example.photographs[0]
     if not isinstance(image, Image):
         raise ParameterError(
-            f"recording {example.id} has no photograph; add one when importing, or leave it out with --where"
+            f"recording {example.id} has no photograph; add one when importing, or omit the recording"
         )
     return image
 
 
 def scaled(image: Image, mm_per_pixel: float) -> Image:
-    """Return a photograph at another scale, resized by area where it shrinks; one without a scale as it is."""
+    """Return a photograph resized to another scale, by area if it shrinks; unchanged if it has no scale."""
     if image.mm_per_pixel is None or abs(image.mm_per_pixel / mm_per_pixel - 1) < 1e-3:
         return image
     rows, columns = (max(1, round(n * image.mm_per_pixel / mm_per_pixel)) for n in image.pixels.shape[:2])
     smaller = image.mm_per_pixel < mm_per_pixel
-    how = Pillow.Resampling.BOX if smaller else Pillow.Resampling.BICUBIC
-    return Image(np.asarray(Pillow.fromarray(image.pixels).resize((columns, rows), how)), mm_per_pixel)
+    resampling = Pillow.Resampling.BOX if smaller else Pillow.Resampling.BICUBIC
+    return Image(np.asarray(Pillow.fromarray(image.pixels).resize((columns, rows), resampling)), mm_per_pixel)
 
 
 def _stretch(count: int, shares: Sequence[float], part: int) -> tuple[int, int]:
-    """Return where a part of ``count`` things in a row begins and ends."""
+    """Return first and last (exclusive) of ``count`` consecutive items in a part."""
     edges = np.round(np.cumsum((0.0, *shares)) * count).astype(int)
     return int(edges[part]), int(edges[part + 1])

@@ -1,4 +1,4 @@
-"""Random crops of recordings, each as long as the signals of a network."""
+"""Random crops of recordings, as long as the signals of a network."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from tactogram.signal import Signal
 from tactogram.signal.joining import extend
 
 Rng = Callable[[str, int], np.random.Generator]
-"""From a purpose, ``"epoch"`` or ``"crop"``, and its number to a random generator of its own."""
+"""From a purpose, ``"epoch"`` or ``"crop"``, and its number to a random generator."""
 
 
 @dataclass(frozen=True)
 class SignalCrops:
     """An endless sequence of crops: epoch after epoch, each with every recording in a new order.
 
-    Crop k depends on the random generators and k alone. Only the crops asked for are read.
+    Crop k depends on the random generators and k alone. Only the drawn crops are read.
 
     Parameters
     ----------
@@ -30,10 +30,9 @@ class SignalCrops:
     overlap : int
         Samples of the crossfades that join a shorter recording to itself; at most a third of the recording.
     repetitions : int, optional
-        How often a shorter recording is put end to end instead, or more often if that is still too short. None
-        crossfades.
+        Times a shorter recording is put end to end instead, more if that is still too short. None crossfades.
     lead : int
-        Samples before each crop that come with it.
+        Further samples before each crop.
     """
 
     examples: Sequence[Example]
@@ -43,10 +42,7 @@ class SignalCrops:
     lead: int = 0
 
     def epoch(self) -> NDArray[np.int64]:
-        """Return the number of each recording as often as an epoch crops it, int64, shape (crop,).
-
-        Once, or once for every whole ``length`` in it.
-        """
+        """Return the number of each recording, once or once per whole ``length`` in it: int64, shape (crop,)."""
         times = [max(1, len(example.signal) // self.length) for example in self.examples]
         return np.repeat(np.arange(len(times)), times)
 
@@ -62,13 +58,13 @@ class SignalCrops:
         return drawn
 
     def cut(self, signal: Signal, rng: np.random.Generator) -> NDArray[np.float32]:
-        """Return a crop of ``signal``, float32, shape (axis, lead + length); every place is equally likely."""
+        """Return a crop of ``signal``, float32, shape (axis, lead + length), from a uniform random place."""
         size, length = len(signal), self.lead + self.length
         if size >= length:
             start = int(rng.integers(size - length + 1))
             return np.array(signal.samples[:, start : start + length])
         if self.repetitions is not None:
-            # The same as a crop of `joining.repeat`, without making the whole.
+            # A crop of the repeated recording, without creating all of it.
             times = max(self.repetitions, -(-length // size))
             start = int(rng.integers(times * size - length + 1))
             return np.take(signal.samples, np.arange(start, start + length), axis=1, mode="wrap")

@@ -1,63 +1,86 @@
-"""A signal <-> the bounded log-magnitude picture that a network sees."""
+"""Spectrogram: a signal <-> the bounded log-magnitude picture that a network sees."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
-import numpy as np
 import torch
 import torch.nn.functional as F
-from numpy.typing import NDArray
 from torch import Tensor
 
-from tactogram.errors import ParameterError
-from tactogram.features.levels import AmplitudeScale
-from tactogram.features.phase import Iteration, Start, recover
-from tactogram.features.stft import STFT, Window
-from tactogram.signal import Signal
+from tactogram.errors import ParameterError, UnitError
+from tactogram.features.phase import ITERATIONS, STARTS, Iteration, Start, recover
+from tactogram.features.stft import STFT, Window, check_precision
+from tactogram.signal import UNITS, Signal
+from tactogram.signal.signal import Domain
+
+Scaling = Literal["db", "linear", "power"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spectrogram(AmplitudeScale):
-    """One spectrogram convention, written once, and its inverse.
+class Spectrogram:
+    """One spectrogram convention and its inverse.
 
-    Every number that is needed to go back is a field, plain enough for JSON: ``asdict(spectrogram)`` beside
-    the weights, and ``Spectrogram(**that)`` turns a generated picture into a signal years later.
+    ``asdict(spectrogram)`` is plain JSON; saved with the weights, ``Spectrogram(**fields)`` inverts generated pictures
+    later. Nothing is measured from the data, so that levels are absolute.
 
     Parameters
     ----------
-    rate, unit, domain, scaling, floor_db, ceil_db, ref, low, high
-        See `AmplitudeScale`. Amplitudes are those of a sinusoid: one of 1 m/s^2 in the middle of a bin reads 1 m/s^2.
+    rate : float
+        Samples per second (Hz), or per millimetre when ``domain`` is ``"displacement"``.
+    unit : str
+        Unit of a sample, one of `tactogram.signal.UNITS`.
+    domain : {"time", "displacement"}
+    scaling : {"db", "linear", "power"}
+        Quantity proportional to the values: logarithm of the amplitude, amplitude, or its square.
+    floor_db, ceil_db : float, dB re ``ref``
+        With ``"db"``, amplitudes at or below the floor become ``low`` and are inverted to 0. Amplitudes above the
+        ceiling become ``high`` and are inverted to the ceiling. ``"linear"`` and ``"power"`` have no floor: amplitude 0
+        is ``low``.
+    ref : float, ``unit``
+        The amplitude of 0 dB. A sinusoid of 1 m/s^2 in the middle of a bin has an amplitude of 1 m/s^2.
+    low, high : float
+        The range of values.
     n_fft, hop : int, samples
         Length of the window, and the step between windows.
     window : str or (str, float)
         Name for `scipy.signal.get_window`.
     bins : int, optional
-        How many frequency bins are kept, from 0 Hz up; all ``n_fft // 2 + 1`` by default.
+        Number of frequency bins, from 0 Hz up; all ``n_fft // 2 + 1`` by default.
     start, iteration, iterations
-        How `decode` finds the phase; see `recover`.
+        Phase recovery of `decode`; see `tactogram.features.recover`.
 
     Raises
     ------
     ParameterError
-        If a field is not what it should be, or the window leaves samples that could not be had back.
+        If a field is invalid, or samples that the window hardly covers could not be recovered.
 
     Notes
     -----
-    What it promises, each a test in ``tests/features``:
+    Guarantees, each a test in ``tests/features``:
 
     * exact: ``istft(stft(x), length) == x`` to rounding, for every length >= 1;
-    * stable: ``encode(decode(z))`` is close to ``z``, for every ``z`` that came from a signal;
-    * absolute: a signal times 0.01 comes back times 0.01, as long as it stays between floor and ceiling;
-    * known: what is lost is phase, bins from ``bins`` up, and amplitudes outside the two limits;
-    * refused: what cannot be inverted raises.
+    * stable: ``encode(decode(z))`` is close to ``z``, for every ``z`` of a signal;
+    * absolute: a signal times 0.01 is inverted to the signal times 0.01, between floor and ceiling;
+    * lost are only phase, bins from ``bins`` up, and amplitudes beyond the two limits.
 
     Published conventions, as fields: ``window="hamming"`` with ``n_fft=256, hop=128`` (generation of unrecorded
     tactile information, Sec. III-B) or ``n_fft=512, hop=128`` (visual-tactile cGAN, Sec. 4.1; FrictGAN, Sec. 4,
     with ``domain="displacement", unit="1", scaling="linear"``); and ``n_fft=2048, hop=204, bins=48``.
     """
 
+    rate: float
+    unit: str = "m/s^2"
+    domain: Domain = "time"
+    scaling: Scaling = "db"
+    floor_db: float = -80.0
+    ceil_db: float = 0.0
+    ref: float = 1.0
+    low: float = -1.0
+    high: float = 1.0
     n_fft: int = 256
     hop: int = 64
     window: Window = "hann"
@@ -67,19 +90,30 @@ class Spectrogram(AmplitudeScale):
     iterations: int = 64
 
     def __post_init__(self) -> None:
-        super().__post_init__()
+        for name in ("rate", "ref"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ParameterError(f"{name} must be > 0 and finite, got {value}")
+        for below, above in (("floor_db", "ceil_db"), ("low", "high")):
+            least, most = getattr(self, below), getattr(self, above)
+            if not (math.isfinite(least) and math.isfinite(most) and least < most):
+                raise ParameterError(f"{below} must be < {above}, both finite, got {least} and {most}")
+        if self.unit not in UNITS:
+            raise ParameterError(f"unit must be one of {', '.join(UNITS)}, got {self.unit!r}")
+        if self.domain not in ("time", "displacement"):
+            raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
+        if self.scaling not in ("db", "linear", "power"):
+            raise ParameterError(f"scaling must be 'db', 'linear' or 'power', got {self.scaling!r}")
         object.__setattr__(self, "window", self.transform.window)
         every = self.transform.bins
         bins = every if self.bins is None else self.bins
         if not (isinstance(bins, int) and 1 <= bins <= every):
             raise ParameterError(f"bins must be a whole number in 1..{every}, got {self.bins}")
         object.__setattr__(self, "bins", bins)
-        if self.start not in ("gradient", "random"):
+        if self.start not in STARTS:
             raise ParameterError(f"start must be 'gradient' or 'random', got {self.start!r}")
-        if self.iteration not in ("admm+fast_griffin_lim", "admm", "fast_griffin_lim", "griffin_lim"):
-            raise ParameterError(
-                f"iteration is not one of tactogram.features.recover, got {self.iteration!r}"
-            )
+        if self.iteration not in ITERATIONS:
+            raise ParameterError(f"iteration must be one of {', '.join(ITERATIONS)}, got {self.iteration!r}")
         if self.iterations < 0:
             raise ParameterError(f"iterations must be >= 0, got {self.iterations}")
 
@@ -88,17 +122,12 @@ class Spectrogram(AmplitudeScale):
         """The short-time Fourier transform underneath."""
         return STFT(self.n_fft, self.hop, self.window)
 
-    @property
-    def frequencies(self) -> NDArray[np.float64]:
-        """Centre of each kept bin, shape (bin,), Hz (or cycles per mm)."""
-        return np.arange(self.bins or 0, dtype=np.float64) * (self.rate / self.n_fft)
-
     def frames(self, length: int) -> int:
         """Return the number of frames of ``length`` samples: ``1 + ceil(length / hop)``."""
         return self.transform.frames(length)
 
     def length(self, frames: int) -> int:
-        """Return the greatest number of samples that has ``frames`` frames."""
+        """Return the greatest number of samples with ``frames`` frames."""
         return self.transform.length(frames)
 
     def stft(self, x: Tensor) -> Tensor:
@@ -108,6 +137,34 @@ class Spectrogram(AmplitudeScale):
     def istft(self, s: Tensor, length: int) -> Tensor:
         """Return the signal, complex (..., n_fft // 2 + 1, frame) -> (..., time); see `STFT.inverse`."""
         return self.transform.inverse(s, length)
+
+    def value(self, amplitude: Tensor) -> Tensor:
+        """Return amplitudes (>= 0, in ``unit``) as values in ``low..high``; any shape. Differentiable."""
+        if self.scaling == "db":
+            least = self.ref * 10 ** (self.floor_db / 20)
+            db = 20 * torch.log10(amplitude.clamp_min(least) / self.ref)
+            share = (db - self.floor_db) / (self.ceil_db - self.floor_db)
+        else:
+            share = amplitude / (self.ref * 10 ** (self.ceil_db / 20))
+            share = share.square() if self.scaling == "power" else share
+        return self.low + (self.high - self.low) * share.clamp(0, 1)
+
+    def amplitude(self, value: Tensor) -> Tensor:
+        """Return values, of any shape, limited to ``low..high``, as amplitudes in ``unit``.
+
+        Raises
+        ------
+        ParameterError
+            If a value is not finite.
+        """
+        if not bool(torch.isfinite(value).all()):
+            raise ParameterError("values must be finite, got NaN or infinity")
+        share = ((value - self.low) / (self.high - self.low)).clamp(0, 1)
+        if self.scaling == "db":
+            db = self.floor_db + (self.ceil_db - self.floor_db) * share
+            return torch.where(share > 0, self.ref * 10 ** (db / 20), torch.zeros_like(db))
+        share = share.sqrt() if self.scaling == "power" else share
+        return share * (self.ref * 10 ** (self.ceil_db / 20))
 
     def encode(self, x: Tensor) -> Tensor:
         """Return the picture of ``x``. Differentiable.
@@ -125,12 +182,12 @@ class Spectrogram(AmplitudeScale):
     def amplitudes(self, s: Tensor) -> Tensor:
         """Return the amplitudes (of a sinusoid, ``unit``) in a result of `stft`. Differentiable.
 
-        Complex (..., n_fft // 2 + 1, frame) -> (..., bin, frame): the bins that are kept.
+        Complex (..., n_fft // 2 + 1, frame) -> (..., bin, frame), the first ``bins``.
         """
         return s[..., : self.bins, :].abs() / self._gain(s)[: self.bins]
 
     def magnitude(self, z: Tensor) -> Tensor:
-        """Return the magnitude of `stft` that a picture stands for.
+        """Return the magnitude of `stft` of a picture.
 
         Parameters
         ----------
@@ -139,29 +196,28 @@ class Spectrogram(AmplitudeScale):
         Returns
         -------
         tensor, shape (..., n_fft // 2 + 1, frame)
-            Bins that are not kept, and with ``"db"`` values at the floor, are 0.
+            Bins from ``bins`` up, and with ``"db"`` values at the floor, are 0.
 
         Raises
         ------
         ParameterError
             For another shape or dtype, or values that are not finite.
         """
-        if z.dtype not in (torch.float32, torch.float64):
-            raise ParameterError(f"z must be float32 or float64, got {z.dtype}")
+        check_precision("z", z)
         if z.ndim < 2 or z.shape[-2] != self.bins or z.shape[-1] == 0:
             raise ParameterError(f"z must be (..., {self.bins} bins, frame), got {tuple(z.shape)}")
-        kept = self.amplitude(z) * self._gain(z)[: self.bins]
-        return F.pad(kept, (0, 0, 0, self.transform.bins - z.shape[-2]))
+        magnitude = self.amplitude(z) * self._gain(z)[: self.bins]
+        return F.pad(magnitude, (0, 0, 0, self.transform.bins - z.shape[-2]))
 
     def decode(self, z: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
-        """Return a signal whose picture is as near to ``z`` as phase recovery brings it.
+        """Return a signal whose picture is close to ``z``, by phase recovery.
 
         Parameters
         ----------
         z : float32 or float64 tensor, shape (..., bin, frame), in ``low..high``
             No gradient flows back.
         length : int, samples, optional
-            Of the signal; by default the greatest that has the frames of ``z``.
+            Of the signal; by default the greatest with the frames of ``z``.
         seed : int
             The same seed gives the same signal, in a batch as alone.
 
@@ -191,13 +247,32 @@ class Spectrogram(AmplitudeScale):
             seed=seed,
         )
 
+    def check_signal(self, signal: Signal) -> None:
+        """Refuse a signal of another unit, domain or rate.
+
+        Raises
+        ------
+        UnitError
+            For another unit or domain.
+        ParameterError
+            For another rate.
+        """
+        if signal.unit != self.unit:
+            raise UnitError(f"signal must be in {self.unit}, got {signal.unit}")
+        if signal.domain != self.domain:
+            raise UnitError(f"signal must be over {self.domain}, got one over {signal.domain}")
+        if signal.rate != self.rate:
+            raise ParameterError(
+                f"signal must have rate {self.rate:g}, got {signal.rate:g}; resample it first"
+            )
+
     def encode_signal(self, signal: Signal) -> Tensor:
         """Return the picture of a signal, float32, shape (axis, bin, frame).
 
         Raises
         ------
         UnitError, ParameterError
-            If unit, domain or rate are others than the fields say.
+            For another unit, domain or rate.
         """
         self.check_signal(signal)
         return self.encode(torch.tensor(signal.samples))
@@ -210,7 +285,7 @@ class Spectrogram(AmplitudeScale):
         return Signal(samples, self.rate, self.unit, axes, self.domain)
 
     def _gain(self, like: Tensor) -> Tensor:
-        """Return what `stft` makes of a sinusoid of amplitude 1 in the middle of each bin, shape (bin, 1)."""
+        """Return the magnitude of `stft` of a sinusoid of amplitude 1 in the middle of each bin, shape (bin, 1)."""
         total = self.transform.weights(like).sum()
         gain = (total / 2).repeat(self.transform.bins, 1)
         gain[0] = total

@@ -1,4 +1,4 @@
-"""A recording <-> the square picture that an image network makes of touch, both directions in one object."""
+"""Spectrogram picture: a recording <-> the square picture of an image network."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.features.phase import Iteration, Start
 from tactogram.features.spectrogram import Spectrogram
-from tactogram.features.stft import Window
+from tactogram.features.stft import Window, check_precision
 from tactogram.signal.signal import Domain
 
 Resize = Literal["bilinear", "crop"]
@@ -21,7 +21,7 @@ Resize = Literal["bilinear", "crop"]
 
 @dataclass(frozen=True, kw_only=True)
 class SpectrogramPicture:
-    """A log-magnitude spectrogram as a picture of one channel in [-1, 1], and the way back.
+    """A log-magnitude spectrogram as a picture of one channel in [-1, 1], and its inverse.
 
     The convention of Neshov et al. 2026 (Sec. 4.1, "Vibrotactile Data"): short-time Fourier transform with a
     Hamming window of 512 and a hop of 128, 257 x 376 magnitudes of a recording of 4.8 s at 10 kHz; 256
@@ -32,8 +32,8 @@ class SpectrogramPicture:
     rate : float
         Samples per second (Hz), or per millimetre when ``domain`` is ``"displacement"``.
     floor_db, ceiling_db : float, dB re 1 ``unit``
-        Amplitudes (of a sinusoid) that are -1 and 1. Fixed, never read from the data: the paper names none, and
-        with the extremes of each picture no level would come back.
+        Amplitudes (of a sinusoid) that are -1 and 1. Fixed, never measured from a picture, or levels would be lost; the
+        paper states none.
     unit : str
         Unit of a sample, one of `tactogram.signal.UNITS`.
     domain : {"time", "displacement"}
@@ -45,29 +45,29 @@ class SpectrogramPicture:
     rows, columns : int
         Size of the picture; row 0 is 0 Hz.
     resize : {"bilinear", "crop"}
-        How ``n_fft // 2 + 1`` bins become rows. ``bilinear`` is the paper's "resized" (linear amplitudes, before
-        the logarithm); ``crop`` keeps the lowest ``rows`` bins as they are and loses the rest. Frames become
-        columns by ``bilinear`` interpolation, which changes nothing where there are as many.
+        From ``n_fft // 2 + 1`` bins to rows. ``bilinear`` is the paper's "resized" (linear amplitudes, before the
+        logarithm); ``crop`` keeps the lowest ``rows`` bins and loses the rest. From frames to columns it is always
+        ``bilinear``, which changes nothing if their numbers are equal.
     start, iteration, iterations
-        How `signal` finds the phase; see `tactogram.features.recover`. The paper names Griffin-Lim.
+        Phase recovery of `signal`; see `tactogram.features.recover`. The paper names Griffin-Lim.
 
     Raises
     ------
     ParameterError
-        If a field is not what it should be.
+        If a field is invalid.
 
     Notes
     -----
-    What is lost, each a test in ``tests/features/test_spectrogram_picture.py``:
+    Losses, each a test in ``tests/features/test_spectrogram_picture.py``:
 
-    * phase; `signal` finds one again;
-    * amplitudes at or below the floor, which come back as 0, and above the ceiling, which come back as it;
-    * by ``bilinear``, of 257 bins in 256 rows, one pattern per column: neighbouring bins up and down in turn
-      around the middle row. The way back takes the smoothest column that fits, and is right in all else. Where
-      fewer rows than that are asked for, all that is finer than a row is lost;
+    * phase, which `signal` recovers;
+    * amplitudes at or below the floor, which become 0, and above the ceiling, which become the ceiling;
+    * by ``bilinear``, of 257 bins in 256 rows, one pattern per column: alternate bins up and down around the middle
+      row. The inverse takes the smoothest column that fits, and is otherwise exact. With fewer rows, all detail finer
+      than a row is lost;
     * by ``crop``, of 257 bins in 256 rows, the bin at half the rate.
 
-    Levels are absolute: samples times 0.01 come back times 0.01 as long as they stay above the floor.
+    Levels are absolute: samples times 0.01 are inverted to samples times 0.01 if they stay above the floor.
     """
 
     rate: float
@@ -126,11 +126,11 @@ class SpectrogramPicture:
 
     @property
     def length(self) -> int:
-        """Samples that `signal` gives: from the middle of the first frame to that of the last."""
+        """Samples of `signal`: from the middle of the first frame to that of the last."""
         return (self.frames - 1) * self.hop
 
     def places(self, length: int) -> int:
-        """Return how many crops a recording of ``length`` samples holds: `crop` takes ``first`` below it.
+        """Return the number of crops in ``length`` samples: `crop` takes ``first`` below it.
 
         Raises
         ------
@@ -147,12 +147,12 @@ class SpectrogramPicture:
         return frames - self.frames + 1
 
     def encode(self, samples: Tensor) -> Tensor:
-        """Return the picture of samples that are as long as one. Differentiable.
+        """Return the picture of samples of its own length. Differentiable.
 
         Parameters
         ----------
         samples : float32 or float64 tensor, shape (..., time), ``unit``
-            As many as have ``frames`` frames, e.g. `length`.
+            With ``frames`` frames, e.g. `length`.
 
         Returns
         -------
@@ -161,7 +161,7 @@ class SpectrogramPicture:
         Raises
         ------
         ParameterError
-            If they have another number of frames.
+            For another number of frames.
         """
         got = self.spectrogram.frames(samples.shape[-1])
         if got != self.frames:
@@ -174,14 +174,14 @@ class SpectrogramPicture:
     def crop(self, samples: Tensor, first: int) -> Tensor:
         """Return the picture of frames ``first`` to ``first + frames`` of a recording's spectrogram.
 
-        Only the samples of those frames are looked at; what stands beside them counts as in the whole spectrogram.
+        Only the samples of those frames are used, with the neighbours that their windows reach.
 
         Parameters
         ----------
         samples : float32 or float64 tensor, shape (..., time), ``unit``
             The whole recording.
         first : int
-            From 0 to below `places`.
+            0 to `places` - 1.
 
         Returns
         -------
@@ -190,7 +190,7 @@ class SpectrogramPicture:
         Raises
         ------
         ParameterError
-            If no such frames are there.
+            If the recording lacks these frames.
         """
         if not 0 <= first < self.places(samples.shape[-1]):
             raise ParameterError(
@@ -202,7 +202,7 @@ class SpectrogramPicture:
         return self.picture(self.spectrogram.amplitudes(s))
 
     def span(self, first: int) -> tuple[int, int]:
-        """Return the samples, from and to, that `crop` looks at; it begins at a whole frame."""
+        """Return the first and last (exclusive) sample that `crop` uses; the first begins a frame."""
         margin = -(-self.n_fft // (2 * self.hop))  # frames whose windows still reach into the crop
         return max(0, first - margin) * self.hop, (first + self.frames - 1 + margin) * self.hop
 
@@ -220,7 +220,7 @@ class SpectrogramPicture:
         Raises
         ------
         ParameterError
-            If they are of another shape.
+            For another shape.
         """
         if amplitudes.shape[-2:] != (self.bins, self.frames):
             raise ParameterError(
@@ -232,7 +232,7 @@ class SpectrogramPicture:
         return self.spectrogram.value(resized).unsqueeze(-3)
 
     def decode(self, pictures: Tensor) -> Tensor:
-        """Return the amplitudes that pictures stand for.
+        """Return the amplitudes of pictures.
 
         Parameters
         ----------
@@ -241,18 +241,17 @@ class SpectrogramPicture:
         Returns
         -------
         tensor, shape (..., n_fft // 2 + 1, frames), ``unit``, >= 0
-            Of a sinusoid, as `Spectrogram` has them.
+            Of a sinusoid, as in `Spectrogram`.
 
         Raises
         ------
         ParameterError
-            If it has another shape, or a value is not finite.
+            For another dtype or shape, or values that are not finite.
         """
-        if pictures.dtype not in (torch.float32, torch.float64):
-            raise ParameterError(f"pictures must be float32 or float64, got {pictures.dtype}")
+        check_precision("pictures", pictures)
         if pictures.shape[-3:] != self.shape:
             raise ParameterError(f"pictures must be (..., {self.shape}), got {tuple(pictures.shape)}")
-        # The way back amplifies rounding where rows share bins: in double precision.
+        # The inverse amplifies rounding where rows share bins, hence double precision.
         resized = self.spectrogram.amplitude(pictures.squeeze(-3).double())
         spread = _inverse(self.bins, self.rows, self.resize).to(resized) @ resized
         if self.columns != self.frames:
@@ -260,13 +259,13 @@ class SpectrogramPicture:
         return spread.clamp_min(0).to(pictures.dtype)
 
     def signal(self, pictures: Tensor, *, seed: int) -> Tensor:
-        """Return samples whose picture is near to each of ``pictures``. No gradient flows back.
+        """Return samples whose pictures are close to ``pictures``. No gradient flows back.
 
         Parameters
         ----------
         pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
         seed : int
-            Of the phase; the same seed gives the same samples, in a batch as alone.
+            The same seed gives the same samples, in a batch as alone.
 
         Returns
         -------
@@ -275,24 +274,28 @@ class SpectrogramPicture:
         return self.spectrogram.recover(self.decode(pictures.detach()), self.length, seed=seed)
 
     def noise(self, pictures: Tensor, *, smooth: int, seed: int) -> Tensor:
-        """Return Gaussian noise as strong, at each frequency and moment, as ``pictures`` say. No gradient flows back.
+        """Return Gaussian noise with the levels of ``pictures`` at each frequency and moment. No gradient flows back.
 
-        For pictures whose grain is of no signal: it is smoothed away, and noise, whose grain is that of a real
-        texture, is given the levels that are left. A picture smoothed over all its columns gives steady noise of
-        its mean logarithmic spectrum. What is constant stays constant, its sign +. What is periodic, or a lasting tone,
-        is lost.
+        For pictures whose grain no signal has: they are smoothed, and noise, which has the grain of a real texture,
+        gets the remaining levels. A picture smoothed over all its columns gives steady noise of its mean logarithmic
+        spectrum. Constant parts stay constant, with the sign +. Periodic parts and lasting tones are lost.
 
         Parameters
         ----------
         pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
         smooth : int
-            Columns of the Hann window that levels, in dB, are smoothed by; an odd number, 1 leaves them.
+            Columns of the Hann window that smooths levels, in dB; odd, 1 does not smooth.
         seed : int
-            Of the noise; the same seed gives the same samples, in a batch as alone.
+            The same seed gives the same samples, in a batch as alone.
 
         Returns
         -------
         tensor, shape (..., time), `length` samples, ``unit``
+
+        Raises
+        ------
+        ParameterError
+            If ``smooth`` is even or below 1, or for pictures of another shape.
         """
         if smooth < 1 or smooth % 2 == 0:
             raise ParameterError(f"smooth must be an odd number of columns, got {smooth}")
@@ -303,17 +306,14 @@ class SpectrogramPicture:
         ).to(amplitudes)
         s = self.spectrogram.stft(white)
         grain = torch.log(self.spectrogram.amplitudes(s)[1:-1])
-        # A mean of few logarithms keeps some grain, and grain adds power: what it adds to noise is taken off.
+        # A mean of few logarithms retains some grain, and grain adds power: subtract what it adds to noise.
         left = _smoothed(grain, smooth) - grain.mean()
         grain_level = grain.mean() + torch.log(torch.exp(2 * left).mean()) / 2
-        # What is constant, as gravity is, is no noise: it is taken out of all bins that it leaks into, and put back.
-        lowest, next_one = (
-            amplitudes[..., 0, :].mean(-1, keepdim=True),
-            amplitudes[..., 1, :].mean(-1, keepdim=True),
-        )
-        constant = torch.where(lowest > next_one, lowest, 0.0)  # ..., 1; else it is what leaks from above
+        # Constant parts, as gravity, are no noise: subtract them from all bins they leak into, and add them again.
+        lowest, next_one = (amplitudes[..., row, :].mean(-1, keepdim=True) for row in (0, 1))
+        constant = torch.where(lowest > next_one, lowest, 0.0)  # ..., 1; else leakage from above
         one = self.spectrogram.amplitudes(self.spectrogram.stft(torch.ones_like(white)))[:, self.frames // 2]
-        leaked = 1.5 * constant[..., None] * one[:, None]  # ..., bin, 1; what resizing blurs, too
+        leaked = 1.5 * constant[..., None] * one[:, None]  # ..., bin, 1; includes the blur of resizing
         varying = (amplitudes.square() - leaked.square()).clamp_min(floor.item() ** 2).sqrt()
         gain = torch.exp(torch.log(varying) - grain_level)
         return (self.spectrogram.istft(s * gain, self.length) + constant).to(pictures.dtype)
@@ -334,7 +334,7 @@ def _smoothed(pictures: Tensor, columns: int) -> Tensor:
 
 @lru_cache(maxsize=64)
 def _matrix(size: int, new_size: int, resize: Resize) -> Tensor:
-    """Return what resizes a column, float64, shape (new_size, size); its rows sum to 1, none is negative."""
+    """Return the matrix that resizes a column, float64, shape (new_size, size), >= 0; its rows sum to 1."""
     eye = torch.eye(size, dtype=torch.float64)
     if resize == "crop" or size == new_size:
         return eye[:new_size]
@@ -344,11 +344,11 @@ def _matrix(size: int, new_size: int, resize: Resize) -> Tensor:
 
 @lru_cache(maxsize=64)
 def _inverse(size: int, new_size: int, resize: Resize) -> Tensor:
-    """Return a matrix that undoes `_matrix`, float64, shape (size, new_size).
+    """Return an inverse of `_matrix`, float64, shape (size, new_size).
 
-    Of all columns that resize to the one given: with ``crop`` the one that is 0 where nothing was kept, with
-    ``bilinear`` the smoothest, of least summed squared difference between neighbours. Where there are more rows
-    than bins only one column may fit; it is found by least squares.
+    Of all columns that resize to a given one: with ``crop`` the one that is 0 elsewhere, with ``bilinear`` the
+    smoothest, of least summed squared difference between neighbours. With more rows than bins at most one column fits,
+    found by least squares.
     """
     matrix = _matrix(size, new_size, resize)
     inverse: Tensor

@@ -1,4 +1,4 @@
-"""The short-time Fourier transform and its least-squares inverse, exact for every length."""
+"""Short-time Fourier transform and its least-squares inverse, exact for every length."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from tactogram.errors import ParameterError
 Window: TypeAlias = str | tuple[str, float]
 
 LEAST_COVER = 1e-4
-"""Smallest summed squared window, relative to the squared peak of the window, that is taken as invertible.
+"""Smallest summed squared window, relative to the window's squared peak, that counts as invertible.
 
-Below it rounding is amplified more than 100 times, and float32 no longer comes back to 1e-5.
+Below it rounding is amplified more than 100 times, and float32 is not inverted to 1e-5.
 """
 
 
@@ -27,9 +27,9 @@ Below it rounding is amplified more than 100 times, and float32 no longer comes 
 class STFT:
     """A short-time Fourier transform: frame ``t`` is centred on sample ``t * hop``, zeros all around.
 
-    On a whole number of hops it is `librosa.stft` with ``center=True, pad_mode="constant"``. Any other
-    length is padded with zeros to whole hops: without that the last samples are covered by the edge of one
-    window only, and the inverse loses them. Odd ``n_fft`` keep the same frames (centre ``n_fft // 2``).
+    On a whole number of hops it is `librosa.stft` with ``center=True, pad_mode="constant"``. Any other length is padded
+    with zeros to whole hops: otherwise only the edge of one window covers the last samples, and the inverse loses
+    them. Odd ``n_fft`` have the same frames (centre ``n_fft // 2``).
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ class STFT:
     hop : int, samples
         Step between frames.
     window : str or (str, float)
-        Name for `scipy.signal.get_window` (periodic), with its parameter where it has one.
+        Name for `scipy.signal.get_window` (periodic), with its parameter if it has one.
 
     Raises
     ------
     ParameterError
-        If the window does not exist, or leaves samples so badly covered that the inverse would not be exact.
+        If the window does not exist, or covers samples too little for an exact inverse.
     """
 
     n_fft: int
@@ -57,7 +57,7 @@ class STFT:
             raise ParameterError(f"hop must be a whole number in 1..{self.n_fft}, got {self.hop}")
         if not isinstance(self.window, str):
             object.__setattr__(self, "window", tuple(self.window))  # JSON turns tuples into lists
-        # A signal of one hop has two frames, and no sample of a longer one is covered by less.
+        # A signal of one hop has two frames, and no sample of a longer signal is covered less.
         centre = self.n_fft // 2
         least = _cover(self.window, self.n_fft, self.hop, 2, torch.float64, "cpu")[centre : centre + self.hop]
         peak = _window(self.window, self.n_fft, torch.float64, "cpu").abs().max()
@@ -77,7 +77,7 @@ class STFT:
         return 1 + -(-length // self.hop)
 
     def length(self, frames: int) -> int:
-        """Return the greatest number of samples that has ``frames`` frames."""
+        """Return the greatest number of samples with ``frames`` frames."""
         return (frames - 1) * self.hop
 
     def weights(self, like: Tensor) -> Tensor:
@@ -85,23 +85,11 @@ class STFT:
         return _window(self.window, self.n_fft, like.real.dtype, str(like.device))
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return the transform of ``x``. Differentiable.
+        """Return the transform of float32 or float64 samples, (..., time) -> (..., n_fft // 2 + 1, frame).
 
-        Parameters
-        ----------
-        x : float32 or float64 tensor, shape (..., time)
-
-        Returns
-        -------
-        complex tensor, shape (..., n_fft // 2 + 1, frame)
-
-        Raises
-        ------
-        ParameterError
-            For another dtype, or no sample.
+        Differentiable. Another dtype, or no sample, is a ParameterError.
         """
-        if x.dtype not in (torch.float32, torch.float64):
-            raise ParameterError(f"x must be float32 or float64, got {x.dtype}")
+        check_precision("x", x)
         if x.ndim == 0 or x.shape[-1] == 0:
             raise ParameterError(f"x must have at least one sample, got shape {tuple(x.shape)}")
         length = x.shape[-1]
@@ -112,21 +100,9 @@ class STFT:
         return s.mT
 
     def inverse(self, s: Tensor, length: int) -> Tensor:
-        """Return the signal whose transform is nearest to ``s`` (Griffin & Lim 1984, eq. 6). Differentiable.
+        """Return the signal, (..., time), whose transform is nearest to ``s`` (Griffin & Lim 1984, eq. 6).
 
-        Parameters
-        ----------
-        s : complex tensor, shape (..., n_fft // 2 + 1, frame)
-        length : int, samples
-
-        Returns
-        -------
-        float tensor, shape (..., time)
-
-        Raises
-        ------
-        ParameterError
-            If ``s`` has not the bins of this transform and the frames of ``length`` samples.
+        ``s`` is complex, shape (..., n_fft // 2 + 1, frame), with the frames of ``length`` samples. Differentiable.
         """
         self.check(s, length)
         pieces = torch.fft.irfft(s.mT, self.n_fft) * self.weights(s)  # ..., frame, n_fft
@@ -139,18 +115,7 @@ class STFT:
         return _cover(self.window, self.n_fft, self.hop, frames, like.real.dtype, str(like.device))
 
     def check(self, s: Tensor, length: int) -> None:
-        """Refuse a spectrogram that is not one of ``length`` samples.
-
-        Parameters
-        ----------
-        s : tensor, shape (..., n_fft // 2 + 1, frame)
-        length : int, samples
-
-        Raises
-        ------
-        ParameterError
-            If its bins, its frames or the length are others.
-        """
+        """Refuse a spectrogram, (..., n_fft // 2 + 1, frame), that is not one of ``length`` samples."""
         if length < 1:
             raise ParameterError(f"length must be >= 1 sample, got {length}")
         if s.ndim < 2 or s.shape[-2] != self.bins:
@@ -160,15 +125,10 @@ class STFT:
 
 
 class Projection:
-    """``s -> STFT(inverse STFT(s))`` over and over, without allocating: the step of every phase recovery.
+    """``s -> STFT(inverse STFT(s))``, repeated without allocation: the step of every phase recovery.
 
-    Parameters
-    ----------
-    transform : STFT
-    like : complex tensor, shape (batch, frame, bin)
-        Shape, precision and device of what will be projected. Bins run fastest, unlike in `STFT`.
-    length : int, samples
-        The signal is 0 outside it.
+    ``like``, complex, shape (batch, frame, bin), has the shape, precision and device of the inputs. Bins run fastest,
+    unlike in `STFT`. The signal is 0 beyond ``length`` samples.
     """
 
     def __init__(self, transform: STFT, like: Tensor, length: int) -> None:
@@ -177,7 +137,7 @@ class Projection:
         overlaps = -(-n_fft // hop)
         self._n_fft = n_fft
         self._window = transform.weights(like)
-        # Frames are kept in rows of whole hops, so that overlap-add is one addition of blocks per overlap.
+        # Frames are rows of whole hops, so that overlap-add is one addition of blocks per overlap.
         rows = like.real.new_zeros(batch, frames, overlaps * hop)
         x = like.real.new_zeros(batch, (frames - 1 + overlaps) * hop)
         self._rows = rows[..., :n_fft]
@@ -202,7 +162,7 @@ class Projection:
         return self._x[:, self._inside]
 
     def __call__(self, s: Tensor) -> Tensor:
-        """Return the transform nearest to ``s`` that a signal has; same shape."""
+        """Return the transform of a signal that is nearest to ``s``; same shape."""
         self.signal(s)
         torch.mul(self._pieces, self._window, out=self._windowed)
         projected: Tensor = torch.fft.rfft(self._windowed)
@@ -210,17 +170,7 @@ class Projection:
 
 
 def overlap_add(pieces: Tensor, hop: int) -> Tensor:
-    """Return the sum of ``pieces``, each ``hop`` samples after the last.
-
-    Parameters
-    ----------
-    pieces : tensor, shape (..., frame, n)
-    hop : int, samples
-
-    Returns
-    -------
-    tensor, shape (..., (frame - 1) * hop + n)
-    """
+    """Return the sum of ``pieces``, each ``hop`` samples after the last: (..., frame, n) -> (..., time)."""
     *batch, frames, n = pieces.shape
     overlaps = -(-n // hop)
     blocks = F.pad(pieces, (0, overlaps * hop - n)).reshape(*batch, frames, overlaps, hop)
@@ -228,6 +178,12 @@ def overlap_add(pieces: Tensor, hop: int) -> Tensor:
     for k in range(overlaps):
         total[..., k : k + frames, :] += blocks[..., k, :]
     return total.flatten(-2)[..., : (frames - 1) * hop + n]
+
+
+def check_precision(name: str, x: Tensor) -> None:
+    """Refuse a tensor that is neither float32 nor float64."""
+    if x.dtype not in (torch.float32, torch.float64):
+        raise ParameterError(f"{name} must be float32 or float64, got {x.dtype}")
 
 
 @lru_cache(maxsize=64)

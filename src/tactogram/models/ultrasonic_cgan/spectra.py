@@ -1,4 +1,4 @@
-"""Amplitude spectra of sensor and display signals, and the scores that go with them: what networks are trained on."""
+"""Training data: amplitude spectra of sensor and display signals, and the scores of their items."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import torch
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.fft import rfft
 
 from tactogram.errors import ParameterError
-from tactogram.features import Spectrum
 from tactogram.model import Example, ItemRatings
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.signal import Signal
@@ -21,22 +21,22 @@ WINDOW_S = 1.0
 
 @dataclass(frozen=True, eq=False)
 class SideSpectra:
-    """The spectra of one side and the scores of the items that they are of.
+    """Spectra of one side, sensor or display, and the scores of their items.
 
     Parameters
     ----------
     spectra : float32 array, shape (spectrum, bin)
         Amplitudes.
     item : int array, shape (spectrum,)
-        Which of ``items`` each is of.
+        Place in ``items``.
     place : int array, shape (spectrum, 3)
-        Which recording, axis and window it is.
+        Recording, axis and window.
     items, recordings : tuple of str
     scores : list of float32 arrays, shape (rater, word)
         Of each item, 0 to 1.
     means : float64 array, shape (item, word)
     filled : float
-        Share of the scores that raters did not give, and that are the item's mean.
+        Share of missing scores, which are replaced by the item's mean.
     """
 
     spectra: NDArray[np.float32]
@@ -50,15 +50,15 @@ class SideSpectra:
 
     @property
     def raters(self) -> NDArray[np.int64]:
-        """How many raters' scores each spectrum may be drawn with, shape (spectrum,)."""
-        counts: NDArray[np.int64] = np.array([len(given) for given in self.scores])[self.item]
+        """Number of raters of each spectrum's item, shape (spectrum,)."""
+        counts: NDArray[np.int64] = np.array([len(scores) for scores in self.scores])[self.item]
         return counts
 
     @property
     def table(self) -> NDArray[np.float32]:
-        """Scores, (item, rater, word), as long as the longest; what lies beyond an item's raters is not theirs."""
-        most = max(len(given) for given in self.scores)
-        return np.stack([np.resize(given, (most, given.shape[1])) for given in self.scores])
+        """Scores, (item, rater, word), repeated up to the most raters of an item."""
+        most = max(len(scores) for scores in self.scores)
+        return np.stack([np.resize(scores, (most, scores.shape[1])) for scores in self.scores])
 
 
 def surfaces_of(examples: Sequence[Example]) -> list[Example]:
@@ -77,7 +77,7 @@ def sensor_side(examples: Sequence[Example], config: Config, plates: Sequence[st
 
 
 def display_side(examples: Sequence[Example], config: Config) -> SideSpectra:
-    """Return the spectra of display signals; their level is kept."""
+    """Return the spectra of display signals at their levels."""
     names = sorted({str(example.item) for example in examples})
     return _side(examples, [e.item for e in examples], names, lambda s: display_spectra(s, config))
 
@@ -88,7 +88,7 @@ def sensor_spectra(signal: Signal, config: Config) -> NDArray[np.float32]:
     Parameters
     ----------
     signal : Signal
-        Over time, at least a window long. The middle ``stable_s`` of it are taken, or all of it if it is shorter.
+        Over time, at least a window long. Its middle ``stable_s`` are used, or all of a shorter signal.
     config : Config
 
     Returns
@@ -101,27 +101,23 @@ def sensor_spectra(signal: Signal, config: Config) -> NDArray[np.float32]:
     ParameterError
         If the signal is too short, too slow, or constant.
     """
-    spectrum = _spectrum(signal, config)
-    length = min(len(signal), round(config.stable_s * signal.rate))
-    start = (len(signal) - length) // 2
-    x = signal.samples[:, start : start + length].astype(np.float64)
+    window = _window_length(signal, config)
+    stable = min(len(signal), round(config.stable_s * signal.rate))
+    start = (len(signal) - stable) // 2
+    x = signal.samples[:, start : start + stable].astype(np.float64)
     x -= x.mean(axis=1, keepdims=True)
     spread = x.std(axis=1, keepdims=True)
     if not (spread > 0).all():
         name = signal.axes[int(np.argmin(spread[:, 0]))]
         raise ParameterError(f"axis {name} must vary to be standardised, got a constant")
     hop = max(1, round(config.hop_s * signal.rate))
-    windows = np.lib.stride_tricks.sliding_window_view(x / spread, spectrum.length, axis=1)[:, ::hop]
-    found: NDArray[np.float32] = spectrum.encode(torch.tensor(windows)).numpy().astype(np.float32)
-    return found
+    return _amplitudes(sliding_window_view(x / spread, window, axis=1)[:, ::hop], config)
 
 
 def display_spectra(signal: Signal, config: Config) -> NDArray[np.float32]:
     """Return the amplitude spectrum of the first window of each axis, shape (axis, 1, bin), in the signal's unit."""
-    spectrum = _spectrum(signal, config)
-    x = torch.tensor(signal.samples[:, : spectrum.length], dtype=torch.float64)
-    found: NDArray[np.float32] = spectrum.encode(x)[:, None].numpy().astype(np.float32)
-    return found
+    x = signal.samples[:, : _window_length(signal, config)].astype(np.float64)
+    return _amplitudes(x, config)[:, None]
 
 
 def filled(rated: ItemRatings) -> tuple[NDArray[np.float32], int]:
@@ -143,7 +139,7 @@ def _side(
     rated: list[ItemRatings | None] = [None] * len(items)
     for recording, (example, name) in enumerate(zip(examples, names, strict=True)):
         if name not in number:
-            raise ParameterError(f"recording {example.id}: surface must be one trained on, got {name!r}")
+            raise ParameterError(f"recording {example.id}: surface must be a training surface, got {name!r}")
         try:
             made = spectra_of(example.signal)
         except ParameterError as error:
@@ -158,8 +154,8 @@ def _side(
         if one is None or np.isnan(one.means).any():
             word = "" if one is None else f" for {one.words[int(np.argmax(np.isnan(one.means)))]!r}"
             raise ParameterError(f"{name}: must be recorded and rated in every word, got no score{word}")
-        given, lacking = filled(one)
-        scores.append(given)
+        complete, lacking = filled(one)
+        scores.append(complete)
         means.append(one.means)
         gaps += lacking
     return SideSpectra(
@@ -170,12 +166,17 @@ def _side(
         tuple(example.id for example in examples),
         tuple(scores),
         np.array(means),
-        gaps / sum(given.size for given in scores),
+        gaps / sum(one.size for one in scores),
     )
 
 
-def _spectrum(signal: Signal, config: Config) -> Spectrum:
-    """Return the convention of a one-second window, amplitudes as they are."""
+def _amplitudes(x: NDArray[np.float64], config: Config) -> NDArray[np.float32]:
+    """Return the amplitudes of sinusoids in windows, (..., time) -> (..., bin), from 1 Hz on."""
+    amplitudes = np.abs(rfft(x)[..., 1 : config.bins + 1]) / (x.shape[-1] / 2)
+    return np.asarray(amplitudes, np.float32)
+
+
+def _window_length(signal: Signal, config: Config) -> int:
     if signal.domain != "time" or not float(signal.rate).is_integer() or signal.rate <= 2 * config.bins:
         raise ParameterError(
             f"signal must be over time, at a whole number of Hz above {2 * config.bins}; "
@@ -184,8 +185,4 @@ def _spectrum(signal: Signal, config: Config) -> Spectrum:
     length = round(WINDOW_S * signal.rate)
     if len(signal) < length:
         raise ParameterError(f"signal must last {WINDOW_S:g} s or longer, got {signal.seconds:g} s")
-    # Linear, and no amplitude of a float32 signal reaches the end of the range.
-    return Spectrum(
-        rate=signal.rate, unit=signal.unit, scaling="linear", ref=1e6, low=0.0, high=1e6,
-        length=length, first=1, bins=config.bins,
-    )  # fmt: skip
+    return length
