@@ -33,19 +33,17 @@ class Config(BaseModel):
     steps: int = Field(default=5000, gt=0)
     """Assumed: the paper states no number of updates."""
     hop: float = Field(default=0.5, gt=0, le=1)
-    """Step between the windows that a recording is judged by, as a share of the window. Ours: the paper
-    judges windows; we average their log probabilities over a recording."""
+    """Step between the windows that classify a recording, as a share of the window. Ours: the paper classifies windows;
+    we average their log probabilities over a recording."""
 
     @model_validator(mode="after")
-    def _something_is_left(self) -> Self:
-        """Refuse a window that the convolutions and poolings use up."""
-        points = self.points()
-        if points < 1:
+    def _window_is_long_enough(self) -> Self:
+        if self.points() < 1:
             raise ValueError(f"window {self.window} is too short for these filters, kernel and pool")
         return self
 
     def points(self) -> int:
-        """Return the length along time of what reaches the dense layers."""
+        """Return the samples per axis before the dense layers."""
         points = self.window
         for number in range(len(self.filters)):
             points += 2 * (self.kernel // 2) - self.kernel + 1

@@ -1,4 +1,4 @@
-"""Learner of the classifier: random windows in, probabilities pooled over a recording out."""
+"""Training of the classifier on random windows; probabilities pooled over a recording."""
 
 from __future__ import annotations
 
@@ -20,31 +20,19 @@ from tactogram.nn.bare_and_fixed import bare
 from tactogram.signal import Signal
 from tactogram.training.seeds import child_rng, torch_seeded
 
-JUDGED_AT_ONCE = 256
-"""Windows per forward pass when a recording is judged; bounds the memory."""
+AT_ONCE = 256
+"""Windows per forward pass when a recording is classified; bounds the memory."""
 
 
 class StrokeCNNLearner:
-    """The classifier of Saga et al., Sec. II.
-
-    Parameters
-    ----------
-    config : Config
-    kind : SignalKind
-        Rate, unit, axes and materials of the training signals.
-    seed : int
-        Decides the initial weights.
-    device : str or torch.device
-    """
+    """The classifier of Saga et al., Sec. II."""
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
         if len(kind.materials) < 2:
             raise ParameterError(f"a classifier needs at least 2 materials, got {len(kind.materials)}")
-        self.config = config
-        self.kind = kind
-        self.materials = kind.materials
+        self.config, self.kind, self.materials = config, kind, kind.materials
         self.device = torch.device(device)
         with torch_seeded(seed, "weights"):
             network = StrokeCNN(config, axes=len(kind.axes), classes=len(kind.materials))
@@ -97,7 +85,7 @@ class StrokeCNNLearner:
         return {"loss": loss.item()}
 
     def _standardise(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Measure the mean and the scale of each axis over the training part; gravity goes with the mean."""
+        """Measure mean and scale of each axis over the training part; the mean includes gravity."""
         count, total, square = 0, 0.0, 0.0
         for example in examples:
             x = np.asarray(example.signal.samples, dtype=np.float64)
@@ -105,13 +93,13 @@ class StrokeCNNLearner:
         mean = total / count
         deviation = np.sqrt(np.maximum(square / count - mean**2, 0))
         if not np.all(deviation > 0):
-            raise ParameterError("the training signals are constant on an axis; leave it out (prepare.axes)")
+            raise ParameterError("the training signals are constant on an axis; omit it (prepare.axes)")
         self.mean = torch.tensor(mean, dtype=torch.float32)[:, None]
         self.scale = torch.tensor(deviation, dtype=torch.float32)[:, None]
         return {f"scale_{axis}": float(d) for axis, d in zip(self.kind.axes, deviation, strict=True)}
 
     def _input(self, x: NDArray[np.float32]) -> Tensor:
-        """Return windows as the network sees them: (window, axis, time), standardised."""
+        """Return the network's input: (window, axis, time), standardised."""
         return ((torch.from_numpy(x) - self.mean) / self.scale).to(self.device)
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
@@ -147,7 +135,7 @@ class StrokeCNNLearner:
 
     def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
         """Return the probability of each material for each window, float64, shape (window, material)."""
-        logits = self._judge(self._alone, signal)
+        logits = self._per_window(bare(self.network), signal)
         probabilities: NDArray[np.float64] = logits.double().softmax(1).numpy()
         return probabilities
 
@@ -158,16 +146,11 @@ class StrokeCNNLearner:
 
     def window_embeddings(self, signal: Signal) -> NDArray[np.float32]:
         """Return the last hidden layer for each window, float32, shape (window, feature)."""
-        embedded: NDArray[np.float32] = self._judge(self._alone.embed, signal).numpy()
+        embedded: NDArray[np.float32] = self._per_window(bare(self.network).embed, signal).numpy()
         return embedded
 
-    @property
-    def _alone(self) -> Any:
-        """The network without Fabric around it: one process may judge while the others wait."""
-        return bare(self.network)
-
     @torch.inference_mode()
-    def _judge(self, network: Callable[[Tensor], Tensor], signal: Signal) -> Tensor:
+    def _per_window(self, network: Callable[[Tensor], Tensor], signal: Signal) -> Tensor:
         """Return ``network`` of the regular windows of ``signal``: (window, …), on the CPU."""
         self.kind.check(signal)
         window = self.config.window
@@ -179,9 +162,9 @@ class StrokeCNNLearner:
         x = np.lib.stride_tricks.sliding_window_view(signal.samples, window, axis=1)[:, ::hop]  # A, W, T
         self.network.eval()
         parts = [
-            # A copy: of one axis the windows would be a read-only view of the signal.
-            network(self._input(np.array(x[:, i : i + JUDGED_AT_ONCE].transpose(1, 0, 2), order="C"))).float()
-            for i in range(0, x.shape[1], JUDGED_AT_ONCE)
+            # A copy: windows of one axis would be a read-only view of the signal.
+            network(self._input(np.array(x[:, i : i + AT_ONCE].transpose(1, 0, 2), order="C"))).float()
+            for i in range(0, x.shape[1], AT_ONCE)
         ]
         self.network.train()
         return torch.cat(parts).cpu()
@@ -201,13 +184,13 @@ class Windows:
                 f"recording {examples[short[0]].id} has {self.signals[short[0]].shape[1]} samples, "
                 f"a window needs {length}; use recordings of that length or a shorter config.window"
             )
-        self.ends = np.cumsum(places)
+        self.bounds = np.cumsum(places)
 
     def draw(self, count: int, rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Return ``count`` windows, float32 (window, axis, time), and their classes, int64 (window,)."""
-        place = rng.integers(self.ends[-1], size=count)
-        which = np.searchsorted(self.ends, place, side="right")
-        last = self.ends[which] - place  # 1 is the recording's last window
+        place = rng.integers(self.bounds[-1], size=count)
+        which = np.searchsorted(self.bounds, place, side="right")
+        last = self.bounds[which] - place  # 1 is the recording's last window
         x = np.stack(
             [
                 self.signals[i][:, self.signals[i].shape[1] - self.length + 1 - back :][:, : self.length]

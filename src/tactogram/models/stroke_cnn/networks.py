@@ -10,14 +10,8 @@ from tactogram.models.stroke_cnn.config import Config
 class StrokeCNN(nn.Module):
     """Six 1 x 5 convolutions with three poolings, two dense layers, the output.
 
-    Each activation is followed by batch normalisation: the paper applies it *after* the activation.
-
-    Parameters
-    ----------
-    config : Config
-    axes : int
-        Axes of the input; they share their filters and meet in the first dense layer.
-    classes : int
+    Batch normalisation comes *after* each activation, as in the paper. The axes of the input share their filters and
+    meet in the first dense layer.
     """
 
     def __init__(self, config: Config, *, axes: int, classes: int) -> None:

@@ -15,26 +15,21 @@ class Config(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    # -- networks ----------------------------------------------------------------------------------------
-
     noise: int = Field(default=100, gt=0)
-    """Standard normal numbers beside the scores. Sec. II-C, Table 2, "100 + 10"; the 10 are the ratings' words."""
+    """Standard normal numbers, besides the scores. Sec. II-C, Table 2, "100 + 10"; the 10 are the ratings' words."""
     widths: tuple[Count, ...] = Field(default=(512, 256, 128, 64), min_length=1, max_length=6)
     """Channels after each of the generator's hidden layers, and backwards of the discriminator's. Tables 2 and 3."""
     leak: float = Field(default=0.2, ge=0, lt=1)
     """Slope of LeakyReLU below 0. Sec. II-C, Eq. 1, a = 0.2."""
     biases: bool = True
-    """Whether convolutions have biases. Assumed: the default of the PyTorch layers that the tables name. Before a
-    batch normalisation they are without effect."""
+    """Whether convolutions have biases. Assumed: the default of PyTorch. Before batch normalisation they have no
+    effect."""
     gain: float = Field(default=0.02, gt=0, allow_inf_nan=False)
-    """Standard deviation of the initial weights, those of batch normalisation about 1. Assumed: that of DCGAN (Radford
-    et al. 2016, Sec. 4), whose layers these are; the paper states none."""
-
-    # -- training ----------------------------------------------------------------------------------------
-
+    """Standard deviation of the initial weights; those of batch normalisation are about 1. Assumed: as in DCGAN
+    (Radford et al. 2016, Sec. 4), which has the same layers."""
     image_weight: float = Field(default=5000.0, gt=0, allow_inf_nan=False)
-    """What real and generated images are multiplied by before the discriminator sees them beside the scores. Sec. II-C:
-    1, 1,000, 5,000 and 10,000; 5,000 gave the least error (Fig. 5)."""
+    """Factor of real and generated images, relative to the scores, in the discriminator's input. Sec. II-C: 1, 1,000,
+    5,000 and 10,000; 5,000 gave the least error (Fig. 5)."""
     learning_rate: float = Field(default=0.002, gt=0, allow_inf_nan=False)
     """Of Adam, both networks. Table 4, step size."""
     betas: tuple[Beta, Beta] = (0.5, 0.999)

@@ -1,4 +1,4 @@
-"""Rated images as the networks see them, all in memory: squares of one size in -1 to 1, beside their labels."""
+"""Rated images as network input, all in memory: squares of one size in -1 to 1, with labels."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Pixels = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class LabelledImages:
-    """Images and what they evoke.
+    """Images and their labels.
 
     Parameters
     ----------
     pixels : uint8 array, shape (image, 3, size, size)
     labels : float32 array, shape (image, word), 0 to 1
-        Mean over the raters of an image: of yes/no ratings the share for whom a word was evoked (Sec. II-B). A label is
-        such ten scores; "one-hot", as Sec. II-B calls it, would be a single word and cannot be meant.
+        Means over the raters of an image: of yes/no ratings the share that affirmed a word (Sec. II-B). Sec. II-B calls
+        a label "one-hot", which would be a single word and cannot be meant.
     """
 
     pixels: Pixels
@@ -34,28 +34,18 @@ class LabelledImages:
 
     @classmethod
     def of(cls, examples: Sequence[ImageExample], words: Sequence[str], size: int) -> LabelledImages:
-        """Return examples decoded, cut and scaled.
-
-        Raises
-        ------
-        ParameterError
-            If there are fewer than 2, one was rated in other words, or nobody gave it a score in one.
-        """
+        """Return examples decoded, cut and scaled; refuses fewer than 2, and missing or other words."""
         if len(examples) < 2:
             raise ParameterError(f"at least 2 rated images are needed to learn from, got {len(examples)}")
         labels = np.stack([_label(example, words) for example in examples])
         return cls(np.stack([square(example.image, size) for example in examples]), labels)
 
-    def __len__(self) -> int:
-        """Return the number of images."""
-        return len(self.pixels)
-
     def batch(self, number: int, size: int, *, seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return images, (batch, 3, row, column) in -1 to 1, and labels of batch ``number`` from 0 on.
 
-        Batches are cut from the images in random orders, one after the other: each image comes as often as any other.
+        Batches are cut from consecutive random orders of the images, so that all occur equally often.
         """
-        count = len(self)
+        count = len(self.pixels)
         places = np.arange(number * size, (number + 1) * size)
         orders = {
             turn: child_rng(seed, "order", int(turn)).permutation(count) for turn in set(places // count)
@@ -65,7 +55,7 @@ class LabelledImages:
 
 
 def as_floats(pixels: Pixels) -> NDArray[np.float32]:
-    """Return 0 to 255 as -1 to 1, of the same shape, which is what tanh gives (Sec. II-C)."""
+    """Return 0 to 255 as -1 to 1, the range of tanh (Sec. II-C)."""
     return pixels.astype(np.float32) / 127.5 - 1
 
 
@@ -78,7 +68,7 @@ def as_pixels(values: NDArray[np.float32]) -> Pixels:
 def square(image: Image, size: int) -> Pixels:
     """Return the middle square of an image, scaled to ``size``: uint8, (3, size, size).
 
-    Assumed: the paper does not say how its images came to 64 x 64.
+    Assumed: the paper does not state how it cut images to 64 x 64.
     """
     rows, columns = image.size
     side = min(rows, columns)
@@ -98,5 +88,5 @@ def _label(example: ImageExample, words: Sequence[str]) -> NDArray[np.float32]:
     means = example.rated.means
     if np.isnan(means).any():
         missing = ", ".join(word for word, mean in zip(words, means, strict=True) if np.isnan(mean))
-        raise ParameterError(f"{example.item}: nobody gave it a score in {missing}; rate it or leave it out")
+        raise ParameterError(f"{example.item}: nobody scored it in {missing}; rate it or omit it")
     return means.astype(np.float32)

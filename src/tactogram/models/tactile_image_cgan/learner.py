@@ -13,7 +13,16 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_spread import ImageSpread, image_spread, mean_distance
-from tactogram.model import Condition, ImageExample, ImageKind, Kind, Stage, check_condition, unit_scores
+from tactogram.model import (
+    Condition,
+    ImageExample,
+    ImageKind,
+    Kind,
+    Stage,
+    check_condition,
+    check_state,
+    unit_scores,
+)
 from tactogram.models.tactile_image_cgan.config import Config
 from tactogram.models.tactile_image_cgan.images import LabelledImages, as_floats, as_pixels
 from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
@@ -22,28 +31,13 @@ from tactogram.signal import Image
 from tactogram.training.seeds import child_rng, torch_seeded
 
 JUDGED = 64
-"""Images, at most, whose distances say what real ones differ by."""
+"""Most images whose distances measure the spread of real ones."""
 LABELS, NOISES = 12, 8
-"""Pairings that the spread of generated images is measured over: as many labels as the paper has plates."""
+"""Pairings that measure the spread of generated images: as many labels as the paper has plates."""
 
 
 class TactileImageLearner:
-    """Generator and discriminator, and the means of the images they learned from.
-
-    Parameters
-    ----------
-    config : Config
-    kind : ImageKind
-        Words, scale and items of the training images.
-    seed : int
-        Decides the initial weights.
-    device : str or torch.device
-
-    Attributes
-    ----------
-    items : tuple of str
-        What the training images are called.
-    """
+    """Generator and discriminator, and the mean ratings of the training images."""
 
     def __init__(self, config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu") -> None:
         if not isinstance(kind, ImageKind):
@@ -52,7 +46,7 @@ class TactileImageLearner:
         self.items: tuple[str, ...] = kind.items
         self.means = np.full((len(kind.items), len(kind.words)), np.nan)
         self.real_spread = 0.0
-        self._held: tuple[Any, LabelledImages] | None = None
+        self._cached: tuple[Any, LabelledImages] | None = None
         with torch_seeded(seed, "weights"):
             self.gan = AdversarialPair(
                 Generator(config, len(kind.words)),
@@ -71,22 +65,22 @@ class TactileImageLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[ImageExample]) -> tuple[Stage, ...]:
-        """Return one stage; refuses images that cannot be learned from."""
         self._images(examples)
         return (Stage("gan", self.config.updates),)
 
     def _images(self, examples: Sequence[ImageExample]) -> LabelledImages:
-        """Return the examples in memory, decoded once; keeps what is told of them later."""
-        if self._held is None or self._held[0] is not examples:
+        """Return the examples, decoded once, and store their labels and spread."""
+        if self._cached is None or self._cached[0] is not examples:
             images = LabelledImages.of(examples, self.kind.words, self.config.size)
-            self._held = (examples, images)
+            self._cached = (examples, images)
             place = {item: number for number, item in enumerate(self.items)}
             for example, label in zip(examples, images.labels, strict=True):
                 if example.item in place:
                     self.means[place[example.item]] = label
-            some = np.linspace(0, len(images) - 1, min(len(images), JUDGED)).round().astype(int)
+            count = len(images.pixels)
+            some = np.linspace(0, count - 1, min(count, JUDGED)).round().astype(int)
             self.real_spread = mean_distance(as_floats(images.pixels[some]))
-        return self._held[1]
+        return self._cached[1]
 
     def batches(
         self, stage: Stage, examples: Sequence[ImageExample], *, seed: int, start: int = 0
@@ -99,7 +93,7 @@ class TactileImageLearner:
     def step(self, stage: Stage, batch: tuple[Tensor, Tensor]) -> dict[str, float]:
         """Update the discriminator, then the generator against it, on one draw of noise and of random scores.
 
-        Fakes carry uniform random scores, real images their own (Sec. II-C). Which network comes first, and that both
+        Fakes have uniform random scores, real images their own (Sec. II-C). The order of the networks, and that both
         see one draw, is assumed. Both losses are Eq. 2; the generator's has the label of real images.
         """
         gan = self.gan
@@ -120,24 +114,20 @@ class TactileImageLearner:
         return {"generator": loss_g.item(), "discriminator": loss_d.item(), "correct": right.item()}
 
     def validate(self, examples: Sequence[ImageExample]) -> dict[str, float]:
-        """Return what images differ by, of labels of ``examples`` or, where there are too few, of training."""
+        """Return the spread of images for labels of ``examples`` or, if there are too few, of training."""
         return self.image_spread(examples).as_dict()
 
     def image_spread(self, examples: Sequence[ImageExample] = ()) -> ImageSpread:
-        """Return what images differ by, by noise and by label; its ``collapse`` names what it collapsed to.
+        """Return the spread of images by noise and by label; its ``collapse`` names a collapse.
 
-        An example that nobody scored in some word has no label and is left out.
+        Examples without a score in some word have no label and are ignored.
         """
-        asked = [means for e in examples if np.isfinite(means := e.rated.means).all()]
-        labels = np.stack(asked) if len(asked) > 1 else self._known()
+        rated = [means for e in examples if np.isfinite(means := e.rated.means).all()]
+        labels = np.stack(rated) if len(rated) > 1 else self.means[~np.isnan(self.means).any(1)]
         rng = child_rng(0, "spread")
         some = rng.permutation(len(labels))[:LABELS]
         noises = rng.standard_normal((NOISES, self.config.noise)).astype(np.float32)
         return image_spread(self.make, labels[some].astype(np.float32), noises, real=self.real_spread)
-
-    def _known(self) -> NDArray[np.float64]:
-        known: NDArray[np.float64] = self.means[~np.isnan(self.means).any(1)]
-        return known
 
     def state(self) -> dict[str, Any]:
         return {
@@ -149,10 +139,7 @@ class TactileImageLearner:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        if tuple(state["words"]) != self.kind.words:
-            raise ParameterError(
-                f"state is of {', '.join(state['words'])}; expected {', '.join(self.kind.words)}"
-            )
+        check_state(state["words"], self.kind.words)
         self.means = np.asarray(state["means"], np.float64)
         self.real_spread = float(state["real_spread"])
         self.gan.load_state(state["gan"], state.get("optimisers"))
@@ -165,16 +152,10 @@ class TactileImageLearner:
         return dict(zip(self.items, self.means, strict=True))
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Image:
-        """Return an image that evokes ``words``, each given on the scale of the ratings learned from.
-
-        Raises
-        ------
-        ParameterError
-            If a word is missing, unknown or off the scale, or a length is given.
-        """
+        """Return an image that evokes ``words``, each on the scale of the training ratings."""
         check_condition(condition, needs=("words",))
         if seconds is not None:
-            raise ParameterError(f"seconds must be left out, an image has no length; got {seconds:g}")
+            raise ParameterError(f"seconds must be omitted, an image has no length; got {seconds:g}")
         scores = unit_scores(condition["words"], self.kind)
         noise = child_rng(seed, "noise").standard_normal((1, self.config.noise)).astype(np.float32)
         made = self.make(noise, scores[None].astype(np.float32))
@@ -184,10 +165,10 @@ class TactileImageLearner:
     def make(self, noise: NDArray[np.float32], scores: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return images of noise (image, noise) and scores (image, word) in 0 to 1: (image, 3, row, column).
 
-        Batch normalisation goes by the statistics of training: an image is the same beside any others. Assumed.
+        Batch normalisation uses the statistics of training, so that an image is the same in any batch. Assumed.
         """
-        given = (torch.from_numpy(part).to(self.gan.device) for part in (noise, scores))
-        made: NDArray[np.float32] = self.gan.bare_generator.eval()(*given).float().cpu().numpy()
+        inputs = (torch.from_numpy(part).to(self.gan.device) for part in (noise, scores))
+        made: NDArray[np.float32] = self.gan.bare_generator.eval()(*inputs).float().cpu().numpy()
         return made
 
 

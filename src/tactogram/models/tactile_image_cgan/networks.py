@@ -44,27 +44,16 @@ class Generator(nn.Module):
         normal_(self, config.gain)
 
     def forward(self, noise: Tensor, scores: Tensor) -> Tensor:
-        """Return images.
-
-        Parameters
-        ----------
-        noise : Tensor, shape (batch, noise)
-        scores : Tensor, shape (batch, word), 0 to 1
-
-        Returns
-        -------
-        Tensor, shape (batch, 3, size, size), -1 to 1
-        """
-        given = torch.cat((noise, scores), 1)[:, :, None, None]  # B, Z + W, 1, 1
-        images: Tensor = self.layers(given)  # B, 3, S, S
+        """Return images, -1 to 1: (batch, noise) and scores (batch, word), 0 to 1 -> (batch, 3, size, size)."""
+        inputs = torch.cat((noise, scores), 1)[:, :, None, None]  # B, Z + W, 1, 1
+        images: Tensor = self.layers(inputs)  # B, 3, S, S
         return images
 
 
 class Discriminator(nn.Module):
-    """Table 3: an image beside its scores, each score a plane of its own, to one number.
+    """Table 3: an image with its scores, each score as a plane, to one number.
 
-    The sigmoid that ends Table 3 is computed with the loss, where it loses no digits: `forward` gives what goes
-    into it.
+    The final sigmoid of Table 3 is computed with the loss, where it loses no digits: `forward` returns its input.
     """
 
     def __init__(self, config: Config, words: int) -> None:
@@ -86,13 +75,9 @@ class Discriminator(nn.Module):
         normal_(self, config.gain)
 
     def forward(self, images: Tensor, scores: Tensor) -> Tensor:
-        """Return what the sigmoid makes the probability of being real of, shape (batch,).
+        """Return the logit of being real, shape (batch,), of images (batch, 3, size, size) and scores (batch, word).
 
-        Parameters
-        ----------
-        images : Tensor, shape (batch, 3, size, size), -1 to 1
-            Real and generated ones alike are weighted here (Sec. II-C).
-        scores : Tensor, shape (batch, word), 0 to 1
+        Real and generated images alike are weighted here (Sec. II-C).
         """
         planes = scores[:, :, None, None].expand(-1, -1, *images.shape[2:])  # B, W, S, S
         judged: Tensor = self.layers(torch.cat((self.image_weight * images, planes), 1))  # B, 1, 1, 1

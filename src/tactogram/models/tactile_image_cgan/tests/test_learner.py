@@ -73,7 +73,7 @@ def test_an_image_nobody_scored_in_a_word_is_refused_by_name():
     given[2] = ImageExample(
         "p2", given[2].photographs, "image2", ItemRatings(WORDS, ("a",), np.array([[1, np.nan]]))
     )
-    with pytest.raises(ParameterError, match="image2: nobody gave it a score in sleek"):
+    with pytest.raises(ParameterError, match="image2: nobody scored it in sleek"):
         learner().stages(given)
 
 
