@@ -1,4 +1,4 @@
-"""Configuration of FrictGAN: every number with its place; what the paper leaves open is marked."""
+"""Configuration of FrictGAN: every number with its place; "open" where the paper states none."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ Positive = Annotated[int, Field(gt=0)]
 class Config(BaseModel):
     """FrictGAN; the defaults are the paper's.
 
-    "Code" is the authors' first public repository, "later code" their second (of the paper's successor); they depart
-    from the paper and from each other, see README.
+    "Code" is the authors' first public repository, "later code" their second (of the paper's successor); both differ from
+    the paper and from each other, see README.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -31,7 +31,7 @@ class Config(BaseModel):
     windows: Positive | None = 600
     """Sec. 4: "the previous 600 pairs" of each photograph; None takes all."""
     protocol: Protocol = "window-split"
-    """Sec. 4: 100 + 100 "randomly selected" of overlapping windows, which leaks; the other two are ours."""
+    """Sec. 4: 100 + 100 "randomly selected" overlapping windows, which leaks; the other two are ours."""
     shares: tuple[float, float, float] = (400 / 600, 100 / 600, 100 / 600)
     """Sec. 4: 2000, 500, 500 pairs of five fabrics."""
     grey: bool = False
@@ -44,13 +44,13 @@ class Config(BaseModel):
     frames: int = Field(default=11, ge=4)
     """Sec. 3.1: 257 x 11."""
     nonnegative: bool = True
-    """Whether signals are >= 0, as friction coefficients are. The code takes the absolute value of what comes out."""
+    """Whether signals are >= 0, as friction coefficients are. The code takes the absolute value of its output."""
     iterations: int = Field(default=32, ge=0)
     """Of Griffin-Lim; open in the paper; the code has librosa's default."""
     scale: Literal["none", "bins", "log"] = "none"
-    """What magnitudes are inside the networks: as they are (as the code's files have it; open in the paper); or (ours)
-    in parts of each frequency's mean over the training part, so that the mean level, some hundred times the ripple,
-    does not drown it in the L1 distance; or log(1 + 100 x) of such a part x, so that smooth fabrics count too."""
+    """Magnitudes in the networks: unscaled (the code's files; open in the paper); or (ours) divided by each frequency's
+    mean over the training part, so that the mean level, some hundred times the ripple, does not dominate the L1
+    distance; or log(1 + 100 x) of such a quotient x, so that smooth fabrics count, too."""
     # -- generator
     channels: tuple[Positive, ...] = (32, 64, 128, 256, 512, 512, 512)
     """Encoder; open in the paper; the code's."""
@@ -59,11 +59,11 @@ class Config(BaseModel):
     up_strides: tuple[Literal[2, 4], ...] = (4, 4, 2, 2, 2)
     """Decoder, along frequency; the last ones also along displacement, see `networks.sizes`. Open in the paper."""
     wide: int = Field(default=2, ge=0)
-    """How many of the last decoder layers double the number of frames as well. Open in the paper."""
+    """Last decoder layers that also double the number of frames. Open in the paper."""
     latent: int = Field(default=128, ge=0)
-    """Sec. 3.1: "a 128-dimensional latent vector"; 0 leaves the bottleneck a map (code)."""
+    """Sec. 3.1: "a 128-dimensional latent vector"; 0 keeps the bottleneck a map (code)."""
     noise: int = Field(default=50, ge=0)
-    """Sec. 3.1: "a random 50-dimensional noise vector"; 0 leaves it out (code)."""
+    """Sec. 3.1: "a random 50-dimensional noise vector"; 0 omits it (code)."""
     dropout: float = Field(default=0.5, ge=0, lt=1)
     """Share; open in the paper; the code's."""
     encoder_dropout: int = Field(default=3, ge=0)
@@ -71,9 +71,9 @@ class Config(BaseModel):
     decoder_dropout: int = Field(default=0, ge=0)
     """First decoder layers with dropout; the later code has three there and none in the encoder."""
     match: Literal["crop", "pool"] = "crop"
-    """How a square map of the photograph is brought to the size of one of the spectrogram: its middle (Sec. 3.1:
-    "cropped texture image"; the code crops in the skip connections too), or (ours) means over areas, which keep all of
-    the photograph and its left-to-right order."""
+    """Resizing of a square map of the photograph to one of the spectrogram: its middle (Sec. 3.1: "cropped texture
+    image"; the code also crops in the skip connections), or (ours) means over areas, which preserve the whole
+    photograph and its left-to-right order."""
     first_norm: bool = True
     """Whether the first layers of generator and critic are normalised: "each layer" (Sec. 3.1); not so in the code."""
     # -- critic
@@ -87,7 +87,7 @@ class Config(BaseModel):
     l1: float = Field(default=100.0, ge=0)
     """Sec. 3.2: lambda."""
     adversarial: float = Field(default=1.0, ge=0)
-    """Eq. (3): 1; 0 leaves the critic out (ours, to see what it does)."""
+    """Eq. (3): 1; 0 omits the critic (ours, to see its effect)."""
     clip: float = Field(default=0.01, gt=0)
     """Largest weight of the critic; open in the paper; WGAN's (Arjovsky et al. 2017, Algorithm 1) and the code's."""
     critic_updates: Positive = 5
@@ -118,7 +118,7 @@ class Config(BaseModel):
             )
         if self.noise and not self.latent:
             raise ValueError("noise joins the latent vector: latent must be > 0, or noise 0")
-        self.spectrogram(), self.photo_windows()  # refuse what they cannot be
+        self.spectrogram(), self.photo_windows()  # refuse invalid fields
         check(self)
         return self
 

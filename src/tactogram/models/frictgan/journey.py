@@ -1,4 +1,4 @@
-"""A finger's way over a photograph of any width, window by window, and their spectrograms made one."""
+"""Path of a finger over a photograph of any width, window by window, and the joint spectrogram."""
 
 from __future__ import annotations
 
@@ -7,17 +7,10 @@ from torch import Tensor
 
 
 def journey(width: int, pixels: int, step: float, count: int) -> list[tuple[int, bool]]:
-    """Return the first columns of ``count`` windows, and whether the finger comes back there (mirrored windows).
+    """Return the first columns of ``count`` windows, and whether the finger moves back there (mirrored windows).
 
-    From the left edge on, each ``step`` of a window further; at the right edge it turns round, and so on. A
-    photograph as wide as a window is met over and over.
-
-    Parameters
-    ----------
-    width, pixels : int
-        Columns of the photograph and of a window.
-    step : float
-        As a share of a window.
+    From the left edge of ``width`` columns on, each ``step`` (a share of a window) further; the finger turns round at
+    the edges. A photograph as wide as a window repeats.
     """
     room = width - pixels
     if room <= 0:
@@ -31,19 +24,10 @@ def journey(width: int, pixels: int, step: float, count: int) -> list[tuple[int,
 
 
 def spliced(magnitudes: Tensor, hop: int) -> Tensor:
-    """Return one long spectrogram of several that begin ``hop`` frames after each other.
+    """Return one long spectrogram, (axis, bin, frame), of several, (window, axis, bin, frame), ``hop`` frames apart.
 
-    Where they overlap each counts by its distance to its nearer end (a triangle), so that nothing jumps. One phase
-    recovery of the whole then has no seams at all.
-
-    Parameters
-    ----------
-    magnitudes : Tensor, shape (window, axis, bin, frame)
-    hop : int, frames
-
-    Returns
-    -------
-    Tensor, shape (axis, bin, (window - 1) * hop + frames)
+    In overlaps each counts by the distance to its nearer end (a triangle), which avoids jumps. One phase recovery of
+    the whole then has no seams.
     """
     windows, axes, bins, frames = magnitudes.shape
     ramp = torch.arange(1, frames + 1, dtype=magnitudes.dtype)

@@ -1,9 +1,9 @@
 """Friction error: the paper's squared error per fabric, and distances blind to phase.
 
-**The squared error says little.** Griffin-Lim finds a phase, not the recording's: two ripples of one spectrum and
-independent phases differ by the sum of their variances, twice that of a flat line at the right level. So the flat line
-stands beside it (``mse_flat``), and so do distances that are blind to phase, with what two sets of recorded windows of
-the same fabric (``floor``) and of different fabrics (``ceiling``) have.
+**The squared error is of little use.** Griffin-Lim recovers some phase, not the recording's: two ripples of one
+spectrum and independent phases differ by the sum of their variances, twice that of a flat line at the right level.
+Hence the figures of such a line (``mse_flat``) and distances independent of phase, with those between recorded windows
+of the same fabric (``floor``) and of different fabrics (``ceiling``).
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from tactogram.models.frictgan.learner import FrictGANLearner
 
 WINDOWS = 32
-"""Windows of each fabric that are judged, at most, evenly spread."""
+"""Most windows per fabric that are evaluated, evenly spread."""
 PLAYED_S = 0.5
-"""A window is played so fast that it lasts so long, s."""
+"""Duration of a window when played, s."""
 BAND_HZ = (10.0, 100.0)
-"""Compared: 5 to 50 cycles per window, down to 20 pixels of `paper` and 5 of `quick`. What is finer passes a finger a
-hundred times weaker than the mean, and lies below what a Hamming window leaks from it: no spectrogram here knows it."""
+"""Compared: 5 to 50 cycles per window, down to 20 pixels of `paper` and 5 of `quick`. Finer ripple is a hundred times
+weaker than the mean, below its leakage through a Hamming window, so that no spectrogram here contains it."""
 
 
 @dataclass(frozen=True)
@@ -42,19 +42,19 @@ class FabricResult:
     ----------
     windows : int
     mse : float
-        Mean squared error of generated friction beside recorded, both out of the same Griffin-Lim, as in the
-        authors' code, and from the same phases to begin with, as not there: 0 for the right spectrum.
+        Mean squared error of generated against recorded friction, both after Griffin-Lim, as in the authors' code, and
+        from the same initial phases, unlike there: 0 for the right spectrum.
     mse_recording : float
-        The same beside the recording itself.
+        The same against the recording itself.
     mse_flat : float
-        That of a flat line at each window's own recorded level, beside the recording.
+        That of a flat line at each window's recorded level, against the recording.
     level_error : float
         Mean absolute difference of the mean coefficients.
     ripple_ratio : float
         Standard deviation of generated windows, as a share of the recorded ones'.
     distance_db, inversion_db, floor_db, ceiling_db : float
-        `log_spectral_distance` from recorded windows to generated ones; to what Griffin-Lim makes of their own
-        magnitudes (what of the distance is not the network's); to other recorded ones; to another fabric's.
+        `log_spectral_distance` from recorded windows to generated ones; to Griffin-Lim's of their own magnitudes (not
+        the network's part of the distance); to other recorded ones; to another fabric's.
     """
 
     windows: int
@@ -72,31 +72,17 @@ class FabricResult:
 def evaluate_fabrics(
     learner: FrictGANLearner, examples: Sequence[Example], *, part: Part | None = "test", seed: int = 0
 ) -> dict[str, FabricResult]:
-    """Return figures per fabric (`Example.material`).
+    """Return figures per fabric (`Example.material`) of the windows of ``part``; None takes all.
 
-    Parameters
-    ----------
-    learner : FrictGANLearner
-        Trained.
-    examples : sequence of Example
-        Under the protocol ``examples``, those that were kept apart; else those that were trained on, of which other
-        windows are judged.
-    part : {"train", "validation", "test"}, optional
-        Which windows; None takes all.
-    seed : int
-        Of noise and phases.
-
-    Raises
-    ------
-    ParameterError
-        If there are fewer than two fabrics, or a fabric has fewer than four windows.
+    ``examples`` are unseen under the protocol ``examples``, else the training examples, of which other windows are
+    used.
     """
     pairs = learner.pairs(examples, part)
     fabrics: dict[str, list[int]] = {}
     for number, example in enumerate(examples):
         fabrics.setdefault(str(example.material), []).extend(pairs.of(number))
     if len(fabrics) < 2 or min(len(places) for places in fabrics.values()) < 4:
-        raise ParameterError("judging needs at least two fabrics of at least four windows each")
+        raise ParameterError("an evaluation needs at least two fabrics of at least four windows each")
     recorded: dict[str, Tensor] = {}
     made: dict[str, tuple[Tensor, Tensor]] = {}
     for name, places in fabrics.items():
@@ -109,17 +95,17 @@ def evaluate_fabrics(
     names = list(recorded)
     figures = {}
     for place, name in enumerate(names):
-        real, (ours, same) = recorded[name], made[name]
+        real, (ours, inverted) = recorded[name], made[name]
         other = recorded[names[(place + 1) % len(names)]]
         figures[name] = FabricResult(
             windows=len(real),
-            mse=_mean((ours - same).square()),
+            mse=_mean((ours - inverted).square()),
             mse_recording=_mean((ours - real).square()),
             mse_flat=_mean((real - real.mean(-1, keepdim=True)).square()),
             level_error=_mean((ours.mean(-1) - real.mean(-1)).abs()),
             ripple_ratio=_mean(ours.std(-1)) / max(_mean(real.std(-1)), 1e-12),
             distance_db=_distance(real, ours),
-            inversion_db=_distance(real, same),
+            inversion_db=_distance(real, inverted),
             floor_db=_distance(*_apart(real)),
             ceiling_db=_distance(real, other),
         )
@@ -134,7 +120,7 @@ def summary(figures: Mapping[str, FabricResult]) -> dict[str, float]:
 
 
 def _apart(windows: Tensor) -> tuple[Tensor, Tensor]:
-    """Return the windows of either end, a third each: in the order of their places, neighbours overlap."""
+    """Return the windows of both ends, a third each, since neighbours overlap."""
     third = max(1, len(windows) // 3)
     return windows[:third], windows[-third:]
 

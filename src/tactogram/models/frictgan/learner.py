@@ -1,4 +1,4 @@
-"""Learner of FrictGAN: the paper's order of updates; friction over displacement, or played at a finger's speed."""
+"""Training of FrictGAN in the paper's order of updates; friction over displacement, or played at a finger's speed."""
 
 from __future__ import annotations
 
@@ -26,27 +26,17 @@ from tactogram.signal.resampling import resample
 from tactogram.training.seeds import child_generator, child_rng, torch_seeded
 
 MEASURED = 512
-"""Windows that the scale of the magnitudes is measured on, at most."""
+"""Most windows that the scale of the magnitudes is measured on."""
 JUDGED = 64
-"""Windows that `validate` looks at, at most."""
+"""Most windows that `validate` uses."""
 LEAST = 0.01
-"""Part of a frequency's mean from which on ``scale = "log"`` is logarithmic."""
+"""Share of a frequency's mean above which ``scale = "log"`` is logarithmic."""
 AT_ONCE = 4
-"""Windows of a long signal that are made together."""
+"""Windows that are generated at once."""
 
 
 class FrictGANLearner:
-    """The generator and the critic of FrictGAN, Sec. 3, with their optimisers.
-
-    Parameters
-    ----------
-    config : Config
-    kind : SignalKind
-        Rate, unit, axes and domain of the training signals. A photograph gives one spectrogram per axis.
-    seed : int
-        Decides the initial weights.
-    device : str or torch.device
-    """
+    """Generator and critic of FrictGAN, Sec. 3; a photograph gives one spectrogram per axis."""
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -56,7 +46,7 @@ class FrictGANLearner:
         self.windows, self.spectrogram = config.photo_windows(), config.spectrogram()
         self.scale = torch.ones(len(kind.axes), config.bins, 1)
         self.mm_per_pixel: float | None = None
-        self.seen: Sequence[Example] = ()
+        self.training_examples: Sequence[Example] = ()
         with torch_seeded(seed, "weights"):
             generator, critic = (net(config, axes=len(kind.axes)) for net in (Generator, Critic))
         self.generator: Any = generator.to(self.device)
@@ -77,20 +67,19 @@ class FrictGANLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        pairs, self.seen = self.pairs(examples), examples
+        pairs, self.training_examples = self.pairs(examples), examples
         steps = self.config.steps or self.config.epochs * math.ceil(len(pairs) / self.config.batch_size)
         return Stage("fit", 1), Stage("train", steps)
 
     def pairs(self, examples: Sequence[Example], part: Part | None = "train") -> RegisteredPairs:
-        """Return the pairs of ``part`` that ``examples`` hold; under protocol ``examples`` all are of every part."""
+        """Return the pairs of ``part`` in ``examples``; under protocol ``examples`` all pairs are in every part."""
         for example in examples:
             self.kind.check(example.signal)
             mean = float(example.signal.samples.mean())
             if self.config.nonnegative and mean <= 0:
                 raise ParameterError(
                     f"recording {example.id} has a mean of {mean:.3g}, a coefficient of friction is never below 0: "
-                    "take its friction with --set prepare.stream=friction, or --set "
-                    "config.nonnegative=false"
+                    "set prepare.stream=friction, or config.nonnegative=false"
                 )
         if self.config.protocol == "examples":
             part = None
@@ -124,7 +113,7 @@ class FrictGANLearner:
         return {name: float(value) for name, value in figures.items()}
 
     def _update_critic(self, photo: Tensor, real: Tensor) -> dict[str, Tensor]:
-        """Arjovsky et al. 2017, Algorithm 1, lines 3 to 7; or the code's cross-entropy, clipped all the same."""
+        """Arjovsky et al. 2017, Algorithm 1, lines 3 to 7; or the code's cross-entropy, also clipped."""
         with torch.no_grad():
             made = self._make(photo)
         scores = self.critic(photo, real).float(), self.critic(photo, made).float()
@@ -155,7 +144,7 @@ class FrictGANLearner:
         return figures
 
     def _make(self, photo: Tensor) -> Tensor:
-        """Return spectrograms, inside the networks' scale, with noise of torch's own generator."""
+        """Return spectrograms on the networks' scale, with noise from torch's own generator."""
         noise = torch.randn(len(photo), self.config.noise).to(photo) if self.config.noise else None
         made: Tensor = self.generator(photo, noise).float()
         return made
@@ -166,7 +155,7 @@ class FrictGANLearner:
         self.optimisers[which].step()
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Keep the scale of the photographs, and measure that of the magnitudes."""
+        """Store the scale of the photographs, and measure that of the magnitudes."""
         pairs = self.pairs(examples)
         self.mm_per_pixel = pairs.mm_per_pixel
         figures = {"pairs": float(len(pairs)), "registered_share": float(np.mean(pairs.registered))}
@@ -180,12 +169,12 @@ class FrictGANLearner:
         return figures
 
     def _inside(self, friction: Tensor) -> Tensor:
-        """Return spectrograms as the networks see them."""
+        """Return spectrograms on the networks' scale."""
         parts = self.spectrogram.encode(friction) / self.scale.to(friction.device)
         return torch.log1p(parts / LEAST) if self.config.scale == "log" else parts
 
     def _outside(self, inside: Tensor) -> Tensor:
-        """Return magnitudes of what the networks give, on the processor."""
+        """Return the magnitudes of network outputs, on the processor."""
         parts = inside.float().cpu()
         return self.scale * (LEAST * torch.expm1(parts) if self.config.scale == "log" else parts)
 
@@ -194,11 +183,11 @@ class FrictGANLearner:
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return ``l1`` of the magnitudes of unseen windows, and the paper's ``mse`` of friction.
 
-        The ``l1`` is in parts of each frequency's mean, with ``scale = "none"`` of the magnitudes as they are. Both
-        signals of the ``mse`` come out of one phase recovery from the same phases; see `judging.Figures`.
+        The ``l1`` is relative to each frequency's mean, with ``scale = "none"`` absolute. Both signals of the ``mse``
+        have the same initial phases; see `judging.FabricResult`.
         """
         if not examples and self.config.protocol != "examples":
-            examples = self.seen  # other windows of the photographs that were trained on
+            examples = self.training_examples  # other windows of the same photographs
         if not examples:
             return {}
         part: Part | None = "validation" if self.config.shares[1] else "test"
@@ -210,7 +199,7 @@ class FrictGANLearner:
 
     @torch.inference_mode()
     def spectra(self, batch: FrictionBatch, *, seed: int = 0) -> tuple[Tensor, Tensor]:
-        """Return generated and recorded magnitudes of some pairs, each float32, (pair, axis, bin, frame)."""
+        """Return generated and recorded magnitudes of pairs, each float32, (pair, axis, bin, frame)."""
         made = []
         for first in range(0, len(batch.photo), AT_ONCE):
             photo = batch.photo[first : first + AT_ONCE]
@@ -240,8 +229,8 @@ class FrictGANLearner:
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         self.scale = torch.as_tensor(state["scale"])
-        given = state["mm_per_pixel"]
-        self.mm_per_pixel = None if given is None else float(given)
+        scale = state["mm_per_pixel"]
+        self.mm_per_pixel = None if scale is None else float(scale)
         self.generator.load_state_dict(state["generator"])
         self.critic.load_state_dict(state["critic"])
         for optimiser, values in zip(self.optimisers, state.get("optimisers", ()), strict=False):
@@ -251,17 +240,11 @@ class FrictGANLearner:
 
     @property
     def window_protocol(self) -> str:
-        """The protocol that splits windows of the recordings that are trained on; empty where recordings are split."""
+        """The protocol that splits windows of the training recordings; empty if recordings are split."""
         return "" if self.config.protocol == "examples" else self.config.protocol
 
     def evaluate_as_published(self, examples: Sequence[Example]) -> dict[str, Any]:
-        """Return the paper's squared error per fabric, and beside it what is blind to phase; see `judging`.
-
-        Parameters
-        ----------
-        examples : sequence of Example
-            Under `window_protocol` what was trained on, of which other windows are judged; else what was not.
-        """
+        """Return the paper's squared error per fabric, and distances independent of phase; see `judging`."""
         figures = evaluate_fabrics(self, examples, part="test" if self.window_protocol else None)
         return {
             "mean": summary(figures),
@@ -269,25 +252,25 @@ class FrictGANLearner:
         }
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
-        """Return what a finger meets that moves over a photograph from its left edge, along its middle.
+        """Return the friction of a finger that moves over a photograph from its left edge, along its middle.
 
-        If the training signals were over displacement, so is this one, as long as one window. With ``speed_mm_s`` it is
-        played at that speed, over time, and may last any number of ``seconds``: the finger turns round at the
-        photograph's edges. ``seconds`` without a speed is refused, since a displacement has none. If the training
-        signals were over time, ``seconds`` is the length and there is no speed to choose.
+        A run over displacement returns one window over displacement. With ``speed_mm_s`` it is played at that speed,
+        over time, for any number of ``seconds``: the finger turns round at the photograph's edges. ``seconds`` without
+        a speed is refused, since a displacement has none. For a run over time, ``seconds`` is the length, and a speed
+        is refused.
         """
         check_condition(condition, needs=("image",), takes=("speed_mm_s", "latent"))
         speed = condition.get("speed_mm_s")
         over_displacement = self.kind.domain == "displacement"
         if speed is not None and not over_displacement:
             raise ParameterError(
-                "speed_mm_s: this run's signals are over time, at the speeds of its recordings; leave it out"
+                "speed_mm_s: this run's signals are over time, at the speeds of its recordings; omit it"
             )
         if speed is not None and not (np.isfinite(speed) and speed > 0):
             raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
         if seconds is not None and over_displacement and speed is None:
             raise ParameterError(
-                "seconds of a signal over displacement need a speed: give speed_mm_s, or leave them out"
+                "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
             )
         image = condition["image"]
         if not isinstance(image, Image):
@@ -295,20 +278,19 @@ class FrictGANLearner:
         if self.mm_per_pixel is not None:
             image = scaled(image, self.mm_per_pixel)
         rate = self._rate(image)
-        travel = (
-            rate if not over_displacement or speed is None else rate * speed
-        )  # samples per s, or as the domain is
+        # Samples per s, or per mm over displacement.
+        travel = rate if not over_displacement or speed is None else rate * speed
         count = self.windows.samples if seconds is None else max(1, round(seconds * travel))
         samples = self._along(image, count + 1, self._latent(condition), seed)
         signal = Signal(samples, rate, self.kind.unit, self.kind.axes, self.kind.domain)
         if speed is not None:
             signal = played(signal, float(speed), self.config.playback_rate)
-            wanted = count / travel if seconds is None else seconds
-            return self._nonnegative(signal.cut(0, max(1, round(wanted * signal.rate))))
+            length_s = count / travel if seconds is None else seconds
+            return self._nonnegative(signal.cut(0, max(1, round(length_s * signal.rate))))
         return self._nonnegative(resample(signal.cut(0, count), self.kind.rate))
 
     def _rate(self, image: Image) -> float:
-        """Return the rate of what the network gives: samples per mm where photographs are registered."""
+        """Return the rate of the network's signals: samples per mm if photographs are registered."""
         if self.kind.domain == "time" or self.mm_per_pixel is None:
             return self.kind.rate
         return self.windows.samples / (self.windows.pixels * self.mm_per_pixel)
@@ -334,16 +316,15 @@ class FrictGANLearner:
         return np.asarray(recovered.numpy())
 
     def _nonnegative(self, signal: Signal) -> Signal:
-        """Return the signal without what resampling put below 0."""
+        """Return the signal clipped at 0, below which resampling may go."""
         if not self.config.nonnegative:
             return signal
         return signal.with_samples(np.maximum(signal.samples, 0))
 
     def _latent(self, condition: Condition) -> Tensor | None:
-        given = condition.get("latent")
-        if given is None:
+        if condition.get("latent") is None:
             return None
-        latent = np.asarray(given, np.float32)
+        latent = np.asarray(condition["latent"], np.float32)
         if latent.shape != (self.config.noise,) or not np.isfinite(latent).all() or not self.config.noise:
             raise ParameterError(
                 f"latent must be {self.config.noise} finite numbers, as drawn from N(0, 1), got shape {latent.shape}"

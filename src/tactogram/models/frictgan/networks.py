@@ -14,14 +14,7 @@ from tactogram.nn.initial_weights import normal_
 
 
 class Generator(nn.Module):
-    """Photograph and noise to a spectrogram: a U-Net between a square and a tall picture.
-
-    Parameters
-    ----------
-    config : Config
-    axes : int
-        Spectrograms per photograph; 1 in the paper.
-    """
+    """Photograph and noise to ``axes`` spectrograms, 1 in the paper: a U-Net between a square and a tall picture."""
 
     def __init__(self, config: Config, *, axes: int = 1) -> None:
         super().__init__()
@@ -45,8 +38,8 @@ class Generator(nn.Module):
         self.spread = (
             nn.Linear(config.latent + config.noise, deepest * seed[0] * seed[1]) if config.latent else None
         )
-        kept = config.channels[: len(config.up_strides)][::-1]
-        inputs = [deepest, *(2 * width for width in kept[:-1])]
+        skips = config.channels[: len(config.up_strides)][::-1]
+        inputs = [deepest, *(2 * width for width in skips[:-1])]
         self.decoder = nn.ModuleList(
             nn.Sequential(
                 CroppedTransposedConv(inputs[i], width, stride, self.sizes[i + 1]),
@@ -54,21 +47,17 @@ class Generator(nn.Module):
                 nn.Dropout(config.dropout if i < config.decoder_dropout else 0),
                 nn.ReLU(),
             )
-            for i, (width, stride) in enumerate(zip(kept, column_strides(config), strict=True))
+            for i, (width, stride) in enumerate(zip(skips, column_strides(config), strict=True))
         )
-        self.last = nn.Conv2d(2 * kept[-1], axes, 7, padding=3)
+        self.last = nn.Conv2d(2 * skips[-1], axes, 7, padding=3)
         normal_(self)
-        if config.scale != "none" and self.last.bias is not None:  # begin with the mean spectrum
+        if config.scale != "none" and self.last.bias is not None:  # start from the mean spectrum
             nn.init.constant_(self.last.bias, 1.0 if config.scale == "bins" else math.log1p(100))
 
     def forward(self, photo: Tensor, noise: Tensor | None = None) -> Tensor:
-        """Return magnitudes >= 0.
+        """Return magnitudes >= 0 of photographs (batch, channel, pixels, pixels) in -1..1.
 
-        Parameters
-        ----------
-        photo : Tensor, shape (batch, channel, pixels, pixels), -1..1
-        noise : Tensor, shape (batch, noise), optional
-            Standard normal; needed where the configuration has noise.
+        ``noise``, standard normal, shape (batch, noise), is needed if the configuration has noise.
         """
         maps, h = [], photo  # B, 3, 1024, 1024
         for layer in self.encoder:
@@ -146,12 +135,12 @@ class CroppedTransposedConv(nn.ConvTranspose2d):
 
 
 def match(x: Tensor, size: Size, by: str) -> Tensor:
-    """Return a map (…, row, column) brought to ``size``: its middle (``crop``), or means over areas (``pool``)."""
+    """Return a map (…, row, column) resized to ``size``: its middle (``crop``), or means over areas (``pool``)."""
     if by == "pool":
         return F.adaptive_avg_pool2d(x, size)
     top, left = ((have - want) // 2 for have, want in zip(x.shape[2:], size, strict=True))
     return x[:, :, top : top + size[0], left : left + size[1]]
 
 
-def _norm(channels: int, there: bool) -> nn.Module:
-    return nn.BatchNorm2d(channels) if there else nn.Identity()
+def _norm(channels: int, normalised: bool) -> nn.Module:
+    return nn.BatchNorm2d(channels) if normalised else nn.Identity()

@@ -1,4 +1,4 @@
-"""Layer sizes that fit a photograph's square maps to a spectrogram's tall ones."""
+"""Layer sizes, from a photograph's square maps to a spectrogram's tall ones."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def encoder_sizes(config: SizeConfig) -> list[int]:
 
 
 def decoder_sizes(config: SizeConfig) -> list[Size]:
-    """Return the size of what the decoder begins with, and of what each of its layers gives.
+    """Return the sizes of the decoder's input and of each layer's output.
 
-    Backwards from the spectrogram, each is what a strided convolution with padding "same" would make of the next, as
+    Backwards from the spectrogram, each is the output size of a strided convolution with padding "same" of the next, as
     in the critic: (3, 3), (9, 3), (33, 3), (65, 3), (129, 6), (257, 11).
     """
     sizes = [(config.bins, config.frames)]
@@ -54,7 +54,7 @@ def column_strides(config: SizeConfig) -> list[Size]:
 
 
 def critic_size(size: Size) -> Size:
-    """Return the size of the critic's verdict on a spectrogram of ``size``: (257, 11) to (30, 1)."""
+    """Return the size of the critic's output for a spectrogram of ``size``: (257, 11) to (30, 1)."""
     rows, columns = size
     for down, across in ((2, 2), (2, 2), (2, 1)):
         rows, columns = -(-rows // down), -(-columns // across)
@@ -62,13 +62,7 @@ def critic_size(size: Size) -> Size:
 
 
 def check(config: SizeConfig) -> None:
-    """Refuse sizes that do not fit together.
-
-    Raises
-    ------
-    ValueError
-        Saying which.
-    """
+    """Refuse sizes that do not fit together."""
     if min(critic_size((config.bins, config.frames))) < 1:
         raise ValueError(
             f"n_fft must be at least 64 and frames at least 9 for the critic to have a patch, got {config.bins} bins "
