@@ -17,8 +17,8 @@ Positive = Annotated[int, Field(gt=0)]
 class Config(BaseModel):
     """FrictGAN; the defaults are the paper's.
 
-    "Code" is the authors' first public repository, "later code" their second (of the paper's successor); both differ from
-    the paper and from each other, see README.
+    "Code" is the authors' first public repository, "later code" their second (of the paper's successor); both differ
+    from the paper and from each other, see README.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

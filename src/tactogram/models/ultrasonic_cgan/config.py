@@ -1,4 +1,4 @@
-"""Configuration of the paper, every number with its place; what it does not state is marked "assumed"."""
+"""Configuration of the paper, every number with its place; "assumed" where it states none."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Count = Annotated[int, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 GROUPS = {1: "A", 2: "B", 3: "C", 4: "D", 12: "E"}
-"""What the paper calls a classification into so many clusters. Sec. IV-B."""
+"""The paper's name of a classification by its number of clusters. Sec. IV-B."""
 
 
 class Config(BaseModel):
@@ -20,35 +20,35 @@ class Config(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     clusters: int = Field(default=4, gt=0)
-    """Clusters of the surfaces, and so networks: 1, 2, 3, 4 or 12 in groups A to E. Sec. IV-B."""
+    """Clusters of the surfaces, each with its networks: 1, 2, 3, 4 or 12 in groups A to E. Sec. IV-B."""
     linkage: Literal["ward", "average", "complete", "single"] = "ward"
     """Of the cluster analysis, over Euclidean distances of the mean ratings. Assumed: Sec. IV-B names neither."""
     display_by_cluster: bool = False
-    """Divide the display signals too, each to the cluster whose mean ratings are nearest. Ours: the paper has
-    "a separate CGAN … for each cluster" (Sec. IV-C) and does not say which display data it sees."""
+    """Divide the display signals, too, each to the cluster with the nearest mean ratings. Ours: the paper has "a
+    separate CGAN … for each cluster" (Sec. IV-C) and does not state which display data it sees."""
 
     fakes_scored_as: Literal["surface", "display"] = "surface"
-    """Whose scores a spectrum is generated for in training: the surface's that the sensor touched (Sec. IV-C), or those
-    that a display signal drawn anew was given. Ours: surfaces and display signals are scored so differently that the
-    scores alone tell the sides apart, whatever is generated; with ``"display"`` both sides have the same scores, and
-    only a spectrum that fits them passes. Generation goes by the surface's scores either way."""
+    """Scores of generated spectra in training: of the surface under the sensor (Sec. IV-C), or of a display signal
+    drawn separately. Ours: surfaces and display signals are scored so differently that the scores alone distinguish
+    the sides, whatever is generated; with ``"display"`` both sides have the same scores, and only a spectrum that fits
+    them passes. In use, scores are those of the surface either way."""
 
     # -- spectra, Sec. III-B
     stable_s: float = Field(default=2.0, ge=1, allow_inf_nan=False)
-    """Stable part of a measurement. Sec. III-B: 2 s of 2.5 s; which 2 s is not said. Assumed: the middle."""
+    """Stable part of a measurement. Sec. III-B: 2 s of 2.5 s, not stated which. Assumed: the middle."""
     hop_s: float = Field(default=0.05, gt=0, allow_inf_nan=False)
     """Between one-second windows. Sec. III-B."""
     bins: int = Field(default=1000, gt=0)
     """Of the amplitude spectrum, 1 Hz apart, from 1 Hz on. Sec. III-B."""
     spectrum_weight: float = Field(default=1.0, gt=0, allow_inf_nan=False)
-    """Root mean square of all bins of each side's spectra as the networks see them, beside labels of 0 to 1. Assumed:
-    the paper does not say how it scales spectra. Hatori et al. 2025, Sec. II-C, weigh images against labels so."""
+    """Root mean square of all bins of each side's spectra in the networks' input, relative to labels of 0 to 1.
+    Assumed: the paper does not state its scaling. Hatori et al. 2025, Sec. II-C, weight images like this."""
 
     # -- networks, Tables 2 and 3
     generator_widths: tuple[Count, ...] = Field(default=(1024, 512, 256, 128), min_length=1)
     """Table 2."""
     dropout_after: tuple[Count, ...] = (2, 4)
-    """Which hidden layers, counted from 1, have dropout behind their batch normalisation. Table 2."""
+    """Hidden layers, from 1, with dropout after their batch normalisation. Table 2."""
     dropout: float = Field(default=0.5, ge=0, lt=1)
     """Sec. IV-A."""
     discriminator_widths: tuple[Count, ...] = Field(default=(64, 32), min_length=1)
@@ -60,7 +60,7 @@ class Config(BaseModel):
     learning_rate: float = Field(default=1e-3, gt=0, allow_inf_nan=False)
     """Of Adam, alpha. Table 4."""
     discriminator_learning_rate: float | None = Field(default=None, gt=0, allow_inf_nan=False)
-    """Of the discriminator's Adam where it is another: a slower one gives the generator time. Ours."""
+    """Of the discriminator's Adam if different: a slower one gives the generator time. Ours."""
     betas: tuple[Beta, Beta] = (0.9, 0.999)
     """Of Adam. Table 4."""
     epsilon: float = Field(default=1e-8, gt=0, allow_inf_nan=False)
@@ -70,29 +70,27 @@ class Config(BaseModel):
     iterations: int = Field(default=200_000, gt=0)
     """Per cluster. Table 4."""
 
-    # -- choice of the generator, Sec. IV-C
     rate_low: Share = 0.4
-    """Lowest correct rate of the discriminator at which the generator is taken. Sec. IV-C, "between 40% and 60%"."""
+    """Lowest correct rate of the discriminator at which the generator is chosen. Sec. IV-C, "between 40% and 60%"."""
     rate_high: Share = 0.6
     """Highest. Sec. IV-C, likewise."""
     smooth: int = Field(default=100, gt=0)
-    """Iterations that the correct rate is averaged over, the one in question last. Ours: one batch is 128 answers,
-    whose share has a standard deviation of 4.4 points by chance alone."""
+    """Iterations up to the current one that the correct rate is averaged over. Ours: one batch has 128 answers, whose
+    share has a standard deviation of 4.4 points by chance."""
     choose_after: int = Field(default=0, ge=0)
-    """Iterations at the beginning of which none is taken. Ours: an untrained discriminator is right in half of them
-    too, and the rule as printed takes that for success."""
+    """Initial iterations of which none is chosen. Ours: an untrained discriminator is also correct in half the cases, a
+    success by the printed rule."""
 
-    # -- ours
     phase: Literal["low_crest", "random"] = "low_crest"
-    """Of the waveform: phases of a low crest factor, or random ones. The paper does not say how it got one."""
+    """Phases of the waveform: of a low crest factor, or random. Not stated in the paper."""
     stored: int = Field(default=84, gt=0)
-    """Sensor spectra of each surface that are kept with the weights, for use without a recording."""
+    """Sensor spectra of each surface stored with the weights, for use without a recording."""
     iterations_per_step: int = Field(default=50, gt=0)
-    """Iterations in one step of the training loop, after which it may log and save. Batches and dropout are drawn by
+    """Iterations per step of the training loop, which logs and saves between steps. Batches and dropout are drawn by
     step: another number is another draw of the same training."""
 
     @model_validator(mode="after")
-    def _is_in_order(self) -> Config:
+    def _ranges_are_valid(self) -> Config:
         if self.rate_low >= self.rate_high:
             raise ValueError(f"rate_low must be < rate_high, got {self.rate_low:g} and {self.rate_high:g}")
         if any(place > len(self.generator_widths) for place in self.dropout_after):

@@ -1,4 +1,4 @@
-"""Drive from scores: sensor spectrum, network and phases of the display's modulating signal."""
+"""Drive of the display from scores: sensor spectrum, network and phases."""
 
 from __future__ import annotations
 
@@ -12,23 +12,22 @@ from numpy.typing import NDArray
 
 from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.model import Condition, SignalKind, check_condition, unit_scores
-from tactogram.models.ultrasonic_cgan.clusters import nearest
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.judging import clamped, distance
 from tactogram.models.ultrasonic_cgan.spectra import WINDOW_S, sensor_spectra
-from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
+from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable, nearest
 from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import crest_factor, low_crest_phases, periodic_signal, random_phases
 from tactogram.training.seeds import child_rng
 
 FULL_SCALE = 1.0
-"""Largest sample that the display's modulator takes; the display signals that were learned from end there."""
+"""Largest sample of the display's modulator, and of the training display signals."""
 
 
 @dataclass(frozen=True, eq=False)
 class GeneratedSpectrum:
-    """A generated spectrum, and what it was made from.
+    """A generated spectrum and its source.
 
     Parameters
     ----------
@@ -37,9 +36,9 @@ class GeneratedSpectrum:
     surface : int
         The nearest in words.
     distance : float
-        Of the asked scores from its mean scores.
+        Of the condition's scores from the surface's mean scores.
     source : mapping
-        Which sensor spectrum went in.
+        The sensor spectrum of the input.
     clamped : tuple of float
         Shares below 0, of the bins and of the sum of magnitudes.
     """
@@ -51,7 +50,7 @@ class GeneratedSpectrum:
     clamped: tuple[float, float]
 
     def facts(self, surfaces: SurfaceTable, config: Config, signal: Signal) -> dict[str, Any]:
-        """Return it as JSON values; ``signal`` is the loop made of it."""
+        """Return the spectrum's facts as JSON values; ``signal`` is its loop."""
         cluster = int(surfaces.clusters[self.surface])
         away = [distance(self.amplitudes, one) for one in surfaces.display.astype(np.float64)]
         place = int(np.argmin(away))
@@ -82,13 +81,7 @@ def make(
     *,
     seed: int,
 ) -> GeneratedSpectrum:
-    """Return the spectrum that the model of the nearest surface's cluster makes for ``condition``.
-
-    Raises
-    ------
-    ParameterError
-        As `UltrasonicCGANLearner.generate` says.
-    """
+    """Return the spectrum that the networks of the nearest surface's cluster generate for ``condition``."""
     check_condition(condition, needs=("words",), takes=("vibration",))
     scores = unit_scores(condition["words"], kind)
     surface, away = nearest(surfaces.means, scores)
@@ -96,8 +89,8 @@ def make(
     if trained[cluster].chosen is None:
         raise FailedTrainingError(
             f"the training of cluster {cluster + 1} of {config.group} ({', '.join(surfaces.members(cluster))}) "
-            f"failed: in none of its {trained[cluster].curves.shape[1]} iterations was the discriminator right in "
-            f"{config.rate_low:.0%} to {config.rate_high:.0%}; ask for other words, or train with fewer clusters"
+            f"failed: in none of its {trained[cluster].curves.shape[1]} iterations was the discriminator correct in "
+            f"{config.rate_low:.0%} to {config.rate_high:.0%}; use other scores, or train with fewer clusters"
         )
     spectrum, source = _sensor_spectrum(condition.get("vibration"), surface, surfaces, config, seed=seed)
     made, _ = trained[cluster].answers(spectrum[None] / surfaces.sensor_scale, scores)
@@ -109,37 +102,25 @@ def make(
 def loop(
     amplitudes: NDArray[np.float64], kind: SignalKind, config: Config, *, seconds: float | None, seed: int
 ) -> Signal:
-    """Return the periodic signal of ``amplitudes``, in phases of the config's rule, for ``seconds``.
-
-    Parameters
-    ----------
-    amplitudes : float64 array, shape (bin,)
-        Of 1 Hz, 2 Hz and so on.
-    kind : SignalKind
-        Rate, unit and axes of the signal.
-    config : Config
-    seconds : float, optional
-        By default one turn, 1 s.
-    seed : int
-    """
+    """Return the periodic signal of ``amplitudes`` of 1 Hz, 2 Hz, …, shape (bin,), for ``seconds``, by default 1 s."""
     period = round(WINDOW_S * kind.rate)
     length = period if seconds is None else max(1, round(seconds * kind.rate))
-    turns = []
+    periods = []
     for axis in kind.axes:
         rng = child_rng(seed, "phase", axis)
         if config.phase == "random":
             phases = random_phases(len(amplitudes), rng=rng)
         else:
             phases = low_crest_phases(amplitudes, length=period, rng=rng)
-        turns.append(periodic_signal(amplitudes, phases, length=period))
-    samples = np.tile(np.array(turns), math.ceil(length / period))[:, :length]
-    return Signal(samples.astype(np.float32), kind.rate, kind.unit, kind.axes)
+        periods.append(periodic_signal(amplitudes, phases, length=period))
+    samples = np.tile(np.array(periods), math.ceil(length / period))[:, :length]
+    return kind.signal(samples.astype(np.float32))
 
 
 def _sensor_spectrum(
     vibration: Signal | None, surface: int, surfaces: SurfaceTable, config: Config, *, seed: int
 ) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """Return a sensor spectrum, shape (bin,), drawn from ``vibration`` or from the stored ones, and what it is."""
+    """Return a sensor spectrum, shape (bin,), drawn from ``vibration`` or the stored ones, and its source."""
     rng = child_rng(seed, "sensor spectrum")
     if vibration is None:
         place = int(rng.integers(surfaces.stored.shape[1]))

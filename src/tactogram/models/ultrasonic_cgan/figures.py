@@ -1,4 +1,4 @@
-"""Figures of a run: the tree of the surfaces, and the curves by which generators were chosen."""
+"""Figures of a run: tree of the surfaces, and curves of the choice of generators."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, INK, ORANGE
 
 POINTS = 2000
-"""Points of a raw curve that are drawn, at most."""
+"""Most points drawn of a raw curve."""
 
 
 def clusters_figure(surfaces: SurfaceTable, *, method: str, title: str = "") -> Figure:
-    """Draw the tree of the surfaces by their mean ratings, the names in the colours of their clusters."""
+    """Draw the tree of the surfaces by their mean ratings, with names coloured by cluster."""
     figure = Figure(figsize=(max(5.0, 1.5 + 0.55 * len(surfaces.plates)), 3.6), layout="constrained")
     axes = figure.add_subplot()
     if len(surfaces.tree):
@@ -49,15 +49,7 @@ def clusters_figure(surfaces: SurfaceTable, *, method: str, title: str = "") -> 
 def selection_figure(
     trained: Sequence[TrainedCluster], rule: SelectionRule, names: Sequence[str], *, title: str = ""
 ) -> Figure:
-    """Draw losses and correct rates as in Fig. 5, one row per cluster: thin raw, thick smoothed; the choice marked.
-
-    Parameters
-    ----------
-    trained : sequence of Trained
-    rule : Rule
-    names : sequence of str
-        What each row is called.
-    """
+    """Draw losses and correct rates as in Fig. 5, one row per cluster: thin raw, thick smoothed; the choice marked."""
     rows = len(trained)
     figure = Figure(figsize=(10, 0.5 + 2.1 * rows), layout="constrained")
     grid = figure.subplots(rows, 2, squeeze=False, sharex=True)
@@ -80,7 +72,7 @@ def selection_figure(
         left.set_ylabel("loss")
         right.set_ylabel("correct, %")
         if one.chosen is None:
-            verdict = "failed: no such iteration"
+            verdict = "failed: no iteration meets the rule"
         else:
             verdict = f"iteration {one.chosen.iteration:,}: loss {one.chosen.loss:.3g}, correct {one.chosen.rate:.0%}"
             for axes in (left, right):

@@ -1,4 +1,4 @@
-"""Figures of the chosen networks on recordings that were not trained on, and of what they have collapsed to."""
+"""Figures of the chosen networks on unseen recordings, including collapses."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ def figures_of(
     Parameters
     ----------
     spectra : mapping from int to float32 array, shape (spectrum, bin)
-        Sensor spectra that were not trained on, by surface.
-    surfaces : Surfaces
-    trained : sequence of Trained
+        Unseen sensor spectra by surface.
+    surfaces : SurfaceTable
+    trained : sequence of TrainedCluster
         One per cluster.
 
     Returns
     -------
     dict
-        ``told_apart_unseen`` (share of the generated spectra that the discriminator knows for generated),
+        ``told_apart_unseen`` (share of the generated spectra that the discriminator detects as generated),
         ``generator_loss_unseen``, ``clamped_bins`` and ``clamped_amplitude`` (shares below 0, of the bins and of the
         sum of their magnitudes), ``within_surface`` and ``between_surfaces`` (distance of generated spectra among
-        windows of one surface, and of the surfaces' mean spectra; as a share of their norm: a value near 0
-        between surfaces is a collapse) and ``to_nearest_display`` (distance of a surface's mean spectrum to
-        the nearest display signal's: near 0 is a copy). Empty where every training failed.
+        windows of one surface, and of the surfaces' mean spectra, as a share of their norm: near 0 between surfaces is
+        a collapse) and ``to_nearest_display`` (distance of a surface's mean spectrum to the nearest display signal's:
+        near 0 is a copy). Empty if every training failed.
     """
     found: dict[str, list[float]] = {}
     centres = []
@@ -41,17 +41,17 @@ def figures_of(
         cluster = trained[surfaces.clusters[plate]]
         if cluster.generator is None:
             continue
-        made, told = cluster.answers(sensor / surfaces.sensor_scale, surfaces.means[plate])
+        made, probability = cluster.answers(sensor / surfaces.sensor_scale, surfaces.means[plate])
         bins, amplitude = clamped(made)
-        kept = np.maximum(made, 0) * surfaces.display_scale
-        centres.append(centre := kept.mean(0))
+        generated = np.maximum(made, 0) * surfaces.display_scale
+        centres.append(centre := generated.mean(0))
         away = [distance(centre, one) for one in surfaces.display.astype(np.float64)]
         values = {
-            "told_apart_unseen": float((told <= 0.5).mean()),
-            "generator_loss_unseen": float(-np.log(np.maximum(told, 1e-30)).mean()),
+            "told_apart_unseen": float((probability <= 0.5).mean()),
+            "generator_loss_unseen": float(-np.log(np.maximum(probability, 1e-30)).mean()),
             "clamped_bins": bins,
             "clamped_amplitude": amplitude,
-            "within_surface": float(np.mean([distance(one, centre) for one in kept])),
+            "within_surface": float(np.mean([distance(one, centre) for one in generated])),
             "to_nearest_display": min(away),
         }
         for name, value in values.items():
@@ -63,13 +63,13 @@ def figures_of(
 
 
 def clamped(made: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the share of the bins, any shape, that are below 0, and their share of the sum of magnitudes."""
+    """Return the share of bins below 0, and their share of the sum of magnitudes."""
     total = float(np.abs(made).sum())
     below = float(-np.minimum(made, 0).sum())
     return float((made < 0).mean()), below / total if total else 0.0
 
 
 def distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Return the Euclidean distance of two spectra, (bin,), over the mean of their norms: 0 the same, 2 opposite."""
+    """Return the Euclidean distance of two spectra, (bin,), over the mean of their norms: 0 same, 2 opposite."""
     size = (float(np.linalg.norm(a)) + float(np.linalg.norm(b))) / 2
     return float(np.linalg.norm(a - b)) / size if size else 0.0

@@ -1,4 +1,4 @@
-"""One CGAN per cluster of surfaces; in use, a loop for the display from scores and a sensor spectrum."""
+"""Training of one CGAN per cluster of surfaces; a loop for the display from scores and a sensor spectrum."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, Example, SignalKind, Stage
+from tactogram.model import Condition, Example, SignalKind, Stage, check_state
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.drive import GeneratedSpectrum, loop, make
 from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure
@@ -37,17 +37,7 @@ Places = NDArray[np.int64]
 
 
 class UltrasonicCGANLearner:
-    """The CGANs of Sec. IV, one per cluster of the surfaces, with their optimisers.
-
-    Parameters
-    ----------
-    config : Config
-    kind : SignalKind
-        Rate, unit and axes of the display signals; words and scale of the ratings; surfaces as materials.
-    seed : int
-        Decides the initial weights.
-    device : str or torch.device
-    """
+    """CGANs of Sec. IV, one per cluster of the surfaces; ``kind`` is of display signals, surfaces are its materials."""
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -62,7 +52,7 @@ class UltrasonicCGANLearner:
         self.pair = ClusterNetworks(config, words=len(kind.words), seed=seed, device=torch.device(device))
         self.surfaces: SurfaceTable | None = None
         self.trained: list[TrainedCluster] = []
-        """What came of the clusters that are done."""
+        """Results of the finished clusters."""
         self._data: TrainingSpectra | None = None
 
     def setup(self, fabric: Any) -> None:
@@ -73,25 +63,23 @@ class UltrasonicCGANLearner:
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if not signals_of(examples):
             raise ParameterError("ultrasonic_cgan needs rated display signals, without a material; got none")
-        present = {example.material for example in examples}
-        if missing := [name for name in self.kind.materials if name not in present]:
-            raise ParameterError(f"no training recording of {', '.join(missing)}; leave it out of the data")
+        self.kind.check_all_present(examples)
         steps = math.ceil(self.config.iterations / self.config.iterations_per_step)
         return Stage(FIT, 1), *(Stage(f"cluster-{k + 1}", steps) for k in range(self.config.clusters))
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
     ) -> Iterator[Any]:
-        """Yield, per step, which spectra and which raters its iterations take; drawn with replacement."""
+        """Yield, per step, the spectra and raters of its iterations, drawn with replacement."""
         data = self._of(examples)
         if stage.name == FIT:
             yield (examples,)
             return
-        surfaces, cluster = self._measured, _number(stage)
+        surfaces, cluster = self._surfaces, _number(stage)
         rows = (surfaces.rows(data.sensor, cluster), np.arange(len(data.display.item)))
         if self.config.display_by_cluster:
             rows = (rows[0], surfaces.display_rows(data.display, cluster))
-        data.put(surfaces, self.pair.device)
+        data.move(surfaces, self.pair.device)
         each, batch = self.config.iterations_per_step, self.config.batch_size
         for step in range(start, stage.steps):
             rng = child_rng(seed, "batch", step)
@@ -101,23 +89,23 @@ class UltrasonicCGANLearner:
                 rng.integers(0, data.sensor.raters[sensor]),
                 rng.integers(0, data.display.raters[display]),
             )
-            asked = (sensor, raters[0])
+            scored = (sensor, raters[0])
             if self.config.fakes_scored_as == "display":
                 again = rng.choice(rows[1], size)
-                asked = (again, rng.integers(0, data.display.raters[again]))
-            yield np.array(step), sensor, asked, display, raters[1]
+                scored = (again, rng.integers(0, data.display.raters[again]))
+            yield np.array(step), sensor, scored, display, raters[1]
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == FIT:
             return self._fit(batch[0])
         if self._data is None:
             raise RuntimeError("a step needs batches: take them from `batches`")
-        step, sensor, asked, display, raters = batch
+        step, sensor, scored, display, raters = batch
         if step == 0:
             self.pair.begin(_number(stage))
         scored_as = 1 if self.config.fakes_scored_as == "display" else 0
         figures = self.pair.iterate(
-            self._data.rows((0, sensor), (scored_as, *asked)),
+            self._data.rows((0, sensor), (scored_as, *scored)),
             self._data.rows((1, display), (1, display, raters)),
         )
         if step + 1 == stage.steps:
@@ -129,7 +117,7 @@ class UltrasonicCGANLearner:
         return figures
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Measure what stands outside the networks, and refuse what cannot be divided as asked."""
+        """Measure the surface table; refuses display signals that cannot be divided by cluster."""
         data = self._of(examples)
         self.surfaces = SurfaceTable.measured(data.sensor, data.display, self.config)
         if self.config.display_by_cluster:
@@ -160,20 +148,20 @@ class UltrasonicCGANLearner:
         return TrainedCluster.of(outcome, self.config, words=len(self.kind.words), device=self.pair.device)
 
     @property
-    def _measured(self) -> SurfaceTable:
+    def _surfaces(self) -> SurfaceTable:
         if self.surfaces is None:
-            raise ParameterError("ultrasonic_cgan is not trained yet: its surfaces are not measured")
+            raise ParameterError("ultrasonic_cgan has not been trained: its surfaces are not measured")
         return self.surfaces
 
     @property
     def rated_means(self) -> dict[str, NDArray[np.float64]]:
         """Mean scores of each surface, 0 to 1, shape (word,)."""
-        return dict(zip(self._measured.plates, self._measured.means, strict=True))
+        return dict(zip(self._surfaces.plates, self._surfaces.means, strict=True))
 
-    # -- what came of it ---------------------------------------------------------------------------------
+    # -- results -----------------------------------------------------------------------------------------
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Return how many trainings failed, and figures of the others on unseen recordings: `judging.figures_of`."""
+        """Return the number of failed trainings, and figures of the others on unseen recordings: `figures_of`."""
         failed = {"failed_clusters": float(sum(one.chosen is None for one in self.trained))}
         found: dict[int, list[NDArray[np.float32]]] = {}
         for example in surfaces_of(examples):
@@ -181,11 +169,11 @@ class UltrasonicCGANLearner:
                 spectra = sensor_spectra(example.signal, self.config).reshape(-1, self.config.bins)
                 found.setdefault(self.kind.materials.index(example.material), []).append(spectra)
         spectra_of = {plate: np.concatenate(some) for plate, some in sorted(found.items())}
-        return failed | figures_of(spectra_of, self._measured, self.trained)
+        return failed | figures_of(spectra_of, self._surfaces, self.trained)
 
     def outcome(self) -> dict[str, Any]:
-        """Return what came of the trainings, for the run's facts: JSON values."""
-        surfaces, rule = self._measured, self.pair.rule
+        """Return the results of the trainings as JSON values."""
+        surfaces, rule = self._surfaces, self.pair.rule
         clusters = [
             {
                 "surfaces": list(surfaces.members(number)),
@@ -207,10 +195,10 @@ class UltrasonicCGANLearner:
         }
 
     def figures(self) -> dict[str, Figure]:
-        """Return the tree of the surfaces, and the curves with the chosen iterations, as figures by name."""
-        surfaces = self._measured
+        """Return the tree of the surfaces, and the curves with the chosen iterations."""
+        surfaces = self._surfaces
         data = "simulated data" if self.kind.simulated else ""
-        names = [_named(number, surfaces.members(number)) for number in range(len(self.trained))]
+        names = [_cluster_title(number, surfaces.members(number)) for number in range(len(self.trained))]
         title = ", ".join(text for text in (self.config.group, data) if text)
         return {
             "clusters": clusters_figure(surfaces, method=self.config.linkage, title=title),
@@ -227,10 +215,7 @@ class UltrasonicCGANLearner:
     def load_state(self, state: Mapping[str, Any]) -> None:
         if state["surfaces"] is not None:
             self.surfaces = SurfaceTable.of(state["surfaces"])
-            if self.surfaces.plates != self.kind.materials:
-                raise ParameterError(
-                    f"state is of {', '.join(self.surfaces.plates)}; expected {', '.join(self.kind.materials)}"
-                )
+            check_state(self.surfaces.plates, self.kind.materials)
         self.trained = [self._trained(one) for one in state["trained"]]
         if "optimisers" in state:
             self.pair.load_state(state["optimisers"])
@@ -238,31 +223,32 @@ class UltrasonicCGANLearner:
     # -- use ---------------------------------------------------------------------------------------------
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
-        """Return the modulating signal for scores: a loop of 1 s without a seam, repeated as long as asked for.
+        """Return the modulating signal for scores: a loop of 1 s without a seam, repeated for ``seconds``.
 
-        Where ``seconds`` is no whole number the last turn is cut; less than 1 s is the beginning of the loop, and
-        then no loop itself. Each axis of the display gets the same spectrum in phases of its own.
+        The last repetition is cut if ``seconds`` is no whole number. Each axis of the display has the same spectrum in
+        other phases.
 
         Parameters
         ----------
         condition : mapping
             ``words``: a score for each word of the run, on the scale of its ratings. ``vibration``: a Signal of a
-            sensor, 1 s or longer, of which an axis and a window are drawn by ``seed``; by default a stored
-            spectrum, drawn likewise, of the surface nearest in words.
+            sensor, 1 s or longer, of which ``seed`` draws an axis and a window; by default a stored spectrum, also
+            drawn, of the surface nearest in words.
         seconds : float, optional
         seed : int
 
         Raises
         ------
         ParameterError
-            If a word is missing or unknown, a score off the scale, the vibration of no use, or the training of the
-            cluster that would answer failed.
+            If a word is missing or unknown, a score off the scale, or the vibration too short or constant.
+        FailedTrainingError
+            If the training of the cluster of the nearest surface failed.
         """
         made = self._make(condition, seed)
         return loop(made.amplitudes, self.kind, self.config, seconds=seconds, seed=seed)
 
     def selection_for(self, condition: Condition, seed: int) -> dict[str, Any]:
-        """Return what `generate` goes by, and what it clamps: JSON values, to be written beside a signal.
+        """Return the inputs of `generate` and the clamped shares, as JSON values.
 
         Returns
         -------
@@ -270,25 +256,25 @@ class UltrasonicCGANLearner:
             ``surface`` (nearest in words), ``distance`` (of the scores as 0 to 1, Euclidean), ``group``, ``cluster``
             (from 1), ``cluster_surfaces``, ``sensor_spectrum`` (``recording``, ``axis``, ``window``), ``clamped_bins``
             and ``clamped_amplitude`` (shares below 0), ``nearest_display_signal`` and ``nearest_display_distance`` (a
-            small one is a copy), ``full_scale`` (1: what the display's drive takes), ``peak``, ``crest_factor``.
+            small one is a copy), ``full_scale`` (1: the limit of the display's drive), ``peak``, ``crest_factor``.
         """
         made = self._make(condition, seed)
         signal = loop(made.amplitudes, self.kind, self.config, seconds=None, seed=seed)
-        return made.facts(self._measured, self.config, signal)
+        return made.facts(self._surfaces, self.config, signal)
 
     def _make(self, condition: Condition, seed: int) -> GeneratedSpectrum:
-        return make(condition, self._measured, self.trained, self.kind, self.config, seed=seed)
+        return make(condition, self._surfaces, self.trained, self.kind, self.config, seed=seed)
 
 
 class TrainingSpectra:
-    """The spectra of the training part, and the tables on the device that batches are taken from."""
+    """Spectra of the training part, and tables of them on the device."""
 
     def __init__(self, examples: Sequence[Example], sensor: SideSpectra, display: SideSpectra) -> None:
         self.examples, self.sensor, self.display = examples, sensor, display
         self._tables: tuple[tuple[Tensor, Tensor, Tensor], ...] = ()
 
-    def put(self, surfaces: SurfaceTable, device: torch.device) -> None:
-        """Bring scaled spectra and scores to ``device``, once."""
+    def move(self, surfaces: SurfaceTable, device: torch.device) -> None:
+        """Move scaled spectra and scores to ``device``, once."""
         if not self._tables:
             sides = ((self.sensor, surfaces.sensor_scale), (self.display, surfaces.display_scale))
             self._tables = tuple(
@@ -306,16 +292,16 @@ class TrainingSpectra:
         Parameters
         ----------
         spectra : tuple
-            Which side, 0 the sensor's or 1 the display's, and which of its spectra, shape (iteration, batch).
+            Side, 0 sensor or 1 display, and numbers of its spectra, shape (iteration, batch).
         scores : tuple
-            Which side, the scores given to what is in which of its spectra, and by which rater.
+            Side, numbers of spectra whose items' scores are used, and numbers of the raters.
         """
         which, places = spectra
         table = self._tables[which][0]
         side, scored, raters = scores
-        _, item, given = self._tables[side]
+        _, item, all_scores = self._tables[side]
         at = [torch.from_numpy(some).to(table.device) for some in (places, scored, raters)]
-        return torch.cat((table[at[0]], given[item[at[1]], at[2]]), 2)
+        return torch.cat((table[at[0]], all_scores[item[at[1]], at[2]]), 2)
 
 
 def build(
@@ -325,12 +311,12 @@ def build(
     return UltrasonicCGANLearner(config, kind, seed=seed, device=device)
 
 
-def _named(number: int, members: Sequence[str]) -> str:
-    """Return what a cluster is called in a figure; many surfaces are counted."""
+def _cluster_title(number: int, members: Sequence[str]) -> str:
+    """Return a cluster's title in a figure, with the number of surfaces if there are many."""
     shown = ", ".join(members) if len(members) < 6 else f"{members[0]} … {members[-1]} ({len(members)})"
     return f"cluster {number + 1}: {shown}"
 
 
 def _number(stage: Stage) -> int:
-    """Return which cluster a stage is of, from 0."""
+    """Return the cluster of a stage, from 0."""
     return int(stage.name.removeprefix("cluster-")) - 1

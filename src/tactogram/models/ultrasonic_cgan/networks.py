@@ -9,14 +9,7 @@ from tactogram.models.ultrasonic_cgan.config import Config
 
 
 class Generator(nn.Module):
-    """A sensor spectrum and its scores to a display spectrum. Table 2.
-
-    Parameters
-    ----------
-    config : Config
-    words : int
-        Scores beside the spectrum.
-    """
+    """A sensor spectrum and the scores of ``words`` to a display spectrum. Table 2."""
 
     def __init__(self, config: Config, *, words: int) -> None:
         super().__init__()
@@ -31,12 +24,9 @@ class Generator(nn.Module):
         self.layers = nn.Sequential(*layers)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return spectra, (batch, bin); its last LeakyReLU lets them go below 0.
+        """Return spectra, (batch, bin), which the last LeakyReLU allows below 0.
 
-        Parameters
-        ----------
-        x : float32 tensor, shape (batch, bin + word)
-            Scaled sensor spectrum, then scores from 0 to 1.
+        ``x`` are scaled sensor spectra, then scores of 0 to 1: float32, shape (batch, bin + word).
         """
         y: Tensor = self.layers(x)  # B, bins + words -> B, bins
         return y
@@ -45,13 +35,8 @@ class Generator(nn.Module):
 class Discriminator(nn.Module):
     """Discriminator of a spectrum with its scores: display training data or generated. Table 3.
 
-    The sigmoid of Table 3 is in `probability`; training takes the cross-entropy from what stands before it, the
-    same function without its overflow.
-
-    Parameters
-    ----------
-    config : Config
-    words : int
+    The sigmoid of Table 3 is in `probability`; training computes the cross-entropy from its input, the same function
+    without the overflow.
     """
 
     def __init__(self, config: Config, *, words: int) -> None:

@@ -1,4 +1,4 @@
-"""One CGAN: generator and discriminator of a cluster, their updates, and the choice of the generator."""
+"""CGAN of a cluster: generator and discriminator, their updates, and the choice of the generator."""
 
 from __future__ import annotations
 
@@ -18,20 +18,11 @@ from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.training.seeds import torch_seeded
 
 CURVES = ("generator_loss", "discriminator_loss", "correct_rate")
-"""What is kept of every iteration, in this order."""
+"""Figures of every iteration, in this order."""
 
 
 class ClusterNetworks:
-    """The networks that are being trained, cluster after cluster, and the best weights of the one at hand.
-
-    Parameters
-    ----------
-    config : Config
-    words : int
-    seed : int
-        Of the initial weights: each cluster has its own.
-    device : torch.device
-    """
+    """Networks in training, cluster after cluster, each from its initial weights, and the best weights so far."""
 
     def __init__(self, config: Config, *, words: int, seed: int, device: torch.device) -> None:
         self.config, self.words, self.seed, self.device = config, words, seed, device
@@ -51,7 +42,7 @@ class ClusterNetworks:
                 (discriminator, config.discriminator_learning_rate or config.learning_rate),
             )
         ]
-        self.unused = [optimiser.state_dict() for optimiser in self.optimisers]
+        self.initial_optimisers = [optimiser.state_dict() for optimiser in self.optimisers]
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.rule = SelectionRule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
         self.begin(0)
@@ -63,24 +54,21 @@ class ClusterNetworks:
         self.backward, self.device = fabric.backward, fabric.device
 
     def begin(self, cluster: int) -> None:
-        """Go back to initial weights, those of ``cluster``."""
+        """Return to initial weights, those of ``cluster``."""
         self.cluster = cluster
         for network, fresh in zip(self._bare, self._initial(cluster), strict=True):
             network.load_state_dict(fresh.state_dict())
             network.train()
-        for optimiser, unused in zip(self.optimisers, self.unused, strict=True):
-            optimiser.load_state_dict(unused)
-        self.follower = IterationSelector(self.rule)
+        for optimiser, initial in zip(self.optimisers, self.initial_optimisers, strict=True):
+            optimiser.load_state_dict(initial)
+        self.selector = IterationSelector(self.rule)
         self.best: tuple[dict[str, Tensor], ...] = ()
         self.curves: list[NDArray[np.float32]] = []
 
     def iterate(self, sensor: Tensor, display: Tensor) -> dict[str, float]:
         """Update both networks once for each batch, and return the means of the figures.
 
-        Parameters
-        ----------
-        sensor, display : float32 tensors, shape (iteration, batch, bin + word)
-            Scaled spectra of surfaces and of the display, each with its scores.
+        ``sensor`` and ``display`` are scaled spectra with their scores: float32, shape (iteration, batch, bin + word).
         """
         batch = sensor.shape[1]
         truth = torch.cat((torch.ones(batch, 1), torch.zeros(batch, 1))).to(sensor.device)
@@ -91,14 +79,14 @@ class ClusterNetworks:
             ).T
         )
         figures = dict(zip(CURVES, self.curves[-1].mean(axis=1).tolist(), strict=True))
-        rate = self.follower.rate
+        rate = self.selector.rate
         return figures if np.isnan(rate) else figures | {"correct_rate_smoothed": rate}
 
     def _update(self, x: Tensor, display: Tensor, truth: Tensor, truly: Tensor) -> list[float]:
-        """One iteration of Sec. IV-C: the discriminator, then the generator by what the discriminator has become.
+        """One iteration of Sec. IV-C: the discriminator, then the generator by the updated discriminator.
 
         The cross-entropy is E(t, y) = -t log y - (1 - t) log(1 - y): Eq. (2) has log(1 - t) as its last factor, which
-        does not depend on y, and is infinite at t = 1. The generator's is that of its spectra taken for training data.
+        does not depend on y, and is infinite at t = 1. The generator's counts its spectra as training data.
         """
         bins = self.config.bins
         fake = torch.cat((self.generator(x), x[:, bins:]), 1)  # B, bins + words
@@ -109,10 +97,10 @@ class ClusterNetworks:
             verdict = self.discriminator(fake).float()  # B, 1
         generator_loss = F.binary_cross_entropy_with_logits(verdict, truth[: len(x)])
         right = ((logits > 0) == truly).float().mean()
-        # The one moment in which the host waits for the device: the choice needs the figures before the update.
+        # Only here does the host wait for the device: the choice needs the figures before the update.
         figures: list[float] = torch.stack((generator_loss.detach(), loss.detach(), right)).tolist()
-        if self.follower.update(figures[0], figures[2]):
-            self._keep()
+        if self.selector.update(figures[0], figures[2]):
+            self._store_best()
         self._descend(0, generator_loss)
         return figures
 
@@ -121,17 +109,17 @@ class ClusterNetworks:
         self.backward(loss)
         self.optimisers[which].step()
 
-    def _keep(self) -> None:
-        """Copy the weights as they are: those that the generator's loss was of."""
+    def _store_best(self) -> None:
+        """Copy the current weights, of which the generator's loss was computed."""
         if not self.best:
             self.best = tuple(
                 {name: x.detach().clone() for name, x in network.state_dict().items()}
                 for network in self._bare
             )
             return
-        for kept, network in zip(self.best, self._bare, strict=True):
+        for best, network in zip(self.best, self._bare, strict=True):
             for name, x in network.state_dict().items():
-                kept[name].copy_(x)
+                best[name].copy_(x)
 
     @property
     def _bare(self) -> tuple[nn.Module, nn.Module]:
@@ -145,8 +133,8 @@ class ClusterNetworks:
     # -- state -------------------------------------------------------------------------------------------
 
     def outcome(self) -> dict[str, Any]:
-        """Return what the cluster's training came to: the chosen weights, or none where it failed, and the curves."""
-        chosen = self.follower.chosen
+        """Return the result of the cluster's training: the chosen weights, or none if it failed, and the curves."""
+        chosen = self.selector.chosen
         return {
             "chosen": None if chosen is None else [chosen.iteration, chosen.loss, chosen.rate],
             "generator": self.best[0] if self.best else None,
@@ -155,7 +143,7 @@ class ClusterNetworks:
         }
 
     def state(self) -> dict[str, Any]:
-        """Return all that is needed to go on in the middle of a cluster."""
+        """Return the state within a cluster's training."""
         return {
             "cluster": self.cluster,
             "now": [network.state_dict() for network in self._bare],
@@ -164,12 +152,12 @@ class ClusterNetworks:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from `state`."""
+        """Continue from `state`."""
         self.begin(state["cluster"])
-        for network, kept in zip(self._bare, state["now"], strict=True):
-            network.load_state_dict(kept)
-        for optimiser, kept in zip(self.optimisers, state["adam"], strict=True):
-            optimiser.load_state_dict(kept)
+        for network, weights in zip(self._bare, state["now"], strict=True):
+            network.load_state_dict(weights)
+        for optimiser, values in zip(self.optimisers, state["adam"], strict=True):
+            optimiser.load_state_dict(values)
         outcome = state["outcome"]
         curves = np.asarray(outcome["curves"], np.float32)
         self.curves = [curves]
@@ -178,7 +166,7 @@ class ClusterNetworks:
         best = (
             None if chosen is None else SelectedIteration(int(chosen[0]), float(chosen[1]), float(chosen[2]))
         )
-        self.follower = IterationSelector(self.rule, best, rates, curves.shape[1])
+        self.selector = IterationSelector(self.rule, best, rates, curves.shape[1])
         if best is not None:
             self.best = tuple(
                 {name: x.to(self.device) for name, x in outcome[key].items()}

@@ -1,4 +1,4 @@
-"""Surfaces and display signals of a run: ratings, clusters, scales, sensor spectra."""
+"""Surfaces and display signals of a run: ratings, clusters (Sec. IV-B), scales, sensor spectra."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.cluster.hierarchy import cut_tree, linkage
 
 from tactogram.errors import ParameterError
-from tactogram.models.ultrasonic_cgan.clusters import clusters_of, nearest, tree_of
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.spectra import SideSpectra
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceTable:
-    """Measured once from the training part, and kept with the weights.
+    """Table measured once from the training part, and stored with the weights.
 
     Parameters
     ----------
@@ -30,17 +30,17 @@ class SurfaceTable:
     clusters : int64 array, shape (surface,)
         From 0.
     sensor_scale, display_scale : float
-        What spectra are divided by before the networks see them: the rms of all their bins, over the weight of
-        the config. The display's is in the display signals' unit, so that levels come back as they were.
+        Divisors of spectra in the networks' input: the rms of all their bins, over the weight of the config. The
+        display's is in the display signals' unit, so that their levels are preserved.
     stored : float32 array, shape (surface, spectrum, bin)
         Some of each surface's sensor spectra.
     stored_place : int64 array, shape (surface, spectrum, 3)
-        Which of ``recordings``, which axis, which window they are of.
+        Their place in ``recordings``, axis and window.
     recordings : tuple of str
     display : float32 array, shape (spectrum, bin)
         The display signals' spectra.
     display_items : tuple of str
-        What each of them is of.
+        Their items.
     """
 
     plates: tuple[str, ...]
@@ -57,13 +57,13 @@ class SurfaceTable:
 
     @classmethod
     def measured(cls, sensor: SideSpectra, display: SideSpectra, config: Config) -> Self:
-        """Cluster the surfaces, measure the scales, and keep some spectra, evenly spread over each surface's."""
+        """Cluster the surfaces, measure the scales, and store some spectra, evenly spread over each surface's."""
         tree = tree_of(sensor.means, config.linkage)
-        kept = []
+        stored = []
         for plate in range(len(sensor.items)):
             rows = np.flatnonzero(sensor.item == plate)
-            kept.append(rows[np.linspace(0, len(rows) - 1, config.stored).round().astype(int)])
-        rows = np.array(kept)
+            stored.append(rows[np.linspace(0, len(rows) - 1, config.stored).round().astype(int)])
+        rows = np.array(stored)
         return cls(
             plates=sensor.items,
             means=sensor.means,
@@ -92,19 +92,13 @@ class SurfaceTable:
         return np.flatnonzero(self.clusters[sensor.item] == cluster)
 
     def display_rows(self, display: SideSpectra, cluster: int) -> NDArray[np.int64]:
-        """Return the spectra of the display signals whose mean ratings are nearest to the mean of ``cluster``.
-
-        Raises
-        ------
-        ParameterError
-            If there is none.
-        """
+        """Return the spectra of the display signals with mean ratings nearest to the mean of ``cluster``."""
         centres = np.array([self.means[self.clusters == k].mean(0) for k in range(self.count)])
         mine = np.array([nearest(centres, means)[0] == cluster for means in display.means])
         if not mine.any():
             raise ParameterError(
                 f"cluster {cluster + 1} ({', '.join(self.members(cluster))}) has no display signal nearest to it: "
-                "use fewer clusters, or leave display_by_cluster away"
+                "use fewer clusters, or omit display_by_cluster"
             )
         return np.flatnonzero(mine[display.item])
 
@@ -117,7 +111,7 @@ class SurfaceTable:
 
     @classmethod
     def of(cls, state: Mapping[str, Any]) -> Self:
-        """Return what `state` was of."""
+        """Return the table of a `state`."""
         fields: dict[str, Any] = {
             name: np.asarray(value)
             if hasattr(value, "numpy")
@@ -129,8 +123,33 @@ class SurfaceTable:
         return cls(**fields)
 
 
+def tree_of(means: NDArray[np.float64], method: str) -> NDArray[np.float64]:
+    """Return scipy's linkage matrix, (item - 1, 4), of items by mean scores, (item, word), Euclidean. Sec. IV-B."""
+    if len(means) < 2:
+        return np.empty((0, 4))
+    tree: NDArray[np.float64] = linkage(means, method, metric="euclidean")
+    return tree
+
+
+def clusters_of(tree: NDArray[np.float64], count: int, *, items: int) -> NDArray[np.int64]:
+    """Return the cluster of each item, shape (item,), from 0 in the order of occurrence, in a cut into ``count``."""
+    if count > items:
+        raise ParameterError(f"clusters must be at most the {items} surfaces, got {count}")
+    if items == 1:
+        return np.zeros(1, np.int64)
+    found: NDArray[np.int64] = cut_tree(tree, n_clusters=count)[:, 0].astype(np.int64)
+    return found
+
+
+def nearest(means: NDArray[np.float64], scores: NDArray[np.float64]) -> tuple[int, float]:
+    """Return the row of ``means``, (item, word), nearest to ``scores``, (word,), and its Euclidean distance."""
+    distances = np.linalg.norm(means - scores, axis=1)
+    place = int(np.argmin(distances))
+    return place, float(distances[place])
+
+
 def _rms(spectra: NDArray[np.float32]) -> float:
     found = float(np.sqrt(np.mean(np.square(spectra, dtype=np.float64))))
     if found == 0:
-        raise ParameterError("spectra must not be 0 throughout: the signals hold nothing in the band")
+        raise ParameterError("spectra must not be all 0: the signals have nothing in the band")
     return found

@@ -17,16 +17,16 @@ from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
 
 @dataclass(frozen=True, eq=False)
 class TrainedCluster:
-    """A cluster whose training is over.
+    """A cluster after its training.
 
     Parameters
     ----------
-    chosen : Chosen, optional
+    chosen : SelectedIteration, optional
         None: the training failed, as Sec. IV-C defines it.
     curves : float32 array, shape (3, iteration)
         Loss of the generator, loss of the discriminator, correct rate of the discriminator; not smoothed.
     generator, discriminator : optional
-        With the weights of the chosen iteration, in evaluation mode; None where the training failed.
+        With the weights of the chosen iteration, in evaluation mode; None if the training failed.
     """
 
     chosen: SelectedIteration | None
@@ -36,7 +36,7 @@ class TrainedCluster:
 
     @classmethod
     def of(cls, outcome: Mapping[str, Any], config: Config, *, words: int, device: torch.device) -> Self:
-        """Return the cluster whose `pair.Pair.outcome`, or `state`, is ``outcome``."""
+        """Return the cluster of a `ClusterNetworks.outcome` or a `state`."""
         curves = np.asarray(outcome["curves"], np.float32)
         if outcome["chosen"] is None:
             return cls(None, curves, None, None)
@@ -52,7 +52,7 @@ class TrainedCluster:
         )
 
     def state(self) -> dict[str, Any]:
-        """Return it as tensors and plain numbers."""
+        """Return tensors and plain numbers."""
         return {
             "chosen": self.chosen and [self.chosen.iteration, self.chosen.loss, self.chosen.rate],
             "generator": self.generator and self.generator.state_dict(),
@@ -64,12 +64,12 @@ class TrainedCluster:
     def answers(
         self, spectra: NDArray[np.floating], scores: NDArray[np.floating]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return what the chosen networks make of sensor spectra.
+        """Return display spectra of sensor spectra, and the discriminator's probability of training data.
 
         Parameters
         ----------
         spectra : array, shape (spectrum, bin)
-            As the network sees them: divided by the sensor's scale.
+            Divided by the sensor's scale.
         scores : array, shape (word,), 0 to 1
 
         Returns
@@ -77,7 +77,6 @@ class TrainedCluster:
         generated : float64 array, shape (spectrum, bin)
             Not yet multiplied by the display's scale; may be negative.
         probability : float64 array, shape (spectrum,)
-            That the discriminator gives for training data.
         """
         if self.generator is None or self.discriminator is None:
             raise RuntimeError("a failed training has no networks")
@@ -85,5 +84,5 @@ class TrainedCluster:
         x = torch.tensor(np.asarray(spectra, np.float32), device=device)
         label = torch.tensor(np.asarray(scores, np.float32), device=device).expand(len(x), -1)
         made = self.generator(torch.cat((x, label), 1))
-        told = self.discriminator.probability(torch.cat((made, label), 1))
-        return made.double().cpu().numpy(), told[:, 0].double().cpu().numpy()
+        probability = self.discriminator.probability(torch.cat((made, label), 1))
+        return made.double().cpu().numpy(), probability[:, 0].double().cpu().numpy()

@@ -4,7 +4,7 @@ from scipy.spatial.distance import pdist, squareform
 
 from tactogram.errors import ParameterError
 from tactogram.models.ultrasonic_cgan import Config
-from tactogram.models.ultrasonic_cgan.clusters import clusters_of, tree_of
+from tactogram.models.ultrasonic_cgan.surfaces import clusters_of, tree_of
 
 
 def test_clusters_are_those_of_ward_by_hand():
