@@ -1,18 +1,22 @@
 """Extensions: a new one of a kind is one file, and no shared file names a built-in one."""
 
 import ast
+import json
 import re
 import shlex
 import sys
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tactogram.capture.catalogue import SOURCES
 from tactogram.cli import main
-from tactogram.datasets import open_store
+from tactogram.datasets import Recording, create_store, open_store
 from tactogram.datasets.importer import IMPORTERS
+from tactogram.evaluation.measures.measure import MEASURES
 from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.families import FAMILIES
@@ -26,7 +30,7 @@ from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 
 ROOT = Path(__file__).parents[1]
-SOURCES = ROOT / "src/tactogram"
+FOLDER = ROOT / "src/tactogram"
 ROOMS = (
     "rendering",
     "workflows/data",
@@ -44,16 +48,25 @@ class Kind:
     group: PluginGroup
     recipe: str
     rooms: tuple[str, ...]
+    words: tuple[str, ...] = ()
+    """Names that are common words: only their imports count."""
 
     @property
     def folder(self):
-        return SOURCES / self.group.package.removeprefix("tactogram.").replace(".", "/")
+        return FOLDER / self.group.package.removeprefix("tactogram.").replace(".", "/")
 
 
 KINDS = {
     "haptic format": Kind(FORMATS, "haptic format", ROOMS),
     "display family": Kind(FAMILIES, "display family", ROOMS),
     "importer": Kind(IMPORTERS, "importer", ("datasets", "workflows/data")),
+    "measure": Kind(MEASURES, "measure", ("evaluation/generation", "workflows/evaluation/generator", "cli")),
+    "capture source": Kind(
+        SOURCES,
+        "capture source",
+        ("capture", "workflows/capture", "studio/pages/live", "cli/capt"),
+        ("simulated", "log"),
+    ),
 }
 OTHER_MEANINGS = {
     ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
@@ -61,24 +74,41 @@ OTHER_MEANINGS = {
     ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
     ("display family", "cli/capture_log.py", "linear"): "a way to fill gaps",
     ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",
-}
+    ("capture source", "capture/logs/log.py", "serial"): "a kind of log",
+    ("capture source", "capture/logs/log.py", "twelite"): "a kind of log",
+    ("capture source", "capture/stream/csv_source.py", "serial"): "a kind of log",
+    ("capture source", "capture/twelite/source.py", "twelite"): "a kind of log",
+    ("capture source", "capture/twelite/simulator.py", "twelite"): "a kind of log",
+    ("capture source", "cli/capture_log.py", "serial"): "a kind of log",
+    ("capture source", "cli/capture_log.py", "twelite"): "a kind of log",
+    ("capture source", "capture/stream/byte_stream.py", "serial"): "a library",
+    ("capture source", "capture/logs/xdf.py", "lsl"): "an extra",
+} | {("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()}
+
+
+@lru_cache(maxsize=1)
+def source_names():
+    """Return the imported names and the strings of every source file, by its path."""
+    found = {}
+    for path in FOLDER.rglob("*.py"):
+        imports, strings = found.setdefault(path, (set(), set()))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom):
+                imports.update(f"{node.module}.{alias.name}." for alias in node.names)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                strings.add(node.value)
+    return found
 
 
 def naming(kind, name):
     """Yield the shared source files that import a built-in module of a kind, or hold its name as a string."""
-    module = f"{kind.group.package}.{name}"
-    for path in SOURCES.rglob("*.py"):
-        if path.is_relative_to(kind.folder):
-            continue
-        place = path.relative_to(SOURCES).as_posix()
-        named = place.startswith(kind.rooms)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            imported = isinstance(node, ast.ImportFrom) and (
-                f"{node.module}.".startswith(f"{module}.")
-                or (node.module == kind.group.package and any(alias.name == name for alias in node.names))
-            )
-            if imported or (named and isinstance(node, ast.Constant) and node.value == name):
-                yield place
+    module = f"{kind.group.package}.{name}."
+    for path, (imports, strings) in source_names().items():
+        place = path.relative_to(FOLDER).as_posix()
+        named = place.startswith(kind.rooms) and name not in kind.words and name in strings
+        imported = any(each.startswith(module) for each in imports)
+        if (named or imported) and not path.is_relative_to(kind.folder):
+            yield place
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -182,6 +212,52 @@ def test_an_importer_is_one_file(recipe, tmp_path, capsys):
     sys.modules.pop("bench")
     assert main(["data", "list"]) == 1
     assert "must define TITLE, LICENCE, DESCRIPTION, find, read, lacks TITLE" in capsys.readouterr().err
+
+
+@pytest.fixture(name="store", scope="module")
+def store_fixture(tmp_path_factory):
+    """Give a store of two materials."""
+    folder = tmp_path_factory.mktemp("store") / "store"
+    rng = np.random.default_rng(0)
+    recordings = [
+        Recording(
+            streams={"acceleration": Signal(gain * rng.standard_normal((3, 500)), 500, "m/s^2")},
+            material=name,
+        )
+        for name, gain in (("cork", 1), ("tile", 3))
+        for _ in range(4)
+    ]
+    create_store(folder, recordings, name="noise", licence="made in a test", simulated=True)
+    return folder
+
+
+@pytest.mark.parametrize("recipe", ["measure"], indirect=True)
+def test_a_measure_is_one_file(recipe, store, tmp_path, capsys):
+    modules, [command] = recipe
+    assert len(modules) == 1
+    assert main(["train", "ar_texture", "--recipe", "tiny", "--data", str(store), "--out", "run"]) == 0
+    assert main([*command, "--judging", "steps=4", "--judging", "most=2"]) == 0
+    assert "kurtosis_difference" in capsys.readouterr().out
+    row = json.loads((tmp_path / "run/evaluation.json").read_text())["measures"]["kurtosis_difference"]
+    assert {"model", "floor", "ceiling"} <= {column for column, value in row.items() if value is not None}
+    assert "difference in kurtosis" in (tmp_path / "run/report.html").read_text()
+
+
+@pytest.mark.parametrize("recipe", ["capture source"], indirect=True)
+def test_a_capture_source_is_one_file(recipe, store, tmp_path, capsys):
+    modules, commands = recipe
+    assert len(modules) == 1
+    train = ["train", "stroke_cnn", "--recipe", "tiny", "--data", str(store), "--out", "run"]
+    assert main(train) == 0
+    np.save(tmp_path / "stroke.npy", np.random.default_rng(0).standard_normal((3, 3000)))
+    capsys.readouterr()
+    listed, probed, live = ([main(command), capsys.readouterr().out] for command in commands)
+    assert (listed[0], probed[0], live[0]) == (0, 0, 0)
+    assert re.search(r"npy:stroke.npy +a stroke", listed[1])
+    assert probed[1].startswith("npy: works: devices: npy:stroke.npy")
+    assert live[1]
+    assert main(["live", "run", "--source", "npy:"]) == 1
+    assert "npy: must name the file after the colon" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", KINDS)

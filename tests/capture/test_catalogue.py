@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from tactogram.capture import Source, open_source, sources
-from tactogram.capture.catalogue import parsed
+from tactogram.capture import Source, find_sources, open_source
+from tactogram.capture.catalogue import parse_address
 from tactogram.errors import DeviceError, MissingExtraError, TactogramError
 from tactogram.extras import device_errors, imported
 
@@ -44,8 +44,8 @@ def test_without_device_or_driver_opening_is_one_clear_line(kind):
 @pytest.mark.parametrize(
     ("address", "told"),
     [
-        ("nothing", "a source must be one of twelite:"),
-        ("bluetooth:1", "a source must be one of twelite:"),
+        ("nothing", "a source must be one of audio:NAME"),
+        ("bluetooth:1", "a source must be one of audio:NAME"),
         ("twelite:", "twelite: must name the port after the colon"),
         ("twelite:/dev/x?sender=hello", "7 hex digits"),
         ("twelite:/dev/x?baud=ten", "baud: must be a valid integer"),
@@ -54,13 +54,16 @@ def test_without_device_or_driver_opening_is_one_clear_line(kind):
         ("twelite:/dev/x?baud", "baud: must be a valid integer"),
         ("twelite:/dev/x?&", "options must be like"),
         ("serial:/dev/x?unit=furlong", "unit must be one of"),
-        ("simulated:human", "what is simulated is twelite, got 'human'"),
+        ("simulated:human", "the simulated device must be twelite, got 'human'"),
         ("simulated:twelite?loss=2", "loss"),
         ("ni:ai0", "channels must be like Dev1/ai0:2"),
         ("digilent:?channels=0", "channels must be numbers from 1"),
         ("audio:?channels=2&axes=left", "axes must be 2 different names"),
         ("lsl:", "must name a stream"),
         ("log:/dev/tactogram-none.log", "cannot be read"),
+        ("log:/dev/\0", "must not hold a null character, got 'log:/dev/"),
+        ("serial:/dev/x\0?baud=9600", "must not hold a null character"),
+        ("simulated:twelite?log=%00", "must not hold a null character"),
     ],
 )
 def test_what_is_no_address_is_refused_in_one_line(address, told):
@@ -70,18 +73,18 @@ def test_what_is_no_address_is_refused_in_one_line(address, told):
 
 
 def test_options_are_typed_and_their_defaults_documented():
-    _, place, options = parsed("simulated:twelite?rate=690&loss=0.02&form=semicolon&paced=false")
+    _, place, options = parse_address("simulated:twelite?rate=690&loss=0.02&form=semicolon&paced=false")
 
     assert place == "twelite"
     assert (options.rate, options.loss, options.form, options.paced) == (690.0, 0.02, "semicolon", False)
 
 
 def test_list_names_what_is_there_and_what_is_missing():
-    found = sources(find_s=0.05)
+    found = find_sources(find_s=0.05)
 
     assert {one["kind"] for one in found} == {"serial", "lsl", "audio", "ni", "digilent", "simulated"}
     for one in found:
-        assert (one["address"] is None) or parsed(one["address"].partition("?")[0])
+        assert (one["address"] is None) or parse_address(one["address"].partition("?")[0])
         assert one["missing"] is None or "\n" not in one["missing"]
 
 

@@ -1,6 +1,6 @@
-"""Signals out of sensors."""
+"""Signals from sensors."""
 
-from tactogram.capture.catalogue import open_source, sources
+from tactogram.capture.catalogue import find_sources, open_source
 from tactogram.capture.logs.log import SensorLog, read_log
 from tactogram.capture.logs.xdf import read_xdf
 from tactogram.capture.source import Block, Source, SourceEnded, SourceLost
@@ -16,10 +16,10 @@ __all__ = [
     "SourceLost",
     "estimate_rate",
     "filled",
+    "find_sources",
     "gap_free",
     "gaps",
     "open_source",
     "read_log",
     "read_xdf",
-    "sources",
 ]

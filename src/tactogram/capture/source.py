@@ -1,4 +1,4 @@
-"""Source protocol: what every source of samples offers, whatever its cable."""
+"""Source protocol: the common interface of all sources of samples."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from numpy.typing import NDArray
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 
 
-class SourceEnded(TactogramError):  # noqa: N818 - an end is no error of anybody's; it ends a reading loop
-    """A source has no more samples: its file is over, or it was stopped."""
+class SourceEnded(TactogramError):  # noqa: N818 - not an error: it ends a reading loop
+    """A source has no more samples: its file ended, or it was stopped."""
 
 
-class SourceLost(DeviceError):  # noqa: N818 - beside SourceEnded, in the same words
-    """A source went away while it was read: a plug was pulled, a driver stopped, a stream closed."""
+class SourceLost(DeviceError):  # noqa: N818 - named like SourceEnded
+    """A source disappeared while it was read: a plug was pulled, a driver stopped, a stream closed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Samples that follow each other.
+    """Consecutive samples.
 
     Parameters
     ----------
     samples : float32 array, shape (axis, n), the source's unit
         NaN in every axis where a sample was lost. At least one sample. Read-only.
     first_index : int
-        Place of the first one, counted from the source's first sample, lost ones included: a block goes on where the
-        one before it ended.
+        Position of the first one, counted from the source's first sample, lost ones included: each block continues the
+        preceding one.
     arrival_s : float
-        When the last of them arrived, s on the clock of ``time.monotonic``; for a file, what the file says (NaN where
-        it says nothing).
+        Arrival of the last one, s on the clock of ``time.monotonic``; for a file, on the file's clock (NaN without
+        one).
     """
 
     samples: NDArray[np.float32]
@@ -57,38 +57,35 @@ class Block:
 
     @property
     def lost(self) -> int:
-        """How many of them are NaN."""
+        """Number of lost samples."""
         return int(np.isnan(self.samples).any(axis=0).sum())
 
 
 @runtime_checkable
 class PlanFollower(Protocol):
-    """A simulated source that is told of each planned take, so that it strokes what the take asks for."""
+    """A simulated source that follows a session's plan."""
 
     def on_trial(self, trial: Any) -> None:
-        """Stroke what ``trial``, a `tactogram.capture.session.plan.PlannedTake`, asks for."""
+        """Stroke the material of ``trial``, a `tactogram.capture.session.plan.PlannedTake`."""
         ...
 
 
 @runtime_checkable
 class Source(Protocol):
-    """A device, a stream or a file that samples come out of.
+    """A device, stream or file that delivers samples.
+
+    A context manager: entering opens the device, leaving closes it. ``axes`` and ``rate`` may be known only
+    after entering, or after the first block.
 
     Attributes
     ----------
     name : str
-        The address it was opened by, e.g. ``"twelite:/dev/ttyUSB0"``.
+        Its address, e.g. ``"twelite:/dev/ttyUSB0"``.
     axes : tuple of str
-        One name per axis of its blocks.
     unit : str
         Of its samples, one of `tactogram.signal.UNITS`.
     rate : float or None
-        Nominal samples per second; None while unknown. What was *measured* stands in `facts`.
-
-    Notes
-    -----
-    It is a context manager: entering opens the device, leaving closes it. ``axes`` and ``rate`` may be known only
-    after entering, or after the first block.
+        Nominal samples per second; None while unknown. The *measured* rate is in `facts`.
     """
 
     name: str
@@ -113,21 +110,21 @@ class Source(Protocol):
         ...
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return what has come since the last call; None if nothing came within ``timeout_s``.
+        """Return the samples since the last call; None if none arrived within ``timeout_s``.
 
         Raises
         ------
         SourceEnded
-            When there will be no more.
+            If there will be no more samples.
         SourceLost
-            When it went away.
+            If the source disappeared.
         """
         ...
 
     def facts(self) -> dict[str, Any]:
-        """Return what is known so far, as JSON knows it.
+        """Return the facts so far, as JSON values.
 
-        At least ``samples`` (received), ``lost`` (samples known to be missing), ``rejected`` (what was not understood,
-        by reason) and ``rate`` (measured: ``hz``, ``low``, ``high``; None while unknown), and ``simulated``.
+        At least ``samples`` (received), ``lost`` (samples known to be missing), ``rejected`` (unreadable data, counted
+        by reason), ``rate`` (measured: ``hz``, ``low``, ``high``; None while unknown) and ``simulated``.
         """
         ...

@@ -42,9 +42,9 @@ def add_verbs(verbs: Verbs) -> None:
 
 def sources(a: Arguments) -> None:
     """List the sources that can be recorded from, and what each lacks."""
-    from tactogram.workflows.capture.logs import list_sources
+    from tactogram.capture import find_sources
 
-    found = list_sources(find_s=a.find)
+    found = find_sources(find_s=a.find)
     rows = [(one["address"] or f"({one['kind']})", one["missing"] or one["what"]) for one in found]
     print_result(a, found, columns(rows))
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tactogram.capture import SourceLost, open_source, read_xdf
-from tactogram.capture.sources.lsl import known_unit, split_at_gaps
+from tactogram.capture.stream.channels import described_unit, split_at_gaps
 from tactogram.errors import DataError, DeviceError
 from tactogram.extras import lsl
 
@@ -91,10 +91,10 @@ def test_jitter_of_stamps_is_no_gap_and_a_stream_without_rate_has_none():
 
 
 def test_unit_is_what_was_said_else_what_all_channels_say_else_counts():
-    assert known_unit("mg", ["V", "V"])[0] == "m/s^2"
-    assert known_unit(None, ["mV", "mV"]) == ("V", pytest.approx(1e-3))
-    assert known_unit(None, ["mV", "g"]) == ("1", 1.0)
-    assert known_unit(None, ["microvolts"]) == ("1", 1.0)
+    assert described_unit("mg", ["V", "V"])[0] == "m/s^2"
+    assert described_unit(None, ["mV", "mV"]) == ("V", pytest.approx(1e-3))
+    assert described_unit(None, ["mV", "g"]) == ("1", 1.0)
+    assert described_unit(None, ["microvolts"]) == ("1", 1.0)
 
 
 def xdf_bytes(stamps, rows, *, rate=100.0, channel_format="float32"):
@@ -168,7 +168,7 @@ COUNT = b"\x04" + struct.pack("<I", 50)
             changed(WHOLE, b"<type>Force</type><channel_count>2", b"<channel_count>9" + b"9" * 18),
             "cannot hold 50",
         ),
-        (xdf_bytes([n * 1e6 for n in range(50)], [[n, n] for n in range(50)]), "time stamps leap 49 times"),
+        (xdf_bytes([n * 1e6 for n in range(50)], [[n, n] for n in range(50)]), "time stamps jump 49 times"),
     ],
 )
 def test_an_xdf_file_that_would_fill_the_memory_is_refused(tmp_path, content, line):

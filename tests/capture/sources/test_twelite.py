@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tactogram.capture import Source, SourceEnded, SourceLost, open_source
-from tactogram.capture.sources.twelite import TRUE_STEP, TweliteSource, serial_number
 from tactogram.capture.stream.byte_stream import SerialPort
 from tactogram.capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
+from tactogram.capture.twelite.source import TRUE_STEP, TweliteSource, serial_number
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal

@@ -62,7 +62,7 @@ def test_a_gap_longer_than_allowed_is_refused():
 
 
 def test_nothing_and_no_way_to_fill_are_refused():
-    with pytest.raises(DataError, match="no sample came"):
+    with pytest.raises(DataError, match="all samples are missing"):
         filled(with_gaps((0, 100)), 100.0, "m/s^2", how="linear")
     with pytest.raises(ParameterError, match="'linear' or 'hold', got 'spline'"):
         filled(with_gaps(), 100.0, "m/s^2", how="spline")

@@ -153,6 +153,25 @@ def test_a_damaged_line_in_our_own_log_is_named(tmp_path):
         list(log_pieces(path))
 
 
+@pytest.mark.parametrize(
+    ("head", "line"),
+    [
+        (b"{", r"line 1: not a JSON document"),
+        (b"[" * 4000, r"line 1: not a JSON document: nested too deep"),
+        (b"[1]", r"line 1: must hold facts in JSON"),
+        (b'{"kind": "tape"}', r"line 1: kind must be twelite or serial, got 'tape'"),
+        (b'{"kind": "\xff"}', r"line 1: not UTF-8 text"),
+        (b'{"kind": "\0"}', r"line 1: not a text file: zero byte"),
+    ],
+)
+def test_a_damaged_head_is_refused_in_one_line(tmp_path, head, line):
+    path = tmp_path / "a.log"
+    path.write_bytes(b"# tactogram raw log " + head + b"\n1.0\tx\n")
+    with pytest.raises(DataError, match=line) as caught:
+        read_log(path)
+    assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize("content", [b"", b"\n\n", b"hello\nworld\n", bytes(range(256)) * 8])
 def test_a_file_without_samples_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "nothing.txt"
@@ -166,6 +185,8 @@ def test_a_file_without_samples_is_refused_in_one_line(tmp_path, content):
 def test_no_file_and_a_log_that_is_there_are_refused(tmp_path):
     with pytest.raises(DataError, match="cannot be read"):
         read_log(tmp_path / "none.log")
+    with pytest.raises(DataError, match="cannot be read"):
+        read_log(tmp_path / "\0.log")
     (tmp_path / "there.log").touch()
     with pytest.raises(DataError, match="must not exist yet"):
         RawLog(tmp_path / "there.log", kind="twelite", address="x")

@@ -1,4 +1,4 @@
-"""A log of a receiver or a board, read offline by the parser that reads live: the same bytes give the same samples."""
+"""Logs of receivers and boards, read by the parser that reads live: the same bytes give the same samples."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.capture.source import SourceEnded
-from tactogram.capture.sources.serial_csv import CsvFormat, CsvSource
-from tactogram.capture.sources.twelite import SensorTimelines, facts_of_bytes
 from tactogram.capture.stream.byte_stream import Replay
+from tactogram.capture.stream.csv_source import CsvFormat, CsvSource
 from tactogram.capture.stream.rate_estimate import RateEstimate
 from tactogram.capture.stream.raw_log import log_facts, log_pieces
 from tactogram.capture.twelite.parser import TweliteParser
 from tactogram.capture.twelite.sequence import TimelineSegment
+from tactogram.capture.twelite.source import SensorTimelines, parser_facts
 from tactogram.errors import DataError
 
-Kind = Literal["twelite", "serial"]
+LogKind = Literal["twelite", "serial"]
 
-_SNIFFED = 1 << 18
+_SEARCHED_BYTES = 1 << 18
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +37,9 @@ class SensorLog:
     axes : tuple of str
     unit : str
     rate : RateEstimate or None
-        Measured; None where the log has no times.
+        Measured; None if the log has no times.
     start_s : float
-        When the first packet arrived, by the log's clock; NaN where it has none.
+        Arrival of the first packet, by the log's clock; NaN if it has none.
     facts : dict
         As `Source.facts`.
     simulated : bool
@@ -55,85 +55,78 @@ class SensorLog:
     simulated: bool
 
 
-def read_log(path: Path | str, *, kind: Kind | None = None, csv: CsvFormat | None = None) -> list[SensorLog]:
-    """Return what every sensor left in a log, the one heard first in front.
+def read_log(
+    path: Path | str, *, kind: LogKind | None = None, csv: CsvFormat | None = None
+) -> list[SensorLog]:
+    """Return the samples of every sensor in a log, in the order in which they were first received.
 
     Parameters
     ----------
     path : Path
         Our own log (`RawLog`), or another program's text or bytes, with or without a time in front of each line.
     kind : {"twelite", "serial"}, optional
-        By default what our own log says; of another's, ``"twelite"`` if a packet is found near its beginning.
+        By default that of our own log; for another program's, ``"twelite"`` if there is a packet near its beginning.
     csv : CsvFormat, optional
-        How the lines of a board are to be read.
+        Format of a board's lines.
 
     Raises
     ------
     DataError
-        If it cannot be read, or holds no sample.
+        If it is not readable, or holds no samples.
     """
     path = Path(path)
-    facts = log_facts(path)
-    simulated = bool((facts or {}).get("simulated"))
-    kind = kind or kind_of(path)
-    if kind == "serial":
+    simulated = bool((log_facts(path) or {}).get("simulated"))
+    if (kind or log_kind(path)) == "serial":
         return [_read_csv(path, csv or CsvFormat(), simulated)]
     parser, senders = TweliteParser(), SensorTimelines()
     pieces: dict[str, list[TimelineSegment]] = {}
-    starts: dict[str, float] = {}
     for data, arrival in log_pieces(path):
-        _collect(pieces, starts, senders.add(parser.feed(data, arrival)))
-    _collect(pieces, starts, senders.add(parser.finish()))
+        _collect(pieces, senders.add(parser.feed(data, arrival)))
+    _collect(pieces, senders.add(parser.finish()))
     senders.finish()
-    if not any(pieces.values()):
+    if not pieces:
         rejected = sum(parser.rejected.values())
         raise DataError(
             f"{path}: holds no packet of an acceleration sensor "
-            f"({rejected} lines not understood, {sum(parser.other.values())} of something else)"
+            f"({rejected} lines not understood, {sum(parser.other.values())} of other devices)"
         )
-    common = facts_of_bytes(parser) | {"simulated": simulated}
+    common = parser_facts(parser) | {"simulated": simulated}
     return [
         SensorLog(
             name=name,
-            samples=np.concatenate([piece.samples for piece in found], axis=1),
+            samples=np.concatenate([segment.samples for segment in segments], axis=1),
             axes=senders.timelines[name].axes,
             unit="m/s^2",
             rate=senders.timelines[name].estimate(),
-            start_s=starts[name],
+            start_s=segments[0].arrival_s,
             facts=senders.timelines[name].facts() | common,
             simulated=simulated,
         )
-        for name, found in pieces.items()
-        if found
+        for name, segments in pieces.items()
     ]
 
 
-def kind_of(path: Path) -> Kind:
-    """Return what wrote a log: our own ones say it, in others a packet near the beginning does."""
+def log_kind(path: Path) -> LogKind:
+    """Return the kind of device that a log is of: our own logs name it, in others a packet near the start decides."""
     facts = log_facts(path)
     if facts is not None:
         if facts.get("kind") not in ("twelite", "serial"):
             raise DataError(f"{path}, line 1: kind must be twelite or serial, got {facts.get('kind')!r}")
         return "twelite" if facts["kind"] == "twelite" else "serial"
-    parser, seen = TweliteParser(), 0
+    parser, searched = TweliteParser(), 0
     for data, arrival in log_pieces(path):
         if parser.feed(data, arrival) or parser.other:
             return "twelite"
-        seen += len(data)
-        if seen > _SNIFFED:
+        searched += len(data)
+        if searched > _SEARCHED_BYTES:
             return "serial"
     return "twelite" if parser.finish() or parser.other else "serial"
 
 
-def _collect(
-    pieces: dict[str, list[TimelineSegment]],
-    starts: dict[str, float],
-    added: dict[str, list[TimelineSegment]],
-) -> None:
-    for name, found in added.items():
-        if found:
-            starts.setdefault(name, found[0].arrival_s)
-            pieces.setdefault(name, []).extend(found)
+def _collect(pieces: dict[str, list[TimelineSegment]], added: dict[str, list[TimelineSegment]]) -> None:
+    for name, segments in added.items():
+        if segments:
+            pieces.setdefault(name, []).extend(segments)
 
 
 def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> SensorLog:

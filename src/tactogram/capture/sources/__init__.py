@@ -1,1 +1,1 @@
-"""Sources of samples, one module each."""
+"""Kinds of sources: one module each."""

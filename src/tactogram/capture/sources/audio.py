@@ -1,4 +1,4 @@
-"""Audio inputs: PortAudio by sounddevice, and where that is missing miniaudio, which needs no system library."""
+"""Audio inputs: PortAudio by sounddevice; without it, miniaudio, which needs no system library."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.capture.source import Block
+from tactogram.capture.source_kind import SourceKind
+from tactogram.capture.stream.channels import axis_names, source_facts
 from tactogram.capture.stream.rate_estimate import RateMeter
 from tactogram.capture.stream.sample_queue import BlockQueue
-from tactogram.errors import DeviceError, MissingExtraError, ParameterError
+from tactogram.errors import DeviceError, MissingExtraError
 from tactogram.extras import device_errors, imported, one_line, silenced
 from tactogram.signal.units import parse_unit
 
 WAITING_S = 10.0
-"""How much may wait for whoever reads before samples are lost."""
+"""Samples buffered for the reader, s; later ones are lost."""
 
 
 class AudioFormat(BaseModel):
-    """Format in which an audio input is opened."""
+    """Options of ``audio:NAME``: the format in which an input is opened."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -32,9 +34,9 @@ class AudioFormat(BaseModel):
     unit: str = "1"
     """Unit of the samples; 1 is full scale in -1 to 1."""
     full_scale: float = Field(default=1.0, gt=0, allow_inf_nan=False)
-    """What full scale is in ``unit``: 50 where an accelerometer of 50 m/s^2 fills the input."""
+    """Full scale in ``unit``: 50 if an accelerometer of 50 m/s^2 fills the input."""
     library: Literal["auto", "sounddevice", "miniaudio", "null"] = "auto"
-    """``null`` is miniaudio's input without a device, which delivers silence in real time: to try things with."""
+    """``null`` is miniaudio's input without a device, which delivers silence in real time, for tests."""
 
 
 class AudioSource:
@@ -43,7 +45,7 @@ class AudioSource:
     Parameters
     ----------
     device : str
-        Part of its name; empty for the default one.
+        Part of its name; empty for the default input.
     form : AudioFormat
     name : str
         The address.
@@ -55,14 +57,13 @@ class AudioSource:
         self.unit, factor = parse_unit(form.unit)
         self._factor = np.float32(form.full_scale * factor)
         self.full_scale = float(self._factor)
-        self.axes = _names(form)
+        self.axes = axis_names(form.channels, form.axes, where=name)
         self.library = ""
         self.overflows = 0
         self.meter = RateMeter()
         self._device = device
         self._queue = BlockQueue(form.channels, int(WAITING_S * form.rate))
-        self._open: Any = None
-        self._simulated = form.library == "null"
+        self._stream: Any = None
 
     def __enter__(self) -> Self:
         """Open it.
@@ -88,12 +89,12 @@ class AudioSource:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close it."""
-        device, self._open = self._open, None
-        if device is not None:
-            device.close()
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.close()
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return what has come; None if nothing did within ``timeout_s``.
+        """Return new samples; None if none arrived within ``timeout_s``.
 
         Raises
         ------
@@ -106,28 +107,26 @@ class AudioSource:
         return block
 
     def facts(self) -> dict[str, Any]:
-        """Return what is known. An overflow stands for one lost sample: how many it was, the driver does not say."""
-        estimate = self.meter.estimate()
-        return {
-            "samples": self._queue.received,
-            "lost": self._queue.lost,
-            "rejected": {},
-            "overflows": self.overflows,
-            "library": self.library,
-            "rate": None if estimate is None else estimate.facts(),
-            "simulated": self._simulated,
-        }
+        """Return the facts so far. An overflow counts as one lost sample: the driver does not report how many."""
+        return source_facts(
+            self.meter,
+            samples=self._queue.received,
+            lost=self._queue.lost,
+            simulated=self.form.library == "null",
+            overflows=self.overflows,
+            library=self.library,
+        )
 
     def _open_sounddevice(self) -> None:
         sounddevice = imported("sounddevice", extra="devices", what="audio inputs")
         self.library = "sounddevice"
 
-        def take(data: Any, frames: int, time: Any, status: Any) -> None:
+        def receive(data: Any, frames: int, time: Any, status: Any) -> None:
             overflow = bool(getattr(status, "input_overflow", False))
             self.overflows += overflow
             self._queue.put(np.asarray(data, np.float32).T * self._factor, lost_before=int(overflow))
 
-        def stopped() -> None:
+        def stop() -> None:
             self._queue.close(f"{self.name}: the audio input stopped")
 
         with device_errors(self.name, library="sounddevice"), silenced():
@@ -137,24 +136,24 @@ class AudioSource:
                 device=self._device or None,
                 dtype="float32",
                 latency="low",
-                callback=take,
-                finished_callback=stopped,
+                callback=receive,
+                finished_callback=stop,
             )
             stream.start()
-        self._open = stream
+        self._stream = stream
 
     def _open_miniaudio(self) -> None:
         miniaudio = imported("miniaudio", extra="devices", what="audio inputs")
         self.library = "miniaudio"
         with device_errors(self.name, library="miniaudio"), silenced():
             backends = [miniaudio.Backend.NULL] if self.form.library == "null" else []
-            found = miniaudio.Devices(backends).get_captures()
-            there = found if backends else _real(found)
-            wanted = [d for d in there if self._device.lower() in d["name"].lower()]
+            every = miniaudio.Devices(backends).get_captures()
+            inputs = every if backends else _real(every)
+            wanted = [d for d in inputs if self._device.lower() in d["name"].lower()]
             if not wanted:
-                known = ", ".join(d["name"] for d in there) or "none"
-                named = f" called {self._device!r}" if self._device else ""
-                raise DeviceError(f"{self.name.rstrip(':')}: no audio input{named}; there are: {known}")
+                names = ", ".join(d["name"] for d in inputs) or "none"
+                called = f" called {self._device!r}" if self._device else ""
+                raise DeviceError(f"{self.name.rstrip(':')}: no audio input{called}; there are: {names}")
             device = miniaudio.CaptureDevice(
                 input_format=miniaudio.SampleFormat.FLOAT32,
                 nchannels=self.form.channels,
@@ -163,20 +162,24 @@ class AudioSource:
                 device_id=wanted[0]["id"] if self._device else None,
                 backends=backends,
             )
-            taking = self._taking()
-            next(taking)
-            device.start(taking)
-        self._open = device
+            receiver = self._receive()
+            next(receiver)
+            device.start(receiver)
+        self._stream = device
 
-    def _taking(self) -> Generator[None, bytes, None]:
+    def _receive(self) -> Generator[None, bytes, None]:
         while True:
             data = yield
             samples = np.frombuffer(bytes(data), np.float32).reshape(-1, self.form.channels).T
             self._queue.put(samples * self._factor)
 
 
+def _find(find_s: float) -> dict[str, str]:
+    return {f"audio:{name}": "audio input" for name in audio_inputs()}
+
+
 def audio_inputs() -> list[str]:
-    """Return the names of the audio inputs, without the one that only plays at being one.
+    """Return the names of the real audio inputs.
 
     Raises
     ------
@@ -192,22 +195,15 @@ def audio_inputs() -> list[str]:
         miniaudio = imported("miniaudio", extra="devices", what="audio inputs")
     try:
         with silenced():
-            found = miniaudio.Devices().get_captures()
+            captures = miniaudio.Devices().get_captures()
     except miniaudio.MiniaudioError as error:
         raise DeviceError(f"audio: no audio system was found ({one_line(error)})") from error
-    return [d["name"] for d in _real(found)]
+    return [d["name"] for d in _real(captures)]
 
 
 def _real(devices: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Leave out devices that only play at being one: miniaudio's own and ALSA's."""
+    """Leave out null devices: miniaudio's and ALSA's."""
     return [d for d in devices if "null" not in d["name"].lower() and "Discard all samples" not in d["name"]]
 
 
-def _names(form: AudioFormat) -> tuple[str, ...]:
-    default = {1: ("z",), 3: ("x", "y", "z")}.get(
-        form.channels, tuple(f"c{i + 1}" for i in range(form.channels))
-    )
-    names = tuple(a.strip() for a in form.axes.split(",")) if form.axes else default
-    if len(names) != form.channels or len(set(names)) != len(names):
-        raise ParameterError(f"axes must be {form.channels} different names, got {form.axes!r}")
-    return names
+SOURCE = SourceKind("audio", "audio input", "audio:NAME?rate=48000", AudioFormat, AudioSource, find=_find)

@@ -1,4 +1,4 @@
-"""Digilent Analog Discovery and its kin: analogue inputs by WaveForms."""
+"""Digilent Analog Discovery and related devices: analogue inputs by WaveForms."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.capture.source import Block, SourceLost
+from tactogram.capture.source_kind import SourceKind
+from tactogram.capture.stream.channels import axis_names, source_facts
 from tactogram.capture.stream.rate_estimate import RateMeter
 from tactogram.errors import ParameterError
 from tactogram.extras import device_errors, imported, one_line
@@ -19,22 +21,22 @@ _POLL_S = 0.002
 
 
 class ScopeFormat(BaseModel):
-    """Format in which the inputs of an Analog Discovery are read."""
+    """Options of ``digilent:SERIAL``: the format in which inputs are read."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     channels: str = "1"
-    """Numbers of the inputs as they are printed, from 1, separated by commas."""
+    """Printed numbers of the inputs, from 1, separated by commas."""
     rate: float = Field(default=10000.0, gt=0, allow_inf_nan=False)
-    """Up to a few 100 kHz over USB; what is lost beyond is marked."""
+    """Up to a few 100 kHz over USB; samples lost at higher rates are marked."""
     range: float = Field(default=5.0, gt=0, allow_inf_nan=False)
-    """Width of the input's range, V peak to peak; the device takes the next one it has."""
+    """Width of the input's range, V peak to peak; the device chooses its next range."""
     axes: str | None = None
     unit: str = "V"
     scale: float = Field(default=1.0, allow_inf_nan=False)
     """``unit`` per V."""
     filter: Literal["decimate", "average"] = "average"
-    """What becomes of the samples between two, which the converter takes at its own rate."""
+    """How the converter's own, faster samples are reduced to ``rate``."""
 
 
 class DigilentSource:
@@ -56,11 +58,8 @@ class DigilentSource:
         self._factor = form.scale * factor
         self.full_scale = form.range / 2 * abs(self._factor)
         self._channels = _channels(form, name)
-        count = len(self._channels)
-        default = {1: ("z",), 3: ("x", "y", "z")}.get(count, tuple(f"c{c + 1}" for c in self._channels))
-        self.axes: tuple[str, ...] = tuple(a.strip() for a in form.axes.split(",")) if form.axes else default
-        if len(self.axes) != count:
-            raise ParameterError(f"{name}: axes must be {count} names, got {form.axes!r}")
+        numbers = [f"c{channel + 1}" for channel in self._channels]
+        self.axes = axis_names(len(numbers), form.axes, default=numbers, where=name)
         self.meter = RateMeter()
         self.corrupted = 0
         self._device: Any = None
@@ -72,7 +71,7 @@ class DigilentSource:
         Raises
         ------
         MissingExtraError, DeviceError
-            If dwfpy or WaveForms is not installed, or the device is not there.
+            If dwfpy or WaveForms is not installed, or the device is not connected.
         """
         dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
         with device_errors(self.name, library="dwfpy"):
@@ -84,7 +83,7 @@ class DigilentSource:
                     inputs.setup_channel(
                         channel, range=self.form.range, filter=self.form.filter, enabled=True
                     )
-                # A record without a length goes on until it is stopped.
+                # A record without a length runs until it is stopped.
                 inputs.setup_acquisition(
                     mode="record", sample_rate=self.form.rate, record_length=0, configure=True, start=True
                 )
@@ -107,12 +106,12 @@ class DigilentSource:
                 return
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return what has come; None if nothing did within ``timeout_s``.
+        """Return new samples; None if none arrived within ``timeout_s``.
 
         Raises
         ------
         SourceLost
-            If the device went away.
+            If the device was disconnected.
         """
         if self._device is None:
             raise SourceLost(f"{self.name}: is not open")
@@ -125,7 +124,7 @@ class DigilentSource:
                 if available:
                     columns = [inputs.channels[c].get_data(0, available) for c in self._channels]
             except Exception as error:
-                # WaveForms raises its own kinds, which cannot be named without it.
+                # WaveForms raises its own kinds, which cannot be imported without it.
                 raise SourceLost(f"{self.name}: went away while it was read ({one_line(error)})") from error
             if available or lost:
                 break
@@ -135,7 +134,7 @@ class DigilentSource:
         samples = np.full((len(self.axes), lost + available), np.nan, np.float32)
         if available:
             samples[:, lost:] = np.stack(columns) * self._factor
-        # What was written over while it was read is the oldest of it.
+        # The oldest samples are those overwritten during the read.
         samples[:, lost : lost + corrupted] = np.nan
         corrupted = min(corrupted, available)
         now, first = monotonic(), self._next
@@ -147,33 +146,25 @@ class DigilentSource:
         return Block(samples, first, now)
 
     def facts(self) -> dict[str, Any]:
-        """Return what is known."""
-        estimate = self.meter.estimate()
-        return {
-            "samples": self._received,
-            "lost": self._lost,
-            "corrupted": self.corrupted,
-            "rejected": {},
-            "rate": None if estimate is None else estimate.facts(),
-            "simulated": False,
-        }
+        """Return the facts so far."""
+        return source_facts(self.meter, samples=self._received, lost=self._lost, corrupted=self.corrupted)
 
 
-def digilent_devices() -> list[str]:
-    """Return the serial numbers of the Digilent devices.
-
-    Raises
-    ------
-    MissingExtraError, DeviceError
-        If dwfpy or WaveForms is not installed.
-    """
+def _find(find_s: float) -> dict[str, str]:
     dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
     with device_errors("digilent", library="dwfpy"):
-        return [str(d.serial_number) for d in dwfpy.Device.enumerate()]
+        return {f"digilent:{d.serial_number}": "Digilent device" for d in dwfpy.Device.enumerate()}
 
 
 def _channels(form: ScopeFormat, name: str) -> list[int]:
-    found = [part.strip() for part in form.channels.split(",")]
-    if not all(part.isdigit() and 1 <= int(part) <= 16 for part in found) or len(set(found)) != len(found):
+    numbers = [part.strip() for part in form.channels.split(",")]
+    if not all(part.isdigit() and 1 <= int(part) <= 16 for part in numbers) or len(set(numbers)) != len(
+        numbers
+    ):
         raise ParameterError(f"{name}: channels must be numbers from 1, like 1,2, got {form.channels!r}")
-    return [int(part) - 1 for part in found]
+    return [int(part) - 1 for part in numbers]
+
+
+SOURCE = SourceKind(
+    "digilent", "Digilent input", "digilent:?channels=1,2", ScopeFormat, DigilentSource, find=_find
+)

@@ -1,23 +1,25 @@
-"""A simulated hand that strokes what a store holds: its recordings, played through a simulated TWE-Lite device.
+"""Recordings of a store, played through a simulated TWE-Lite receiver.
 
-What comes out went the whole way: quantised, framed, printed to a pty, delayed, some of it lost, read from the port and
-parsed. It is simulated, also where the recordings are not, and says so.
+The output passes through the whole chain: quantised, framed, printed to a pty, delayed, partly lost, read from the port
+and parsed. It is marked simulated even if the recordings are not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Lock
 from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from tactogram.capture.session.plan import PlannedTake
-from tactogram.capture.sources.twelite import TweliteSource
+from tactogram.capture.source_kind import SourceKind, required_place
 from tactogram.capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
-from tactogram.datasets import RecordingInfo, Store
+from tactogram.capture.twelite.source import TweliteSource
+from tactogram.datasets import Store, open_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
@@ -25,13 +27,24 @@ from tactogram.signal.units import STANDARD_GRAVITY
 
 AXES = ("x", "y", "z")
 PACKETS_AT_ONCE = 3
-"""Packets after which the hand may change what it strokes: a tenth of a second at 330 Hz."""
+"""Packets between changes of the stroked material: a tenth of a second at 330 Hz."""
 REST_NOISE = 0.02
-"""Of a hand that rests, m/s^2 rms per axis: about the sensor's own at a few hundred Hz."""
+"""Of a resting hand, m/s^2 rms per axis: about the sensor's own noise at a few hundred Hz."""
+
+
+class StoreReplayOptions(SimulatedReceiver):
+    """Options of ``played:STORE``: the simulated receiver, and these."""
+
+    materials: str = ""
+    """Stroked in turn, separated by commas; ``all`` is every one. By default the plan of a session decides."""
+    each_s: float = Field(default=5.0, gt=0, allow_inf_nan=False)
+    """Duration of each material, s."""
+    log: Path | None = None
+    """A new file for all bytes."""
 
 
 class StrokeReplay:
-    """Strokes one recording after the other, each again and again from a place drawn at random.
+    """A simulated hand that strokes one recording at a time, repeated from a random position.
 
     Parameters
     ----------
@@ -40,9 +53,9 @@ class StrokeReplay:
     rate : float, Hz
         Of the sensor.
     seed : int
-        Draws recordings and places.
+        Draws recordings and positions.
     stream : str
-        What is played.
+        Stream of the recordings.
     """
 
     def __init__(self, store: Store, *, rate: float, seed: int = 0, stream: str = "acceleration") -> None:
@@ -55,40 +68,36 @@ class StrokeReplay:
         self._lock = Lock()
         self._samples: NDArray[np.float32] | None = None
         self._place = 0
-        self.touched: list[tuple[float, RecordingInfo | None]] = []
-        """When what began to be stroked (clock of ``time.monotonic``), None for rest."""
 
     @property
     def materials(self) -> tuple[str, ...]:
-        """What can be stroked, sorted."""
+        """Materials of the store, sorted."""
         return tuple(sorted({str(info.material) for info in self._infos}))
 
     def touch(self, material: str, *, contactor: str | None = None, speed_mm_s: float | None = None) -> None:
-        """Stroke a recording of ``material`` from now on; of the contactor and speed asked for where there is one.
+        """Stroke a recording of ``material`` from now on, preferably of the contactor and speed.
 
         Raises
         ------
         ParameterError
-            If there is none of the material.
+            If the material has no recording.
         """
-        found = [info for info in self._infos if info.material == material]
-        if not found:
+        infos = [info for info in self._infos if info.material == material]
+        if not infos:
             raise ParameterError(f"material must be one of {', '.join(self.materials)}, got {material!r}")
         for name, value in (("contactor", contactor), ("speed_mm_s", speed_mm_s)):
-            found = [info for info in found if value is None or getattr(info, name) == value] or found
-        info = found[int(self._rng.integers(len(found)))]
+            infos = [info for info in infos if value is None or getattr(info, name) == value] or infos
+        info = infos[int(self._rng.integers(len(infos)))]
         signal = resample(self._store.signal(info.id, self._stream).select(*AXES), self._rate)
         with self._lock:
             self._samples, self._place = signal.samples, int(self._rng.integers(len(signal)))
-            self.touched.append((monotonic(), info))
 
     def rest(self) -> None:
         """Lift the finger."""
         with self._lock:
             self._samples = None
-            self.touched.append((monotonic(), None))
 
-    def felt(self, count: int) -> Signal:
+    def next_signal(self, count: int) -> Signal:
         """Return the next ``count`` samples, three axes, m/s^2, at the sensor's rate."""
         with self._lock:
             if self._samples is None:
@@ -102,25 +111,20 @@ class StrokeReplay:
 
 
 class StoreReplayPort(SimulatedPort):
-    """A pty that a simulated receiver prints to what a `StrokeReplay` feels, for ever or for its ``seconds``."""
+    """A pty to which a simulated receiver prints the signal of a `StrokeReplay`, endlessly or for its ``seconds``."""
 
     def __init__(
-        self,
-        receiver: SimulatedReceiver,
-        hand: StrokeReplay,
-        *,
-        each: Callable[[float], None] | None = None,
+        self, receiver: SimulatedReceiver, hand: StrokeReplay, *, on_chunk: Callable[[float], None]
     ) -> None:
         super().__init__(receiver)
-        self.hand, self._each = hand, each
+        self.hand, self._on_chunk = hand, on_chunk
 
     def _print(self) -> None:
         start, per_packet = monotonic(), self.receiver.samples_per_packet
         chunk_s = PACKETS_AT_ONCE * per_packet / self.receiver.rate
         for number in self._chunks(chunk_s):
-            if self._each is not None:
-                self._each(number * chunk_s)
-            # A piece of its own each: sequence and losses go on, what is felt is asked for when it is due.
+            self._on_chunk(number * chunk_s)
+            # Each chunk is a transmission of its own: sequence and losses continue, and its signal is drawn when due.
             receiver = self.receiver.model_copy(
                 update={
                     "first_sequence": (self.receiver.first_sequence + PACKETS_AT_ONCE * number) % 65536,
@@ -128,14 +132,9 @@ class StoreReplayPort(SimulatedPort):
                     "seconds": None,
                 }
             )
-            for sent in transmissions(receiver, self.hand.felt(PACKETS_AT_ONCE * per_packet)):
+            for sent in transmissions(receiver, self.hand.next_signal(PACKETS_AT_ONCE * per_packet)):
                 due = start + number * chunk_s + sent.time_s
-                if self._stop.wait(max(0.0, due - monotonic())):
-                    return
-                self.sent += 1
-                self.lost += not sent.data
-                self.damaged += sent.damaged
-                if not self._write(sent.data):
+                if self._stop.wait(max(0.0, due - monotonic())) or not self._send(sent):
                     return
         self._finished.set()
 
@@ -147,49 +146,48 @@ class StoreReplayPort(SimulatedPort):
 
 
 class StoreReplaySource(TweliteSource):
-    """A simulated TWE-Lite device whose sensor strokes what a store holds.
+    """A simulated TWE-Lite device whose sensor strokes the recordings of a store; a `PlanFollower`.
 
     Parameters
     ----------
     store : Store
-    receiver : SimulatedReceiver
-        Rate, losses, lateness, length and form.
+    options : StoreReplayOptions
     name : str
         The address.
-    materials : sequence of str, optional
-        Stroked in turn, ``("all",)`` every one; by default nothing is until `on_trial` or ``hand.touch`` says so.
-    each_s : float
-        How long each of ``materials`` is.
-    log : Path, optional
-        As in `TweliteSource`.
     """
 
-    def __init__(
-        self,
-        store: Store,
-        receiver: SimulatedReceiver,
-        *,
-        name: str,
-        materials: Sequence[str] = (),
-        each_s: float = 5.0,
-        log: Path | None = None,
-    ) -> None:
-        self.hand = StrokeReplay(store, rate=receiver.rate, seed=receiver.seed)
-        names = self.hand.materials if tuple(materials) == ("all",) else tuple(materials)
-        self._materials, self._each_s, self._turn = names, each_s, -1
+    def __init__(self, store: Store, options: StoreReplayOptions, *, name: str) -> None:
+        self.hand = StrokeReplay(store, rate=options.rate, seed=options.seed)
+        names = tuple(name for name in options.materials.split(",") if name)
+        self._materials = self.hand.materials if names == ("all",) else names
+        self._each_s, self._turn = options.each_s, -1
         for material in self._materials:
-            self.hand.touch(material)  # refuses what is not there before anything is opened
+            self.hand.touch(material)  # refuses unknown materials before anything is opened
         self.hand.rest()
-        self.hand.touched.clear()
-        port = StoreReplayPort(receiver, self.hand, each=self._next if self._materials else None)
-        super().__init__(port, name=name, log=log, simulated=True)
+        port = StoreReplayPort(options, self.hand, on_chunk=self._take_turns)
+        super().__init__(port, name=name, log=options.log, simulated=True)
 
     def on_trial(self, trial: PlannedTake) -> None:
-        """Stroke what a session asks for."""
+        """Stroke the material of a planned take."""
         self.hand.touch(trial.material, contactor=trial.contactor, speed_mm_s=trial.speed_mm_s)
 
-    def _next(self, now_s: float) -> None:
+    def _take_turns(self, now_s: float) -> None:
         turn = int(now_s / self._each_s)
-        if turn != self._turn:
+        if self._materials and turn != self._turn:
             self._turn = turn
             self.hand.touch(self._materials[turn % len(self._materials)])
+
+
+def _open(place: str, options: StoreReplayOptions, *, name: str) -> StoreReplaySource:
+    return StoreReplaySource(open_store(required_place(place, name, "the store")), options, name=name)
+
+
+SOURCE = SourceKind(
+    "played",
+    "recordings played by a simulated TWE-Lite receiver",
+    "played:STORE?loss=0.02",
+    StoreReplayOptions,
+    _open,
+    place_is_file=True,
+    simulated=True,
+)

@@ -1,4 +1,4 @@
-"""Two axes of a source, from a moment on: what somebody needs who changes something and then measures what it did."""
+"""Recorder of two axes of a source from a given moment, to measure the effect of a change."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ WAITED_S = 0.005
 
 
 class PairRecorder:
-    """Takes two axes of an entered source; what waited before is thrown away.
+    """Recorder of two axes of an entered source; samples that waited before are discarded.
 
     Parameters
     ----------
     source : Source
         In V.
     axes : tuple of str, optional
-        Names of the two; by default its first two.
+        By default its first two.
     full_scale : tuple of float
         Largest magnitudes of the two, V.
     clock : callable
@@ -34,7 +34,7 @@ class PairRecorder:
     Raises
     ------
     ParameterError
-        If the source is not in V, does not say its rate, or has no such axes.
+        If the source is not in V, has no nominal rate, or lacks the axes.
     """
 
     def __init__(
@@ -60,30 +60,31 @@ class PairRecorder:
         self._source, self._clock = source, clock
 
     def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
-        """Return both axes, V, float64, shape (time,) each; NaN where samples were lost.
+        """Return both axes from ``after_s`` on, V, float64, shape (time,) each; NaN where samples were lost.
 
-        The time before is counted in samples and not slept: what a driver still holds back is older than it seems.
+        ``after_s`` is counted in samples rather than slept, because samples buffered by a driver are older than they
+        seem.
 
         Raises
         ------
         DeviceError
-            If nothing comes for `STALLED_S`, or the source went away or ended.
+            If no samples arrive for `STALLED_S`, or the source disappeared or ended.
         """
-        # A quick source always has some samples more: a short block is the end of what waited.
+        # A quick source always has some more samples: a short block is the end of the waiting ones.
         while (waited := self._source.read(0.0)) is not None and len(waited) > WAITED_S * self.rate:
             pass
         skip, count = round(after_s * self.rate), round(seconds * self.rate)
-        got = np.zeros((2, 0))
-        heard = self._clock()
-        while got.shape[1] < count:
+        recorded = np.zeros((2, 0))
+        last = self._clock()
+        while recorded.shape[1] < count:
             block = self._source.read(0.1)
             if block is None:
-                if self._clock() - heard > STALLED_S:
+                if self._clock() - last > STALLED_S:
                     raise DeviceError(f"{self.name}: gave no samples for {STALLED_S:g} s")
                 continue
-            heard = self._clock()
+            last = self._clock()
             samples = np.asarray(block.samples[self._rows], np.float64)
             left = max(0, skip - samples.shape[1])
-            got = np.concatenate([got, samples[:, skip - left :]], axis=1)
+            recorded = np.concatenate([recorded, samples[:, skip - left :]], axis=1)
             skip = left
-        return got[0, :count], got[1, :count]
+        return recorded[0, :count], recorded[1, :count]

@@ -11,14 +11,14 @@ from tactogram.capture.source import SourceEnded, SourceLost
 from tactogram.extras import device_errors, imported, one_line
 
 BAUD = 115200
-"""What TWE-Lite receivers and most boards are set to."""
+"""Default of TWE-Lite receivers and most boards."""
 
 _MOST_BYTES = 65536
 _WAIT_S = 0.02
 
 
 class ByteStream(Protocol):
-    """Bytes as they come. A context manager: entering opens it."""
+    """Stream of bytes; a context manager that opens on entry."""
 
     name: str
 
@@ -33,25 +33,18 @@ class ByteStream(Protocol):
         ...
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return what came and when (s, clock of ``time.monotonic``, or a log's own); None if nothing did in time.
+        """Return bytes and their arrival (s, clock of ``time.monotonic``, or a log's); None if none arrived in time.
 
         Raises
         ------
         SourceEnded, SourceLost
-            When there will be no more.
+            If there will be no more.
         """
         ...
 
 
 class SerialPort:
-    """A serial port, or what pyserial takes for one (``socket://host:port``, ``loop://``).
-
-    Parameters
-    ----------
-    port : str
-        ``/dev/ttyUSB0``, ``COM3``, …
-    baud : int
-    """
+    """A serial port (``/dev/ttyUSB0``, ``COM3``), or a URL of pyserial (``socket://host:port``, ``loop://``)."""
 
     def __init__(self, port: str, baud: int = BAUD) -> None:
         self.name, self.baud = port, baud
@@ -63,11 +56,11 @@ class SerialPort:
         Raises
         ------
         MissingExtraError, DeviceError
-            If pyserial is not installed, or the port is not there, not allowed or in use.
+            If pyserial is not installed, or the port is missing, not permitted or in use.
         """
         serial = imported("serial", extra="devices", what="sensors on a serial port")
         with device_errors(self.name):
-            # Two programs that read one port get half of the bytes each.
+            # Two programs that read one port would each get half of the bytes.
             self._port = serial.serial_for_url(self.name, baudrate=self.baud, timeout=_WAIT_S, exclusive=True)
         return self
 
@@ -80,11 +73,11 @@ class SerialPort:
             try:
                 port.close()
             except (OSError, ValueError, AttributeError):
-                # A port whose plug was pulled may not close cleanly, and there is nothing left to close.
+                # An unplugged port may not close cleanly, and nothing is left to close.
                 return
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return what came and when; None if nothing did within ``timeout_s``.
+        """Return bytes and their arrival; None if none arrived within ``timeout_s``.
 
         Raises
         ------
@@ -109,13 +102,7 @@ class SerialPort:
 
 
 class Replay:
-    """Bytes that were there before: pieces with the times at which they came.
-
-    Parameters
-    ----------
-    name : str
-    pieces : iterator of (bytes, float)
-    """
+    """Recorded pieces of bytes with their arrival times."""
 
     def __init__(self, name: str, pieces: Iterator[tuple[bytes, float]]) -> None:
         self.name, self._pieces = name, pieces
@@ -127,18 +114,12 @@ class Replay:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close what is read, if it wants to be closed."""
+        """Close the file behind the pieces."""
         if hasattr(self._pieces, "close"):
             self._pieces.close()
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return the next piece at once.
-
-        Raises
-        ------
-        SourceEnded
-            At the end.
-        """
+        """Return the next piece at once; raises SourceEnded at the end."""
         try:
             return next(self._pieces)
         except StopIteration:

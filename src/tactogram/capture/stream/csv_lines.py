@@ -1,4 +1,4 @@
-"""Lines of numbers, as boards print them, out of bytes that may be cut and damaged anywhere."""
+"""Parser of lines of numbers, as boards print them, from bytes that may be cut or damaged anywhere."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _LABEL = re.compile(r"^\s*([A-Za-z_][\w ]*)\s*[:=]\s*(.*)$")
 
 
 class CsvParser:
-    """Turns bytes into rows of numbers, however they are cut into pieces.
+    """Parser of bytes in arbitrary pieces into rows of numbers.
 
     Attributes
     ----------
     rejected : Counter
-        Lines after the first row that are none, by reason.
+        Lines after the first row that are not rows, by reason.
     before : int
-        Lines before the first row: what a board prints while it starts, and the piece that reading begins in.
+        Lines before the first row: start-up messages, and the partial line at which reading begins.
     comments : int
     headings : list of str
         Names of the columns; empty without a heading.
@@ -40,7 +40,7 @@ class CsvParser:
         self._candidate: tuple[list[float], int] | None = None
 
     def feed(self, data: bytes) -> list[list[float] | None]:
-        """Return the rows that are complete with ``data``; None stands for a line that was no row."""
+        """Return the rows that ``data`` completes; None for a line that is not a row."""
         self._buffer += data
         rows: list[list[float] | None] = []
         while True:
@@ -60,15 +60,14 @@ class CsvParser:
             else:
                 return rows
 
-    def finish(self) -> list[list[float] | None]:
-        """Return nothing more: a last line whose end is missing may lack digits, so it is counted and left out."""
+    def finish(self) -> None:
+        """Reject an unfinished last line, which may lack digits."""
         if self._buffer.strip():
             self.rejected["unfinished"] += 1
         self._buffer.clear()
-        return []
 
     def rejected_text(self) -> str:
-        """Return what was not understood, for an error."""
+        """Return the count of unreadable lines, for an error."""
         return f"{self.before + sum(self.rejected.values())} lines not understood, {self.comments} comments"
 
     def _line(self, line: bytes, rows: list[list[float] | None]) -> None:
@@ -91,7 +90,7 @@ class CsvParser:
         row = [value for value in values if value is not None]
         if not self.columns:
             if self.headings and len(row) > 1 and separator != self._heading_separator:
-                # A greeting of as many words.
+                # A start-up message with as many words.
                 self.headings = []
             if self._first(row, labels, rows):
                 self._separator = separator
@@ -101,13 +100,13 @@ class CsvParser:
             rows.append(row)
 
     def _first(self, row: list[float], labels: list[str], rows: list[list[float] | None]) -> bool:
-        """Wait for two rows of equal width, or one as wide as the heading: the first line may be half of one."""
+        """Return whether a row is the first complete one: as wide as the heading or the preceding row."""
         if self.headings and len(row) == len(self.headings):
             self.columns = len(row)
             rows.append(row)
             return True
         if self._candidate is not None and self._candidate[1] == len(row):
-            # The one before had as many cells and may yet lack its first digits.
+            # The preceding row has as many cells but may lack its first digits.
             self.before += 1
             self.columns = len(row)
             self.headings = self.headings if len(self.headings) == len(row) else labels
@@ -127,7 +126,7 @@ class CsvParser:
 
 
 def _cells(text: str) -> tuple[list[str], list[str], str | None]:
-    """Return the labels (of ``name:value`` pairs, as plotters like them), the cells and the separator of a line."""
+    """Return the labels (of ``name:value`` pairs, a format of serial plotters), cells and separator of a line."""
     separator = next((s for s in ("\t", ";", ",") if s in text), None)
     pieces = [piece.strip() for piece in (text.split(separator) if separator else text.split())]
     if separator and pieces and not pieces[-1]:

@@ -1,9 +1,9 @@
 """Gap handling: signals from samples with gaps, either in segments or with the gaps filled and counted.
 
-A `Signal` refuses what is not finite, because every filter would spread one NaN over everything. So a recording with
-losses becomes either its gap-free pieces, in which every sample was measured, or one signal whose gaps are filled on
-request, and the report says how many samples that were. Which of the two is never decided silently: pieces are the
-default of everything that reads a log, because ten samples say nothing band-limited about the ten between them.
+A `Signal` must be finite, because every filter would spread a NaN over the whole signal. A recording with
+losses therefore becomes either its gap-free segments, in which every sample was measured, or one signal whose gaps are
+filled on request and reported. Segments are the default of everything that reads a log: a packet of ten lost samples
+cannot be reconstructed from its neighbours.
 """
 
 from __future__ import annotations
@@ -22,14 +22,7 @@ Filling = Literal["linear", "hold"]
 
 @dataclass(frozen=True, eq=False)
 class GapFreeSegment:
-    """Samples between two gaps.
-
-    Parameters
-    ----------
-    signal : Signal
-    first_index : int
-        Place of its first sample, lost ones included.
-    """
+    """Samples between two gaps; ``first_index`` counts lost samples, too."""
 
     signal: Signal
     first_index: int
@@ -43,11 +36,11 @@ class GapFillSummary:
     ----------
     how : {"linear", "hold"}
     samples, gaps : int
-        How many samples, in how many gaps.
+        Numbers of filled samples and gaps.
     longest : int
         Samples of the longest gap.
     share : float
-        Of all samples.
+        Filled share of all samples.
     """
 
     how: str
@@ -57,17 +50,12 @@ class GapFillSummary:
     share: float
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON knows it."""
+        """Return it as JSON values."""
         return asdict(self)
 
 
 def gaps(samples: NDArray[np.float32]) -> list[tuple[int, int]]:
-    """Return first sample and the one after the last of each run of NaN (in any axis), in order.
-
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, time)
-    """
+    """Return start and stop of each run of NaN (in any axis) in ``samples``, shape (axis, time), in order."""
     return _runs(_missing(samples))
 
 
@@ -79,7 +67,7 @@ def gap_free(
     *,
     least_s: float = 0.0,
 ) -> list[GapFreeSegment]:
-    """Return the pieces between the gaps, in order.
+    """Return the segments between the gaps, in order.
 
     Parameters
     ----------
@@ -89,7 +77,7 @@ def gap_free(
     unit, axes
         As in `Signal`.
     least_s : float
-        Shorter pieces are left out.
+        Shorter segments are left out.
     """
     least = max(1, round(least_s * rate))
     return [
@@ -108,48 +96,46 @@ def filled(
     how: Filling,
     most_s: float = 0.1,
 ) -> tuple[Signal, GapFillSummary]:
-    """Return one signal whose gaps are filled, and how much of it is.
-
-    Gaps at either end are cut off, not filled.
+    """Return one signal with its gaps filled, and a summary; gaps at either end are cut off.
 
     Parameters
     ----------
     samples, rate, unit, axes
         As in `gap_free`.
     how : {"linear", "hold"}
-        A straight line from the sample before a gap to the one behind it, or the sample before it.
+        A straight line between the samples around a gap, or the sample before it.
     most_s : float
-        The longest gap that may be filled.
+        Longest gap that may be filled, s.
 
     Raises
     ------
+    ParameterError
+        If ``how`` is neither.
     DataError
-        If there is no sample, or a gap is longer.
+        If all samples are missing, or a gap is longer.
     """
     if how not in ("linear", "hold"):
-        raise ParameterError(f"a gap is filled by 'linear' or 'hold', got {how!r}")
-    came = np.flatnonzero(~_missing(samples))
-    if not len(came):
-        raise DataError("no sample came: there is nothing to fill between")
-    kept = np.array(samples[:, came[0] : came[-1] + 1])
-    holes = gaps(kept)
+        raise ParameterError(f"how must be 'linear' or 'hold', got {how!r}")
+    received = np.flatnonzero(~_missing(samples))
+    if not len(received):
+        raise DataError("all samples are missing: no gap can be filled")
+    x = np.array(samples[:, received[0] : received[-1] + 1])
+    holes = gaps(x)
     longest = max((stop - start for start, stop in holes), default=0)
     if longest > most_s * rate:
         raise DataError(
             f"a gap of {longest / rate:.3g} s is longer than what may be filled ({most_s:g} s); "
-            "take the pieces between the gaps instead"
+            "take the segments between the gaps instead"
         )
-    missing = _missing(kept)
-    places, known = np.arange(kept.shape[1]), np.flatnonzero(~missing)
+    missing = _missing(x)
+    places, valid = np.arange(x.shape[1]), np.flatnonzero(~missing)
     if how == "hold":
-        kept = kept[:, np.maximum.accumulate(np.where(missing, 0, places))]
+        x = x[:, np.maximum.accumulate(np.where(missing, 0, places))]
     else:
-        for row in kept:
-            row[missing] = np.interp(places[missing], known, row[known])
+        for row in x:
+            row[missing] = np.interp(places[missing], valid, row[valid])
     count = int(missing.sum())
-    return Signal(kept, rate, unit, axes), GapFillSummary(
-        how, count, len(holes), longest, count / len(missing)
-    )
+    return Signal(x, rate, unit, axes), GapFillSummary(how, count, len(holes), longest, count / len(missing))
 
 
 def _missing(samples: NDArray[np.float32]) -> NDArray[np.bool_]:

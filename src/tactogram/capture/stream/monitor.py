@@ -1,4 +1,4 @@
-"""A source that somebody else looks at while it is read: live traces beside a session or a classifier."""
+"""Tap on a source: live traces while a session or a classifier reads it."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from typing import Any, Self
 from tactogram.capture.source import Block, Source
 
 BlockListener = Callable[[Source, Block | None], None]
-"""Called with the source and each block as it is read, None where nothing came in time."""
+"""Called with the source and each block as it is read; None if none arrived in time."""
 
 
 class TappedSource:
-    """A source as it is, of which each block is handed on, too.
+    """A source that also passes each block to a listener.
 
     Parameters
     ----------
     source : Source
         Not entered yet.
-    hears : callable
-        See `BlockListener`. What it raises ends the reading, so that it can stop a session or a live classifier by
-        ``KeyboardInterrupt``; it should take no time.
+    listener : BlockListener
+        Must be quick. Its exceptions end the reading, so that it can stop a session or a live classifier by
+        ``KeyboardInterrupt``.
     """
 
-    def __init__(self, source: Source, hears: BlockListener) -> None:
-        self._source, self._hears = source, hears
+    def __init__(self, source: Source, listener: BlockListener) -> None:
+        self._source, self._listener = source, listener
 
     def __getattr__(self, name: str) -> Any:
-        """Return what the source itself has: axes, unit, rate, facts, full scale, and what only some have."""
+        """Return an attribute of the source itself: axes, unit, rate, facts, full scale and others."""
         return getattr(self._source, name)
 
     def __enter__(self) -> Self:
@@ -43,7 +43,7 @@ class TappedSource:
         self._source.__exit__(kind, error, trace)
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return what the source returns, once it was handed on."""
+        """Return the source's next block after passing it to the listener."""
         block = self._source.read(timeout_s)
-        self._hears(self._source, block)
+        self._listener(self._source, block)
         return block

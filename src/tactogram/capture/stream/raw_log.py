@@ -1,12 +1,12 @@
-r"""Logs of the bytes of a port: our own, which lose nothing, and those that other programs wrote.
+r"""Logs of the bytes of a port: our own, which lose nothing, and those of other programs.
 
-Our own has a line of facts, then a line for every piece that was read: when it came (s), a tab, and the bytes as
-Python would write them between quotes, so that hex frames stay readable and a binary one survives:
+Our own has a line of facts, then a line for every piece that was read: its arrival (s), a tab, and the bytes escaped as
+in a Python literal, so that hex frames stay readable and binary ones survive:
 
     # tactogram raw log {"kind": "twelite", "address": "twelite:/dev/ttyUSB0", "simulated": false}
     10.034512	:8000000063001781013C850035DF057702F2000000FF96FFF0BB\r\n
 
-Read back, it gives the very samples that were seen live, because the same bytes go through the same parser.
+It reproduces exactly the samples seen live, because the same bytes go through the same parser.
 """
 
 from __future__ import annotations
@@ -22,21 +22,25 @@ from typing import Any, Self
 
 from tactogram.capture.stream.byte_stream import ByteStream
 from tactogram.errors import DataError
+from tactogram.text_files import decode_text, parse_json
 
 HEAD = "# tactogram raw log "
 
+_MOST_HEAD_BYTES = 4096
 _CHUNK = 65536
-_LONGEST = 1 << 20
+_LONGEST_LINE = 1 << 20
 _STAMP = re.compile(
     r"\s*[\[(]?(?:(?P<date>\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d{1,9})?(?:Z|[+-]\d\d:?\d\d)?)"
     r"|(?P<clock>\d\d:\d\d:\d\d(?:[.,]\d{1,9})?)|(?P<seconds>\d{1,12}(?:\.\d{1,9})?))[\])]?"
-    # A frame begins with one of these, and nothing else of a receiver's line does.
+    # A frame begins with one of these, and nothing else in a receiver's line does.
     r"(?:[\s>|-]+|,\s*(?=[:;]))(?=[:;,])"
 )
+_STAMP_STARTS = frozenset(bytes([c]) for c in b"0123456789[( \t")
+"""First characters of time stamps; no frame begins with one."""
 
 
 class RawLog:
-    """Writes what comes from a port, piece by piece; what was written survives the end of this program.
+    """Writer of a log, piece by piece; written pieces survive a crash of this program.
 
     Parameters
     ----------
@@ -45,7 +49,7 @@ class RawLog:
     kind : str
         ``"twelite"`` or ``"serial"``.
     address : str
-        What was read.
+        Of the source.
     simulated : bool
 
     Raises
@@ -60,8 +64,8 @@ class RawLog:
             self._file: TextIOWrapper = self.path.open("x", encoding="ascii", newline="\n")
         except FileExistsError:
             raise DataError(f"{path} must not exist yet; choose another file for the log") from None
-        except OSError as error:
-            raise DataError(f"{path}: the log cannot be written ({error.strerror})") from None
+        except (OSError, ValueError) as error:
+            raise _log_error(path, "cannot be written", error) from None
         head = json.dumps({"kind": kind, "address": address, "simulated": simulated})
         self._file.write(f"{HEAD}{head}\n")
         self._file.flush()
@@ -88,7 +92,7 @@ class RawLog:
             self._file.write(f"{arrival_s!r}\t{escaped(data)}\n")
             self._file.flush()
         except OSError as error:
-            raise DataError(f"{self.path}: the log cannot be written ({error.strerror})") from error
+            raise _log_error(self.path, "cannot be written", error) from error
 
     def close(self) -> None:
         """Close it."""
@@ -96,31 +100,23 @@ class RawLog:
 
 
 class LoggedStream:
-    """A `ByteStream` of which all that comes is kept in a new log.
-
-    Parameters
-    ----------
-    stream : ByteStream
-    path : Path
-    kind, address, simulated
-        As of `RawLog`.
-    """
+    """A `ByteStream` whose bytes are all written to a new log; parameters as of `RawLog`."""
 
     def __init__(
         self, stream: ByteStream, path: Path | str, *, kind: str, address: str, simulated: bool = False
     ) -> None:
         self.name = stream.name
         self._stream, self._path = stream, path
-        self._kind, self._address, self._simulated = kind, address, simulated
+        self._facts: dict[str, Any] = {"kind": kind, "address": address, "simulated": simulated}
         self._log: RawLog | None = None
 
     def __enter__(self) -> Self:
-        """Open both, the log first: what cannot be kept is not begun."""
-        self._log = RawLog(self._path, kind=self._kind, address=self._address, simulated=self._simulated)
+        """Open the log, then the stream: without a log nothing is recorded."""
+        self._log = RawLog(self._path, **self._facts)
         try:
             self._stream.__enter__()
         except BaseException:
-            self._close_log()
+            self._log.close()
             raise
         return self
 
@@ -129,19 +125,16 @@ class LoggedStream:
     ) -> None:
         """Close both."""
         self._stream.__exit__(kind, error, trace)
-        self._close_log()
+        log, self._log = self._log, None
+        if log is not None:
+            log.close()
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return what came and when, once it is in the log."""
-        got = self._stream.read(timeout_s)
-        if got is not None and self._log is not None:
-            self._log.write(*got)
-        return got
-
-    def _close_log(self) -> None:
-        if self._log is not None:
-            self._log.close()
-            self._log = None
+        """Return bytes and their arrival after writing them to the log; None if none arrived in time."""
+        received = self._stream.read(timeout_s)
+        if received is not None and self._log is not None:
+            self._log.write(*received)
+        return received
 
 
 def escaped(data: bytes) -> str:
@@ -160,73 +153,69 @@ def log_facts(path: Path) -> dict[str, Any] | None:
     Raises
     ------
     DataError
-        If it cannot be read.
+        If it is not readable, or its first line is damaged.
     """
     with _opened(path) as file:
-        first = file.readline(4096).decode("latin-1")
-    if not first.startswith(HEAD):
+        first = file.readline(_MOST_HEAD_BYTES)
+    if not first.startswith(HEAD.encode()):
         return None
-    try:
-        facts = json.loads(first.removeprefix(HEAD))
-    except ValueError:
-        raise DataError(f"{path}, line 1: is no head of a raw log, got {first.strip()!r}") from None
+    where = f"{path}, line 1"
+    facts = parse_json(decode_text(first, where).removeprefix(HEAD), where)
     if not isinstance(facts, dict):
-        raise DataError(f"{path}, line 1: is no head of a raw log, got {first.strip()!r}")
+        raise DataError(f'{where}: must hold facts in JSON, like {{"kind": "twelite"}}, got {facts!r}')
     return facts
 
 
 def log_pieces(path: Path) -> Iterator[tuple[bytes, float]]:
-    """Yield the bytes of a log and when they came, NaN where it does not say.
+    """Yield the bytes of a log with their arrival, NaN where it is unknown.
 
-    Of other programs' logs a time in front of a line is understood (s, ``12:34:56.789``, or a date and time), any
-    other content is passed on as it is.
+    In other programs' logs, a time in front of a line is parsed (s, ``12:34:56.789``, or a date and time);
+    all else is passed on unchanged.
 
     Raises
     ------
     DataError
-        If it cannot be read, or our own is damaged; the last line of one may be cut short, as by a kill.
+        If it is not readable, or our own log is damaged; only its last line may be incomplete, as after a crash.
     """
     if log_facts(path) is not None:
-        return _own(path)
-    return _foreign(path)
+        return _own_pieces(path)
+    return _foreign_pieces(path)
 
 
-def _own(path: Path) -> Iterator[tuple[bytes, float]]:
+def _own_pieces(path: Path) -> Iterator[tuple[bytes, float]]:
     with _opened(path) as file:
         file.readline()
         for number, line in enumerate(file, 2):
             stamp, tab, text = line.decode("latin-1").partition("\t")
             if not line.endswith(b"\n"):
-                # Cut short: its end was never written.
-                return
+                return  # incomplete: its end was never written
             try:
                 piece = unescaped(text[:-1]), float(stamp)
             except ValueError:
                 tab = ""
-            if tab:
-                yield piece
-            else:
+            if not tab:
                 raise DataError(f"{path}, line {number}: must be a time, a tab and bytes, got {line[:40]!r}")
+            yield piece
 
 
-def _foreign(path: Path) -> Iterator[tuple[bytes, float]]:
+def _foreign_pieces(path: Path) -> Iterator[tuple[bytes, float]]:
     with _opened(path) as file:
         start = file.read(2)
-    if start in (b"\xff\xfe", b"\xfe\xff"):
-        yield from _stamped(iter(_recoded(path).splitlines(keepends=True)))
-        return
-    with _opened(path) as file:
-        yield from _stamped(iter(lambda: file.readline(_LONGEST), b""))
+        if start in (b"\xff\xfe", b"\xfe\xff"):  # UTF-16, as one shell writes text
+            text = decode_text(start + file.read(), path, encoding="utf-16")
+            yield from _stamped(iter(text.encode("latin-1", "replace").splitlines(keepends=True)))
+            return
+        file.seek(0)
+        yield from _stamped(iter(lambda: file.readline(_LONGEST_LINE), b""))
 
 
 def _stamped(lines: Iterator[bytes]) -> Iterator[tuple[bytes, float]]:
-    """Yield lines without the times in front of them, and those; runs of lines without any as one piece."""
+    """Yield lines without the times in front of them, and the times; runs of untimed lines as one piece."""
     untimed = bytearray()
     day, last = 0.0, float("-inf")
     for line in lines:
-        # Only a digit or a bracket can begin a time, and neither begins a frame.
-        found = _STAMP.match(line.decode("latin-1")) if line[:1] in _BEGINS else None
-        if found is None:
+        match = _STAMP.match(line.decode("latin-1")) if line[:1] in _STAMP_STARTS else None
+        if match is None:
             untimed += line
             if len(untimed) >= _CHUNK:
                 yield bytes(untimed), float("nan")
@@ -235,43 +224,36 @@ def _stamped(lines: Iterator[bytes]) -> Iterator[tuple[bytes, float]]:
         if untimed:
             yield bytes(untimed), float("nan")
             untimed.clear()
-        time = _seconds(found)
-        if found["clock"] is not None:
+        time = _seconds(match)
+        if match["clock"] is not None:
             if time + day < last - 43200:
                 day += 86400
             time += day
             last = time
-        yield line[found.end() :], time
+        yield line[match.end() :], time
     if untimed:
         yield bytes(untimed), float("nan")
 
 
-_BEGINS = frozenset(bytes([c]) for c in b"0123456789[( \t")
-
-
-def _seconds(found: re.Match[str]) -> float:
-    if found["seconds"] is not None:
-        return float(found["seconds"])
-    if found["clock"] is not None:
-        hours, minutes, seconds = found["clock"].replace(",", ".").split(":")
+def _seconds(stamp: re.Match[str]) -> float:
+    if stamp["seconds"] is not None:
+        return float(stamp["seconds"])
+    if stamp["clock"] is not None:
+        hours, minutes, seconds = stamp["clock"].replace(",", ".").split(":")
         return 3600 * int(hours) + 60 * int(minutes) + float(seconds)
     try:
-        time = datetime.fromisoformat(found["date"].replace(",", "."))
+        time = datetime.fromisoformat(stamp["date"].replace(",", "."))
     except ValueError:
         return float("nan")
     return (time if time.tzinfo else time.replace(tzinfo=UTC)).timestamp()
 
 
-def _recoded(path: Path) -> bytes:
-    """Return a UTF-16 text, as one shell writes it, as bytes of ASCII."""
-    try:
-        return path.read_bytes().decode("utf-16").encode("latin-1", "replace")
-    except UnicodeDecodeError:
-        raise DataError(f"{path}: begins like UTF-16 text and is none") from None
-
-
 def _opened(path: Path) -> Any:
     try:
         return path.open("rb")
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror})") from None
+    except (OSError, ValueError) as error:
+        raise _log_error(path, "cannot be read", error) from None
+
+
+def _log_error(path: Path | str, problem: str, error: Exception) -> DataError:
+    return DataError(f"{path}: the log {problem} ({getattr(error, 'strerror', None) or error})")

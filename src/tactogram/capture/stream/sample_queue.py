@@ -13,7 +13,7 @@ from tactogram.capture.source import Block, SourceLost
 
 
 class BlockQueue:
-    """Blocks from a driver's thread to the reader's. What does not fit is lost, in its place, and counted.
+    """Blocks from a driver's thread to the reader's; samples that do not fit are lost, marked and counted.
 
     Parameters
     ----------
@@ -26,41 +26,41 @@ class BlockQueue:
         self.received = self.lost = 0
         self._axes, self._most = axes, most
         self._waiting: deque[tuple[NDArray[np.float32], float]] = deque()
-        self._held = self._next = self._pending = 0
+        self._waiting_samples = self._next = self._gap = 0
         self._end: str | None = None
         self._changed = Condition()
 
     def put(self, samples: NDArray[np.float32], *, lost_before: int = 0) -> None:
-        """Take samples, float32, (axis, n), behind a number that the driver lost. Copies."""
+        """Append a copy of samples, float32, shape (axis, n), after ``lost_before`` that the driver lost."""
         with self._changed:
-            self._pending += lost_before
-            if self._held + samples.shape[1] > self._most:
-                self._pending += samples.shape[1]
+            self._gap += lost_before
+            if self._waiting_samples + samples.shape[1] > self._most:
+                self._gap += samples.shape[1]
                 return
-            if self._pending:
-                gap = np.full((self._axes, self._pending), np.nan, np.float32)
+            if self._gap:
+                gap = np.full((self._axes, self._gap), np.nan, np.float32)
                 self._waiting.append((gap, monotonic()))
-                self.lost += self._pending
-                self._pending = 0
+                self.lost += self._gap
+                self._gap = 0
             if samples.shape[1]:
                 self._waiting.append((np.array(samples, np.float32), monotonic()))
-                self._held += samples.shape[1]
+                self._waiting_samples += samples.shape[1]
                 self.received += samples.shape[1]
             self._changed.notify()
 
-    def close(self, why: str) -> None:
-        """Say that no more will come."""
+    def close(self, reason: str) -> None:
+        """End the queue after the waiting samples."""
         with self._changed:
-            self._end = why
+            self._end = reason
             self._changed.notify()
 
     def get(self, timeout_s: float) -> Block | None:
-        """Return all that waits as one block; None if nothing came in time.
+        """Return all waiting samples as one block; None if none arrived in time.
 
         Raises
         ------
         SourceLost
-            If nothing waits and nothing more will come.
+            If the queue is empty and closed.
         """
         with self._changed:
             if not self._waiting and self._end is None:
@@ -71,7 +71,7 @@ class BlockQueue:
                 return None
             pieces = list(self._waiting)
             self._waiting.clear()
-            self._held = 0
+            self._waiting_samples = 0
         samples = np.concatenate([piece for piece, _ in pieces], axis=1)
         first, self._next = self._next, self._next + samples.shape[1]
         return Block(samples, first, pieces[-1][1])

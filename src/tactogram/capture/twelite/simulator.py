@@ -1,7 +1,4 @@
-"""A simulated TWE-Lite sensor and receiver: frames as the real ones print them, late, lost and damaged, on a pty.
-
-Everything that comes out of here is simulated, and whoever reads it says so.
-"""
+"""A simulated TWE-Lite sensor and receiver that prints real frames, late, lost and damaged, to a pty."""
 
 from __future__ import annotations
 
@@ -44,10 +41,7 @@ _SECONDS_AHEAD = 1.0
 
 
 class SimulatedReceiver(BaseModel):
-    """Simulated receiver: its timing, losses and damage.
-
-    The defaults are those of the real one at 330 Hz without losses.
-    """
+    """Timing, losses and damage of a simulated receiver; the defaults are a real one at 330 Hz without losses."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -56,37 +50,37 @@ class SimulatedReceiver(BaseModel):
     loss: float = Field(default=0.0, ge=0, lt=1)
     """Share of radio packets that do not arrive."""
     jitter_s: float = Field(default=0.002, ge=0, le=10)
-    """Mean lateness of a packet, s, distributed exponentially; later ones wait behind it."""
+    """Mean delay of a packet, s, distributed exponentially; later packets queue behind it."""
     corrupt: float = Field(default=0.0, ge=0, le=1)
-    """Share of bytes that are flipped, left out or doubled on the cable."""
+    """Share of bytes that are flipped, dropped or doubled on the cable."""
     form: Form = "hex"
     mode: Mode = "fifo"
     sender: str = Field(default="81013C85", pattern="^8[0-9A-F]{7}$")
     first_sequence: int = Field(default=0, ge=0, le=65535)
     seed: int = Field(default=0, ge=0)
     seconds: float | None = Field(default=None, gt=0)
-    """After which it ends; None is never, or at the end of the signal."""
+    """Duration, s; None is endless, or until the end of the signal."""
 
     @property
     def samples_per_packet(self) -> int:
-        """How many samples a radio packet stands for."""
+        """Samples per radio packet."""
         return {"fifo": FIFO_SAMPLES, "summary": _SUMMARISED}.get(self.mode, 1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Transmission:
-    """One radio packet and what became of it.
+    """One radio packet and its fate.
 
     Parameters
     ----------
     time_s : float
         When its last byte arrives, s after the start.
     data : bytes
-        What the receiver prints; nothing if it was lost on the way.
+        The receiver's output; empty if the packet was lost.
     sequence : int
-        Unwrapped: it does not begin again at 65536.
+        Unwrapped: it continues beyond 65535.
     samples : float32 array, shape (axis, n), m/s^2
-        What the sensor measured, in its steps.
+        As the sensor quantised them.
     damaged : bool
         Whether a byte of ``data`` is wrong.
     """
@@ -99,14 +93,14 @@ class Transmission:
 
 
 def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> Iterator[Transmission]:
-    """Yield what a simulated sensor sends and a simulated receiver prints, packet by packet.
+    """Yield the packets of a simulated sensor and receiver.
 
     Parameters
     ----------
     receiver : SimulatedReceiver
     signal : Signal, optional
-        What the sensor feels: axes x, y, z, m/s^2, resampled to its rate; by default a finger that strokes something
-        rough twice a second, with gravity along z, as long as asked for.
+        Measured by the sensor: axes x, y, z, m/s^2, resampled to its rate; by default a finger that strokes a
+        rough surface twice a second, with gravity along z.
 
     Raises
     ------
@@ -117,13 +111,13 @@ def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> 
     per_packet, period = receiver.samples_per_packet, receiver.samples_per_packet / receiver.rate
     step = UNITS_BY_MODE[receiver.mode] * (4 if receiver.mode == "fifo" else 1)
     now = 0.0
-    for number, x in enumerate(_felt(receiver, signal, per_packet, rng)):
+    for number, x in enumerate(_packet_samples(receiver, signal, per_packet, rng)):
         if receiver.seconds is not None and (number + 1) * period > receiver.seconds + 1e-9:
             return
-        felt = x
+        values = x
         if receiver.mode == "summary":
-            felt = np.stack([x.min(axis=1), x.mean(axis=1), x.max(axis=1)], axis=1).reshape(9, 1)
-        steps = np.clip(np.round(felt / step), -4096 if receiver.mode == "fifo" else -1638, 4095)
+            values = np.stack([x.min(axis=1), x.mean(axis=1), x.max(axis=1)], axis=1).reshape(9, 1)
+        steps = np.clip(np.round(values / step), -4096 if receiver.mode == "fifo" else -1638, 4095)
         counts = (steps * (4 if receiver.mode == "fifo" else 1)).astype(np.int64)
         now = max(now, (number + 1) * period + rng.exponential(receiver.jitter_s))
         lost = rng.random() < receiver.loss
@@ -135,7 +129,7 @@ def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> 
 
 
 def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64], time_s: float) -> bytes:
-    """Return what a receiver prints for one packet.
+    """Return the bytes that a receiver prints for one packet.
 
     Parameters
     ----------
@@ -187,10 +181,10 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
     return "".join(f"{line}\r\n" for line in lines).encode()
 
 
-def _felt(
+def _packet_samples(
     receiver: SimulatedReceiver, signal: Signal | None, per_packet: int, rng: np.random.Generator
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield what the sensor feels, float64, (3, per_packet), m/s^2."""
+    """Yield the acceleration during each packet, float64, shape (3, per_packet), m/s^2."""
     if signal is not None:
         _check(signal)
         x = resample(signal, receiver.rate).samples.astype(np.float64)
@@ -211,13 +205,13 @@ def _felt(
 def _check(signal: Signal) -> None:
     if len(signal.axes) != 3 or signal.unit != "m/s^2" or signal.domain != "time":
         raise ParameterError(
-            f"a simulated sensor feels 3 axes over time in m/s^2, got {len(signal.axes)} in {signal.unit} "
+            f"a simulated sensor measures 3 axes over time in m/s^2, got {len(signal.axes)} in {signal.unit} "
             f"over {signal.domain}"
         )
 
 
 def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
-    """Return ``data`` with a share of its bytes flipped in a bit, left out or doubled."""
+    """Return ``data`` with a share of its bytes flipped in a bit, dropped or doubled."""
     hit = np.flatnonzero(rng.random(len(data)) < share)
     if not len(hit):
         return data
@@ -242,19 +236,19 @@ class SimulatedPort:
     signal : Signal, optional
         As in `transmissions`.
     paced : bool
-        Whether packets come when they are due; else as fast as they are read.
+        Whether packets arrive in real time; otherwise as fast as they are read.
 
     Attributes
     ----------
     sent, lost, damaged : int
-        Radio packets so far: all, those that did not arrive, and those with a wrong byte.
+        Radio packets so far: all, the lost, and those with a wrong byte.
     """
 
     def __init__(
         self, receiver: SimulatedReceiver, signal: Signal | None = None, *, paced: bool = True
     ) -> None:
         if signal is not None:
-            # Here, and not in the thread that prints, where nobody would see it.
+            # Here rather than in the printing thread, where the error would go unnoticed.
             _check(signal)
         self.receiver, self.paced, self._signal = receiver, paced, signal
         self.name = "simulated:twelite"
@@ -266,11 +260,11 @@ class SimulatedPort:
 
     @property
     def path(self) -> str:
-        """The pty that any program may open as a serial port, while this one is open."""
+        """The pty, which any program may open as a serial port while this one is open."""
         return os.ttyname(self._slave)
 
     def __enter__(self) -> Self:
-        """Make the pty, open it, and begin to print.
+        """Create and open the pty, and begin to print.
 
         Raises
         ------
@@ -307,14 +301,14 @@ class SimulatedPort:
         self._close()
 
     def unplug(self) -> None:
-        """Do what a pulled plug does."""
+        """Simulate a pulled plug."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
         self._close()
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return what came and when.
+        """Return bytes and their arrival; None if none arrived in time.
 
         Raises
         ------
@@ -323,29 +317,30 @@ class SimulatedPort:
         SourceLost
             If it was unplugged.
         """
-        # Asked before reading: what was printed last is then read before the end is told.
+        # Checked before reading, so that the last bytes are read before the end is raised.
         over = self._finished.is_set()
         if self._port is None:
             raise SourceLost(f"{self.name}: is not open")
-        got = self._port.read(0.0 if over else timeout_s)
-        if got is None and over:
+        received = self._port.read(0.0 if over else timeout_s)
+        if received is None and over:
             raise SourceEnded(f"{self.name}: the simulation is over")
-        return got
+        return received
 
     def _print(self) -> None:
         start = monotonic()
         for sent in transmissions(self.receiver, self._signal):
             if self.paced and self._stop.wait(max(0.0, start + sent.time_s - monotonic())):
                 return
-            self.sent += 1
-            self.lost += not sent.data
-            self.damaged += sent.damaged
-            if not self._write(sent.data):
+            if not self._send(sent):
                 return
         self._finished.set()
 
-    def _write(self, data: bytes) -> bool:
-        """Write all of it, or return False when told to stop: nobody may be reading."""
+    def _send(self, sent: Transmission) -> bool:
+        """Count and write a packet; return False if stopped meanwhile, since nobody may be reading."""
+        self.sent += 1
+        self.lost += not sent.data
+        self.damaged += sent.damaged
+        data = sent.data
         while data:
             if self._stop.is_set():
                 return False
@@ -363,20 +358,20 @@ class SimulatedPort:
 def write_log(
     path: Path | str, receiver: SimulatedReceiver, signal: Signal | None = None, *, start_s: float = 0.0
 ) -> int:
-    """Write what a simulated receiver prints to a raw log, as if it had been read live; return the packets sent.
+    """Write the output of a simulated receiver to a raw log, as if read live; return the number of packets.
 
     Parameters
     ----------
     path : Path
         A new file.
     receiver : SimulatedReceiver
-        With ``seconds``, or it takes a ``signal`` that ends.
+        Needs ``seconds`` unless there is a ``signal``.
     signal : Signal, optional
     start_s : float
-        Time of the start.
+        Arrival time at the start.
     """
     if receiver.seconds is None and signal is None:
-        raise ParameterError("a simulated log needs an end: give seconds")
+        raise ParameterError("a simulated log must end: set seconds")
     sent = 0
     with RawLog(path, kind="twelite", address="simulated:twelite", simulated=True) as log:
         for one in transmissions(receiver, signal):

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, cast
 
-from tactogram.capture import SensorLog, filled, gap_free, read_log, read_xdf, sources
-from tactogram.capture.logs.log import Kind
+from tactogram.capture import SensorLog, filled, gap_free, read_log, read_xdf
+from tactogram.capture.logs.log import LogKind
 from tactogram.capture.session.take import STREAM_OF_UNIT, rate_of
-from tactogram.capture.sources.serial_csv import CsvFormat
+from tactogram.capture.stream.csv_source import CsvFormat
 from tactogram.datasets import Recording, add_recordings, create_store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
@@ -20,17 +20,12 @@ from tactogram.validation import validated
 LICENCE = "not stated: own recordings"
 
 
-def list_sources(*, find_s: float = 0.5) -> list[dict[str, Any]]:
-    """Return what is there to be recorded from; see `tactogram.capture.sources`."""
-    return sources(find_s=find_s)
-
-
 def capture_log(
     path: Path | str,
     *,
     out: Path | str | None = None,
     data: Path | str | None = None,
-    kind: Kind | None = None,
+    kind: LogKind | None = None,
     sender: str | None = None,
     rate: float | None = None,
     fill: Literal["linear", "hold"] | None = None,
@@ -111,7 +106,7 @@ def capture_log(
     return result
 
 
-def _read(path: Path, kind: Kind | None, options: dict[str, Any]) -> list[SensorLog]:
+def _read(path: Path, kind: LogKind | None, options: dict[str, Any]) -> list[SensorLog]:
     if path.suffix.lower() == ".xdf":
         unit = options.pop("unit", None)
         if options:

@@ -11,7 +11,7 @@ from typing import Any, TextIO
 from urllib.parse import quote
 
 from tactogram.capture import Source, open_source
-from tactogram.capture.catalogue import KINDS, parsed
+from tactogram.capture.catalogue import parse_address
 from tactogram.capture.session.console import Console, LineConsole
 from tactogram.capture.session.journal import Journal
 from tactogram.capture.session.metronome import (
@@ -126,8 +126,8 @@ def capture(
 
 def with_log(address: str, log: Path) -> str:
     """Return an address whose source keeps every byte in ``log``, where it is of a kind that has bytes to keep."""
-    kind, _, options = parsed(address)
-    if "log" not in KINDS[kind].options.model_fields or getattr(options, "log", None):
+    _, _, options = parse_address(address)
+    if not hasattr(options, "log") or options.log is not None:
         return address
     return f"{address}{'&' if '?' in address else '?'}log={quote(str(log))}"
 

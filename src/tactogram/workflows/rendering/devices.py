@@ -9,11 +9,13 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from typing import Any, Literal
 
 import numpy as np
 
+from tactogram.capture.catalogue import SOURCES, find_devices
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
 
@@ -118,7 +120,7 @@ def try_device(name: str) -> dict[str, Any]:
     Parameters
     ----------
     name : str
-        One of `device_names`, or of `ALSO`.
+        One of `device_names`, or of `ALSO`, or a kind of capture source whose devices can be listed.
 
     Returns
     -------
@@ -133,12 +135,12 @@ def try_device(name: str) -> dict[str, Any]:
         If there is no such path.
     """
     name = ALSO.get(name, name)
-    if name not in device_names():
+    if name not in _TESTS and name not in SOURCES:
         known = ", ".join((*device_names(), *ALSO))
-        raise ParameterError(f"device must be one of {known}, got {name!r}")
+        raise ParameterError(f"device must be one of {known}, or a kind of capture source, got {name!r}")
     state: State
     try:
-        state, line, facts = _TESTS[name]()
+        state, line, facts = _TESTS[name]() if name in _TESTS else _source(name)
     except MissingExtraError as error:
         state, line, facts = "missing", str(error), {}
     except DeviceError as error:
@@ -210,22 +212,12 @@ def _lsl() -> ProbeResult:
     return "works", f"{LOOPS} samples came back over this machine's own network; no device was asked", facts
 
 
-def _daq() -> ProbeResult:
-    from tactogram.capture.sources.nidaq import ni_devices
-
-    found = ni_devices()
+def _source(kind: str) -> ProbeResult:
+    """List the devices of a kind of capture source; none is opened."""
+    found = find_devices(kind)
     if not found:
-        return "no hardware", "the driver works; no National Instruments device is there", {"devices": []}
-    return "works", f"devices with analogue inputs: {', '.join(found)}", {"devices": found}
-
-
-def _dwf() -> ProbeResult:
-    from tactogram.capture.sources.digilent import digilent_devices
-
-    found = digilent_devices()
-    if not found:
-        return "no hardware", "WaveForms works; no Digilent device is there", {"devices": []}
-    return "works", f"devices: {', '.join(found)}; none was opened", {"devices": found}
+        return "no hardware", "the driver works; no device is connected", {"devices": []}
+    return "works", f"devices: {', '.join(found)}; none was opened", {"devices": list(found)}
 
 
 def _audio() -> ProbeResult:
@@ -375,8 +367,8 @@ def _mouse() -> ProbeResult:
 _TESTS: dict[str, Callable[[], ProbeResult]] = {
     "serial": _serial,
     "lsl": _lsl,
-    "daq": _daq,
-    "dwf": _dwf,
+    "daq": partial(_source, "ni"),
+    "dwf": partial(_source, "digilent"),
     "audio": _audio,
     "null": _null,
     "osc": _osc,

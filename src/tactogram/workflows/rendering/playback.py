@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.capture.catalogue import find_devices
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.displays.catalogue import open_display
@@ -64,12 +65,10 @@ def outputs() -> list[dict[str, Any]]:
         add("audio", "sound card", str(error))
         add(NULL, "null device, simulated", str(error), simulated=True)
     try:
-        from tactogram.capture.sources.digilent import digilent_devices
-
-        serials = list(digilent_devices())
-        for serial in serials:
-            add(f"digilent:{serial}", f"Digilent generator {serial}, envelopes")
-        if not serials:
+        addresses = find_devices("digilent")
+        for address in addresses:
+            add(address, f"Digilent generator {address.partition(':')[2]}, envelopes")
+        if not addresses:
             add("digilent", "Digilent generator, envelopes", "WaveForms works; no Digilent device is there")
     except TactogramError as error:
         add("digilent", "Digilent generator, envelopes", str(error))

@@ -9,7 +9,7 @@ from typing import Any
 from urllib.parse import quote, unquote
 
 from tactogram import models
-from tactogram.capture.catalogue import parsed
+from tactogram.capture.catalogue import parse_address
 from tactogram.capture.session.journal import FILE as JOURNAL
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.datasets import open_store
@@ -41,7 +41,7 @@ class SourceChoice:
 
 
 def source_choices(workspace: Workspace, sources: list[dict[str, Any]]) -> list[SourceChoice]:
-    """Return the devices among ``sources`` (of `list_sources`), then the simulated sources."""
+    """Return the devices among ``sources`` (of `find_sources`), then the simulated sources."""
     devices = [
         SourceChoice(
             entry["address"],
@@ -50,7 +50,7 @@ def source_choices(workspace: Workspace, sources: list[dict[str, Any]]) -> list[
             or (None if entry["address"] else f"{entry['what']}: plug it in and look for devices again"),
         )
         for entry in sources
-        if entry["kind"] != "simulated"
+        if not entry.get("simulated")
     ]
     stores = [workspace.name_of(store) for store in workspace.stores() if _can_be_played(store)]
     simulated = [
@@ -67,14 +67,14 @@ def source_choices(workspace: Workspace, sources: list[dict[str, Any]]) -> list[
 
 def confine_address(workspace: Workspace, address: str) -> str:
     """Return an address with full paths; `ParameterError` if it is invalid or names a file outside of the workspace."""
-    kind, place, _ = parsed(address)
+    kind, place, _ = parse_address(address)
     head, sign, query = address.partition("?")
-    if kind in ("played", "log") and place:
-        head = f"{kind}:{workspace.inside(place)}"
+    if kind.place_is_file and place:
+        head = f"{kind.name}:{workspace.inside(place)}"
     pairs = []
     for pair in query.split("&") if sign else []:
         name, equals, value = pair.partition("=")
-        if name in ("file", "log"):
+        if name in kind.file_options():
             value = quote(str(workspace.inside(unquote(value))))
         pairs.append(f"{name}{equals}{value}")
     return head + sign + "&".join(pairs)

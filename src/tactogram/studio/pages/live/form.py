@@ -7,6 +7,7 @@ from typing import Any
 
 from nicegui import app, ui
 
+from tactogram.capture import find_sources
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
@@ -21,7 +22,6 @@ from tactogram.studio.pages.live.choices import (
     without_materials,
 )
 from tactogram.studio.pages.live.runner import LiveRequest, LiveRunner
-from tactogram.workflows.capture.logs import list_sources
 
 STATE = "live"
 """Key of the form in the browser's storage."""
@@ -123,7 +123,7 @@ class LiveForm:
 
     async def _look(self) -> None:
         try:
-            sources = await in_background(list_sources)
+            sources = await in_background(find_sources)
         except TactogramError as error:
             sources = [{"kind": "device", "address": None, "what": "device", "missing": str(error)}]
         self._choices = source_choices(self.studio.workspace, sources)

@@ -11,34 +11,38 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.capture.source import Block, SourceLost
+from tactogram.capture.source_kind import SourceKind
+from tactogram.capture.stream.channels import axis_names, source_facts
 from tactogram.capture.stream.rate_estimate import RateMeter
 from tactogram.errors import ParameterError
 from tactogram.extras import device_errors, imported, one_line
 from tactogram.signal.units import STANDARD_GRAVITY, parse_unit
 
 WAITING_S = 10.0
-"""How much the driver keeps for whoever reads; more, and it stops rather than lose samples silently."""
+"""Samples buffered by the driver, s; when its buffer is full, it stops rather than lose samples silently."""
+_TIMED_OUT = -200284
+_TERMINALS = {"default": "DEFAULT", "rse": "RSE", "nrse": "NRSE", "diff": "DIFF", "pseudodiff": "PSEUDO_DIFF"}
 
 
 class AnalogFormat(BaseModel):
-    """Format in which analogue inputs are read."""
+    """Options of ``ni:CHANNELS``: the format in which analogue inputs are read."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     rate: float = Field(default=10000.0, gt=0, allow_inf_nan=False)
     kind: Literal["voltage", "acceleration"] = "voltage"
-    """``acceleration`` feeds an IEPE sensor its current and reads m/s^2, by ``sensitivity``."""
+    """``acceleration`` supplies an IEPE sensor with current and reads m/s^2, by ``sensitivity``."""
     sensitivity: float = Field(default=100.0, gt=0, allow_inf_nan=False)
     """Of an IEPE sensor, mV per g."""
     current_ma: float = Field(default=4.0, ge=0, le=20)
-    """That feeds an IEPE sensor."""
+    """Supply of an IEPE sensor, mA."""
     range: float = Field(default=5.0, gt=0, allow_inf_nan=False)
-    """Largest magnitude to be measured: V, or g."""
+    """Largest magnitude: V, or g."""
     terminals: Literal["default", "rse", "nrse", "diff", "pseudodiff"] = "default"
     axes: str | None = None
     """Names of the channels, separated by commas."""
     unit: str | None = None
-    """Unit of the samples where a voltage stands for something; needs ``scale``."""
+    """Unit of the quantity that a voltage represents; needs ``scale``."""
     scale: float = Field(default=1.0, allow_inf_nan=False)
     """``unit`` per V: 98.0665 m/s^2 for a sensor of 100 mV per g."""
 
@@ -49,7 +53,7 @@ class NiSource:
     Parameters
     ----------
     channels : str
-        As NI-DAQmx calls them: ``Dev1/ai0:2``.
+        In the notation of NI-DAQmx: ``Dev1/ai0:2``.
     form : AnalogFormat
     name : str
         The address.
@@ -77,7 +81,7 @@ class NiSource:
         Raises
         ------
         MissingExtraError, DeviceError
-            If nidaqmx or its driver is not installed, or the device is not there.
+            If nidaqmx or its driver is not installed, or the device is not connected.
         """
         nidaqmx = imported("nidaqmx", extra="daq", what="National Instruments devices")
         constants = imported("nidaqmx.constants", extra="daq", what="National Instruments devices")
@@ -102,16 +106,16 @@ class NiSource:
             try:
                 task.close()
             except self._error:
-                # A device that was unplugged cannot be told to stop.
+                # An unplugged device cannot be stopped.
                 return
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return what has come; None if nothing did within ``timeout_s``.
+        """Return new samples; None if none arrived within ``timeout_s``.
 
         Raises
         ------
         SourceLost
-            If the device went away, or the driver stopped because nobody read for `WAITING_S`.
+            If the device was disconnected, or the driver stopped because its buffer of `WAITING_S` was full.
         """
         if self._task is None:
             raise SourceLost(f"{self.name}: is not open")
@@ -119,7 +123,7 @@ class NiSource:
         try:
             available = int(self._task.in_stream.avail_samp_per_chan)
             if available < wanted and timeout_s > 0:
-                # The driver waits for so many, or raises; what came until then stays with it.
+                # The driver waits for this many, or raises; it keeps the samples received until then.
                 try:
                     rows = self._task.read(number_of_samples_per_channel=wanted, timeout=timeout_s)
                 except self._error as error:
@@ -139,19 +143,12 @@ class NiSource:
         return Block(samples.astype(np.float32), first, now)
 
     def facts(self) -> dict[str, Any]:
-        """Return what is known. The driver loses nothing: it stops instead."""
-        estimate = self.meter.estimate()
-        return {
-            "samples": self._next,
-            "lost": 0,
-            "rejected": {},
-            "rate": None if estimate is None else estimate.facts(),
-            "simulated": False,
-        }
+        """Return the facts so far. The driver loses nothing: it stops instead."""
+        return source_facts(self.meter, samples=self._next, lost=0)
 
     def _configure(self, task: Any, constants: Any) -> None:
         form = self.form
-        terminals = getattr(constants.TerminalConfiguration, _TERMINALS[form.terminals])
+        wiring = getattr(constants.TerminalConfiguration, _TERMINALS[form.terminals])
         add = task.ai_channels
         if form.kind == "acceleration":
             add.add_ai_accel_chan(
@@ -160,39 +157,30 @@ class NiSource:
                 max_val=form.range,
                 sensitivity=form.sensitivity,
                 current_excit_val=form.current_ma / 1000,
-                terminal_config=terminals,
+                terminal_config=wiring,
             )
         else:
             add.add_ai_voltage_chan(
-                self._channels, min_val=-form.range, max_val=form.range, terminal_config=terminals
+                self._channels, min_val=-form.range, max_val=form.range, terminal_config=wiring
             )
-        names = [str(channel).rpartition("/")[2] for channel in task.channel_names]
-        count = len(names)
-        default = ("x", "y", "z") if count == 3 else ("z",) if count == 1 else tuple(names)
-        self.axes = tuple(a.strip() for a in form.axes.split(",")) if form.axes else default
-        if len(self.axes) != count:
-            raise ParameterError(f"{self.name}: axes must be {count} names, got {form.axes!r}")
+        terminals = [str(channel).rpartition("/")[2] for channel in task.channel_names]
+        self.axes = axis_names(len(terminals), form.axes, default=terminals, where=self.name)
         task.timing.cfg_samp_clk_timing(
             form.rate,
             sample_mode=constants.AcquisitionType.CONTINUOUS,
             samps_per_chan=int(max(1000, WAITING_S * form.rate)),
         )
-        # The device rounds to what its clock divides into.
+        # The device rounds to a fraction of its clock rate.
         self.rate = float(task.timing.samp_clk_rate)
 
 
-_TIMED_OUT = -200284
-_TERMINALS = {"default": "DEFAULT", "rse": "RSE", "nrse": "NRSE", "diff": "DIFF", "pseudodiff": "PSEUDO_DIFF"}
-
-
-def ni_devices() -> list[str]:
-    """Return the names of the National Instruments devices with analogue inputs.
-
-    Raises
-    ------
-    MissingExtraError, DeviceError
-        If nidaqmx or its driver is not installed.
-    """
+def _find(find_s: float) -> dict[str, str]:
     system = imported("nidaqmx.system", extra="daq", what="National Instruments devices")
     with device_errors("ni", library="nidaqmx"):
-        return [d.name for d in system.System.local().devices if len(d.ai_physical_chans)]
+        names = [d.name for d in system.System.local().devices if len(d.ai_physical_chans)]
+    return {f"ni:{name}/ai0": "National Instruments device" for name in names}
+
+
+SOURCE = SourceKind(
+    "ni", "National Instruments input", "ni:Dev1/ai0:2?rate=10000", AnalogFormat, NiSource, find=_find
+)
