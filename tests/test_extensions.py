@@ -165,7 +165,7 @@ def test_a_haptic_format_is_one_file(recipe, touch, tmp_path, capsys):
     assert halves == pytest.approx([0, np.sqrt(2)], rel=0.06)
     page = sending(tmp_path)
     assert page.formats()["taps"] == "Taps, 0 to 9 (.taps)"
-    assert page.file(FileRequest("file:touch.wav", "taps")).found["files"]["taps"]["problems"] == []
+    assert page.file(FileRequest("file:touch.wav", "taps")).facts["files"]["taps"]["problems"] == []
     (tmp_path / "wrong.taps").write_text('{"taps": [10]}')
     assert main(["convert", "--check", "wrong.taps"]) == 1
 
@@ -182,7 +182,7 @@ def test_a_display_family_is_one_file(recipe, touch, tmp_path, capsys):
     page = sending(tmp_path)
     assert page.displays() == {"pump.toml": "A pump that is never off"}
     sent = page.drive(DriveRequest("file:touch.wav", "pump.toml", "peak=1"))
-    assert sent.found["report"]["family"] == "biased"
+    assert sent.facts["report"]["family"] == "biased"
     output = DisplayOutput(open_display("pump.toml"), touch, level=parse_level("peak=1"))
     output.process(np.zeros((1, 100), np.float32))  # fades in
     factor = output.facts()["factor"]
