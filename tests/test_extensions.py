@@ -20,7 +20,7 @@ from tactogram.evaluation.measures.measure import MEASURES
 from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.families import FAMILIES
-from tactogram.rendering.files.catalogue import FORMATS
+from tactogram.rendering.files.catalogue import FORMATS, haptic_formats
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.signal import Signal
@@ -150,7 +150,7 @@ def touch_fixture(tmp_path):
 
 def sending(folder):
     workspace = Workspace.at(folder)
-    return SendService(workspace, ResultArchive(workspace.own / "kept"))
+    return SendService(workspace, ResultArchive(workspace.studio_folder / "kept"))
 
 
 @pytest.mark.parametrize("recipe", ["haptic format"], indirect=True)
@@ -164,7 +164,7 @@ def test_a_haptic_format_is_one_file(recipe, touch, tmp_path, capsys):
     halves = [np.sqrt(np.mean(half**2)) for half in (back[:1900], back[2100:])]
     assert halves == pytest.approx([0, np.sqrt(2)], rel=0.06)
     page = sending(tmp_path)
-    assert page.formats()["taps"] == "Taps, 0 to 9 (.taps)"
+    assert haptic_formats()["taps"].title == "Taps, 0 to 9"
     assert page.file(FileRequest("file:touch.wav", "taps")).facts["files"]["taps"]["problems"] == []
     (tmp_path / "wrong.taps").write_text('{"taps": [10]}')
     assert main(["convert", "--check", "wrong.taps"]) == 1
