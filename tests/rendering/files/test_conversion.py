@@ -81,7 +81,7 @@ def test_full_scale_is_kept_or_refused(tmp_path, format):
 
 @pytest.mark.parametrize("wrong", [0, -1, np.nan, np.inf])
 def test_a_full_scale_must_be_a_number_above_0(tmp_path, wrong):
-    with pytest.raises(ParameterError, match="--full-scale must be > 0"):
+    with pytest.raises(ParameterError, match="full_scale must be > 0"):
         write_haptic(tmp_path / "x.ahap", effect(), format="ahap", full_scale=wrong)
 
 
@@ -116,7 +116,7 @@ def test_which_axis_is_checked():
 @pytest.mark.parametrize("format", ENVELOPES)
 def test_displacement_is_refused_where_there_is_only_time(tmp_path, format):
     signal = Signal(np.ones(90), 40, "1", domain="displacement")
-    with pytest.raises(ParameterError, match="--play-at MM_S"):
+    with pytest.raises(ParameterError, match="at a speed first"):
         write_haptic(file_for(tmp_path, format), signal, format=format)
     assert list(tmp_path.iterdir()) == []
 

@@ -96,7 +96,7 @@ def test_silence_and_one_sample_have_envelopes():
 def test_several_axes_and_displacement_are_refused():
     with pytest.raises(ParameterError, match="one axis, got x, y, z"):
         envelope_of(Signal(np.ones((3, 9)), RATE, "1"))
-    with pytest.raises(ParameterError, match="--play-at"):
+    with pytest.raises(ParameterError, match="at a speed first"):
         envelope_of(Signal(np.ones(9), 40, "1", domain="displacement"))
 
 

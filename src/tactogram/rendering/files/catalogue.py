@@ -1,4 +1,4 @@
-"""Haptic file formats by name and by suffix, found by looking into the folder ``formats`` and further ones."""
+"""Catalogue of haptic file formats by name and by suffix, from the folder ``formats`` and from plug-ins."""
 
 from __future__ import annotations
 
@@ -24,13 +24,7 @@ def haptic_formats() -> dict[str, HapticFormat]:
 
 
 def haptic_format(name: str) -> HapticFormat:
-    """Return a haptic format by name.
-
-    Raises
-    ------
-    ParameterError
-        If there is none of that name, or its module declares none.
-    """
+    """Return a haptic format by name; `ParameterError` if there is none, or its module does not define one."""
     module = FORMATS.module(name)
     format = getattr(module, "FORMAT", None)
     if not isinstance(format, HapticFormat) or format.name != name:
@@ -44,12 +38,12 @@ def haptic_suffixes() -> tuple[str, ...]:
 
 
 def formats_with(suffix: str) -> list[HapticFormat]:
-    """Return the haptic formats whose files have a suffix."""
+    """Return the haptic formats with a suffix."""
     return [format for format in haptic_formats().values() if format.suffix == suffix.lower()]
 
 
 def format_for(path: Path, name: str | None = None) -> HapticFormat | None:
-    """Return the format to write a file in: the named one, else by its suffix; None if it is not haptic.
+    """Return the format to write a file in, by name or else by suffix; None if it is not haptic.
 
     Raises
     ------
@@ -68,16 +62,10 @@ def format_for(path: Path, name: str | None = None) -> HapticFormat | None:
 
 
 def recognised_format(document: Any, path: Path) -> HapticFormat:
-    """Return the format of a document whose file's suffix is unknown or shared.
-
-    Raises
-    ------
-    DataError
-        If no format recognises it.
-    """
+    """Return the format of a document whose file's suffix is unknown or shared; `DataError` if none recognises it."""
     formats = haptic_formats()
     recognised = (format for format in formats.values() if format.recognise(document))
     format = next(recognised, None)
     if format is None:
-        raise DataError(f"{path}: is none of {', '.join(formats)}; name the format that it is meant to have")
+        raise DataError(f"{path}: is none of {', '.join(formats)}; name its format")
     return format

@@ -1,4 +1,4 @@
-"""Signals into haptic files and back, with level, loss and refusals."""
+"""Conversion between signals and haptic files, with level, loss and checks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tactogram.signal.resampling import resample
 MOST_BYTES = 500_000_000
 """Largest file that is read."""
 GRAVITY = 1.0
-"""A constant of more than so many times what moves (rms) is taken out of a motion; below, a copy stays exact."""
+"""A motion's constant above this many times its vibration (rms) is removed; below, the copy stays exact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +36,12 @@ class HapticFile:
     Parameters
     ----------
     signal : Signal
-        In the unit and at the level that the file states; else of unit 1.
+        In the unit and at the level that the file states, else of unit 1.
     metadata : dict
-        What was given to `write_haptic`, or the file's description.
+        As passed to `write_haptic`, or the file's description.
     facts : dict
-        ``format``, ``full_scale`` (None if the file does not state it), and how the signal came about: ``carrier_hz``,
-        ``carrier_from``, ``modality``, ``left_out``.
+        ``format``, ``full_scale`` (None if the file does not state it) and, depending on the format, ``carrier_hz``,
+        ``carrier_from``, ``modality`` and ``left_out``.
     """
 
     signal: Signal
@@ -52,15 +52,15 @@ class HapticFile:
 def read_haptic(path: Path | str, *, format: str | None = None, rate: float | None = None) -> HapticFile:
     """Return the signal in a haptic file.
 
-    An envelope becomes a carrier whose frequency the file states, or else is assumed: its facts say which.
+    An envelope becomes a carrier whose frequency the file states or is assumed; its facts say which.
 
     Parameters
     ----------
     path : Path
     format : str, optional
-        Name of one; by default by suffix, and where several share it by what is in the file.
+        By default by suffix, or by content if several formats share the suffix.
     rate : float, Hz, optional
-        Of the carrier, by default `envelope.READ_RATE`; of a waveform by default its own.
+        Of the carrier, `envelope.READ_RATE` by default; of a waveform its own by default.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def read_haptic(path: Path | str, *, format: str | None = None, rate: float | No
     path = Path(path)
     document, kind = _read(path, format)
     if problems := kind.validate(document):
-        more = f" (and {len(problems) - 1} more: convert --check)" if len(problems) > 1 else ""
+        more = f" (and {len(problems) - 1} more, see check_file)" if len(problems) > 1 else ""
         raise DataError(f"{path}: not valid {kind.title}: {problems[0]}{more}")
     try:
         return _decoded(document, kind, rate)
@@ -84,7 +84,7 @@ def check_file(path: Path | str, *, format: str | None = None) -> dict[str, Any]
     Raises
     ------
     DataError
-        If it is not there, or no format recognises it.
+        If there is no such file, or no format recognises it.
     """
     path = Path(path)
     document, kind = _read(path, format)
@@ -102,32 +102,31 @@ def write_haptic(
     modality: str | None = None,
     metadata: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Write a signal as a haptic file, checked, and say what is lost.
+    """Write a signal as a valid haptic file, and return what is lost.
 
     Parameters
     ----------
     path : Path
-        Replaced once all is written.
+        Replaced once everything is written.
     signal : Signal
     format : str
-        Name of one, see `haptic_formats`.
+        See `haptic_formats`.
     axis : str, optional
-        As `to_one_axis`; a waveform format keeps all axes by default.
+        As in `to_one_axis`; a waveform format keeps all axes by default.
     full_scale : float, optional
-        What 1 in the file stands for, in the signal's unit. By default 1 for a signal of unit 1 that fits, else the
-        peak: of the samples in a waveform, of the envelope in an envelope. The file says it in its description.
+        What 1 in the file stands for, in the signal's unit; stored in the file's description. By default 1 for a
+        signal of unit 1 that fits, else the peak: of the samples in a waveform, of the envelope in an envelope.
     modality : str, optional
-        One of the format's; by default by unit.
+        One of the format's; chosen by unit by default.
     metadata : mapping, optional
-        Goes along in the description.
+        Stored in the description.
 
     Returns
     -------
     dict
-        ``format``, ``holds``, ``constant`` (in words, where gravity or an offset was taken out of a motion, or None),
-        ``reduced_by`` (how axes became one, or None), ``full_scale``, ``scaled_by`` (what the
-        samples were multiplied with), ``loss`` (by axis, as `Loss`: measured by reading the file back),
-        ``resampled_to``, ``bytes``.
+        ``format``, ``holds``, ``constant`` (gravity or an offset that was removed, in words, or None), ``reduced_by``
+        (how axes became one, or None), ``full_scale``, ``scaled_by`` (factor of the samples), ``loss`` (by axis, as
+        `ConversionLoss`: measured by reading the file back), ``resampled_to``, ``carrier``, ``bytes``.
 
     Raises
     ------
@@ -137,7 +136,9 @@ def write_haptic(
     path, kind = Path(path), haptic_format(format)
     _check_modality(kind, modality)
     if kind.holds != "waveform" and signal.domain != "time":
-        raise ParameterError(f"{kind.title} is over time; say how fast the finger moves with --play-at MM_S")
+        raise ParameterError(
+            f"{kind.title} is over time: convert the displacement at a speed first (play_at)"
+        )
     signal, constant = without_constant(signal, least=GRAVITY)
     chosen, how = to_one_axis(signal, axis) if kind.holds != "waveform" or axis else (signal, None)
     scale = _full_scale(chosen, kind, full_scale)
@@ -145,12 +146,12 @@ def write_haptic(
     if kind.holds == "waveform":
         if kind.highest_rate is not None and ready.domain == "time" and ready.rate > kind.highest_rate:
             ready = resample(ready, kind.highest_rate)
-        # Resampling may swing a little beyond full scale.
+        # Resampling may overshoot full scale a little.
         over = float(np.abs(ready.samples).max())
         if full_scale is None and over > 1:
             scale, ready = scale * over, ready.with_samples(ready.samples / np.float32(over))
     facts = dict(metadata or {})
-    # The format's own 1 is `full_scale`; the rate is that of what was written.
+    # The rate is that of the written samples.
     whole = SignalDescription(ready.rate, chosen.unit, chosen.axes, chosen.domain, scale, facts)
     document = kind.encode(ready, DocumentHeader(whole.encode(), chosen.unit, modality))
     if problems := kind.validate(document):
@@ -174,7 +175,7 @@ def write_haptic(
 
 
 def losses(original: Signal, copy: Signal) -> dict[str, Any]:
-    """Return the loss of each axis; of the only one without its name."""
+    """Return the loss of each axis by name, or of a single axis without its name."""
     by_axis = {
         name: asdict(loss_between(original.select(name), copy.with_samples(copy.samples[i], axes=(name,))))
         for i, name in enumerate(original.axes)
@@ -191,9 +192,9 @@ def _check_modality(kind: HapticFormat, modality: str | None) -> None:
 
 
 def _decoded(document: Any, kind: HapticFormat, rate: float | None) -> HapticFile:
-    found = kind.decode(document, rate)
-    ours = read_description(found.description, kind.title) if found.description else None
-    signal, scale = found.signal, ours.full_scale if ours else None
+    content = kind.decode(document, rate)
+    ours = read_description(content.description, kind.title) if content.description else None
+    signal, scale = content.signal, ours.full_scale if ours else None
     if ours is not None:
         factor = scale or 1.0
         axes = ours.axes if len(ours.axes) == len(signal.axes) else signal.axes
@@ -204,20 +205,22 @@ def _decoded(document: Any, kind: HapticFormat, rate: float | None) -> HapticFil
             axes,
             ours.domain,
         )
-    metadata = dict(ours.metadata) if ours else {"comment": found.description} if found.description else {}
-    return HapticFile(signal, metadata, {"format": kind.name, "full_scale": scale, **found.facts})
+    metadata = (
+        dict(ours.metadata) if ours else {"comment": content.description} if content.description else {}
+    )
+    return HapticFile(signal, metadata, {"format": kind.name, "full_scale": scale, **content.facts})
 
 
-def _full_scale(signal: Signal, kind: HapticFormat, asked: float | None) -> float:
+def _full_scale(signal: Signal, kind: HapticFormat, full_scale: float | None) -> float:
     peak = float(np.abs(signal.samples).max()) if kind.holds == "waveform" else envelope_of(signal).peak
-    if asked is not None:
-        if not (asked > 0 and np.isfinite(asked)):
-            raise ParameterError(f"--full-scale must be > 0 {signal.unit}, got {asked:g}")
-        if peak > asked * (1 + 1e-6):
+    if full_scale is not None:
+        if not (full_scale > 0 and np.isfinite(full_scale)):
+            raise ParameterError(f"full_scale must be > 0 {signal.unit}, got {full_scale:g}")
+        if peak > full_scale * (1 + 1e-6):
             raise ParameterError(
-                f"--full-scale must be at least the peak of {peak:.6g} {signal.unit}, got {asked:g}; it would clip"
+                f"full_scale must be at least the peak of {peak:.6g} {signal.unit}, got {full_scale:g}; it would clip"
             )
-        return float(asked)
+        return float(full_scale)
     if peak == 0 or (signal.unit == "1" and peak <= 1):
         return 1.0
     return peak

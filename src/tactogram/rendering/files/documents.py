@@ -1,4 +1,4 @@
-"""Documents of haptic formats: JSON, its validation, and what a document states beside the signal."""
+"""Documents of haptic formats: JSON, its validation, and the header beside the signal."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from tactogram.signal import Signal
 from tactogram.text_files import decode_text, parse_json
 
 MOST_ENTRIES = 1_000_000
-"""Of a list of events: far beyond any device's, and read in a second or two."""
+"""Most entries of a list of events: far more than any device plays, and read in a second or two."""
 MOST_SAMPLES = 2**25
-"""Of what a document plays: more than an hour at 8 kHz."""
+"""Most samples that a document plays: more than an hour at 8 kHz."""
 
 
 @dataclass(frozen=True)
 class DocumentHeader:
-    """Header of a document: its statements beside the samples.
+    """Header of a document.
 
     Parameters
     ----------
     description : str
-        Free text; this package writes unit, level and metadata into it.
+        Free text, in which this package stores unit, level and metadata.
     unit : str
-        Of the signal before it became parts of full scale.
+        The signal's unit before it was scaled to parts of full scale.
     modality : str, optional
-        One of the format's own; by default by unit.
+        One of the format's; chosen by unit by default.
     """
 
     description: str = ""
@@ -48,9 +48,9 @@ class DecodedDocument:
     signal : Signal
         Of unit 1: parts of full scale.
     description : str
-        As `DocumentHeader`.
+        As in `DocumentHeader`.
     facts : dict
-        How the signal came about: the carrier that was assumed, what was left out.
+        The assumed carrier and what was left out.
     """
 
     signal: Signal
@@ -59,30 +59,24 @@ class DecodedDocument:
 
 
 class DocumentPart(BaseModel):
-    """Part of a document: frozen, of the exact types, finite numbers; unknown keys are left alone."""
+    """Part of a document: frozen, strictly typed, finite numbers; unknown keys are ignored."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)
 
 
 def parse(text: bytes, where: Path | str) -> Any:
-    """Return what a JSON text holds.
+    """Return the content of a JSON text.
 
     Raises
     ------
     DataError
-        If it is not JSON in UTF-8, holds NaN, infinity or integers of more than 64 bits, or is nested too deep.
+        If it is not JSON in UTF-8, contains NaN, infinity or integers of more than 64 bits, or is nested too deep.
     """
     return parse_json(decode_text(text, where), where, finite=True)
 
 
 def sample_count(seconds: float, rate: float) -> int:
-    """Return how many samples a document plays.
-
-    Raises
-    ------
-    ParameterError
-        If they are more than `MOST_SAMPLES`.
-    """
+    """Return the number of samples that a document plays; `ParameterError` if it is above `MOST_SAMPLES`."""
     count = seconds * rate
     if not count <= MOST_SAMPLES:
         raise ParameterError(
@@ -97,12 +91,12 @@ def encoded(document: Any) -> bytes:
 
 
 def has_key(key: str) -> Callable[[Any], bool]:
-    """Return a function that tells whether a document is an object with ``key``."""
+    """Return a function that checks whether a document is an object with ``key``."""
     return lambda document: isinstance(document, dict) and key in document
 
 
 def problems_of(kind: type[BaseModel], document: Any) -> list[str]:
-    """Return what stands in the way of reading ``document`` as a ``kind``; empty if nothing does."""
+    """Return what prevents ``document`` from being read as a ``kind``; empty if it is valid."""
     try:
         kind.model_validate(document)
     except ValidationError as error:

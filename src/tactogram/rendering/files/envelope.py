@@ -6,6 +6,7 @@ Only what an actuator plays and a finger feels counts: 0 to 1000 Hz without the 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -21,50 +22,44 @@ from tactogram.signal import Signal
 STEP_S = 0.005
 """Grid of an envelope, s."""
 WINDOW_S = 0.020
-"""Hann window over which its power is averaged, s: a curve of a file cannot follow what is faster."""
+"""Hann window over which its power is averaged, s: a file's curve cannot follow anything faster."""
 FINE_STEP_S, FINE_WINDOW_S = 0.001, 0.004
-"""The same for the search for pulses, s."""
+"""The same for detecting pulses, s."""
 FREQUENCY_WINDOW_S = 0.040
 """Hann window over which the frequency is averaged, s."""
 HIGHEST_HZ = 1000.0
-"""Vibration above it is not felt."""
+"""Vibration above it is not felt, Hz."""
 PULSE_S = 0.020
-"""Length of a pulse as it is played back here, s: it sets in at once and falls like half a Hann window. Devices have
+"""Length of a pulse when a file is read, s: it starts at full strength and falls like half a Hann window. Devices have
 their own."""
 DUCKED_BEFORE_S = 0.005
-"""How long before a pulse the envelope gives way to it, s."""
+"""Time before a pulse at which the envelope is reduced, s."""
 PULSE_SHARE = 0.2
-"""A pulse stands out by this share of the strongest moment at least, and is this much stronger than 20 ms before."""
+"""A pulse exceeds the envelope by this share of the strongest moment, and is twice as strong as 20 ms before."""
 PULSE_DISTANCE_S = 0.050
-"""Pulses nearer than this are one, s."""
+"""Pulses closer than this are one, s."""
 QUIET = 0.01
-"""Share of the strongest moment below which a frequency is not read but interpolated."""
+"""Share of the strongest moment below which the frequency is interpolated."""
 LONGEST_PIECE = 200
-"""Points within which `thinned` looks at once: its time stays proportional to the length."""
+"""Points that `thinned` processes together: its run time stays proportional to the length."""
 UNKNOWN_HZ = 150.0
-"""Frequency of a signal that has none."""
+"""Frequency of a silent signal."""
 READ_RATE = 8000.0
-"""Rate of a carrier unless another is wanted, Hz."""
+"""Default rate of a carrier, Hz."""
 PHONE_HZ = 170.0
-"""Assumed where a phone's file states no frequency: linear resonant actuators of phones resonate at 150 to 200 Hz. A
+"""Assumed if a phone's file states no frequency: linear resonant actuators of phones resonate at 150 to 200 Hz. A
 choice."""
 
 
 @dataclass(frozen=True)
 class FrequencySpan:
-    """Frequencies that a file's 0 and 1 of frequency or sharpness stand for.
-
-    Parameters
-    ----------
-    low, high : float, Hz
-        At 0 and at 1; straight between them.
-    """
+    """Frequencies (Hz) at a file's 0 and 1 of frequency or sharpness, linear in between."""
 
     low: float
     high: float
 
     def share(self, hz: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Return where frequencies lie in it, 0 to 1; what is outside becomes the nearest end."""
+        """Return the position of frequencies in the span, clipped to 0 to 1."""
         return np.clip((np.asarray(hz) - self.low) / (self.high - self.low), 0, 1)
 
     def hz(self, share: NDArray[np.float64] | float) -> NDArray[np.float64]:
@@ -76,13 +71,7 @@ class FrequencySpan:
 class Pulse:
     """A moment too short for the envelope.
 
-    Parameters
-    ----------
-    time : float, s
-        Of its beginning.
-    amplitude : float, >= 0
-        At its beginning, added to the envelope, in its unit.
-    frequency : float, Hz
+    ``time`` (s) is its beginning; ``amplitude`` its initial amplitude, added to the envelope; ``frequency`` in Hz.
     """
 
     time: float
@@ -92,19 +81,19 @@ class Pulse:
 
 @dataclass(frozen=True, eq=False)
 class Envelope:
-    """Amplitude and frequency of a vibration over time, straight between the points.
+    """Amplitude and frequency of a vibration over time, linear between the points.
 
     Parameters
     ----------
     seconds : float
         Length.
     times : float64 array, shape (point,), s
-        Non-decreasing; twice the same is a jump.
+        Non-decreasing; the same time twice is a jump.
     amplitude : float64 array, shape (point,), >= 0
         Of the sine of equal power; 0 outside the times.
     frequency_times : float64 array, shape (point,), s
     frequency : float64 array, shape (point,), Hz
-        Held outside the times.
+        Constant outside the times.
     pulses : tuple of Pulse
     """
 
@@ -128,22 +117,12 @@ class Envelope:
 def envelope_of(
     signal: Signal, *, low: float = 0.0, high: float = HIGHEST_HZ, step: float = STEP_S, pulses: bool = True
 ) -> Envelope:
-    """Return the envelope of a signal, every ``step`` s.
+    """Return the envelope of a signal of one axis over time, every ``step`` s.
 
-    The power of the analytic signal (Gabor 1946) within ``low`` to ``high``, averaged over `WINDOW_S`; the frequency
-    is the phase of the analytic signal's autocorrelation at a lag of one sample, averaged over `FREQUENCY_WINDOW_S`:
-    the mean frequency of what is there, exactly that of a sine. Where a pulse sets in, the envelope gives way to it,
-    so that both together have the energy that was there.
-
-    Parameters
-    ----------
-    signal : Signal
-        One axis, over time.
-    low, high : float, Hz
-        The band; low is excluded, so that 0 leaves out the constant.
-    step : float, s
-    pulses : bool
-        Whether to look for what is too short for the envelope.
+    The power of the analytic signal (Gabor 1946) above ``low`` and up to ``high`` Hz, averaged over `WINDOW_S`; the
+    frequency is the phase of the analytic signal's autocorrelation at a lag of one sample, averaged over
+    `FREQUENCY_WINDOW_S`: the mean frequency, exact for a sine. With ``pulses``, moments too short for the envelope are
+    extracted, and the envelope is reduced there so that both together keep the energy.
 
     Raises
     ------
@@ -151,9 +130,9 @@ def envelope_of(
         If there are several axes, or the signal is over displacement.
     """
     if len(signal.axes) != 1:
-        raise ParameterError(f"an envelope is of one axis, got {', '.join(signal.axes)}; choose one")
+        raise ParameterError(f"an envelope needs one axis, got {', '.join(signal.axes)}; choose one")
     if signal.domain != "time":
-        raise ParameterError("an envelope is over time; say how fast the finger moves with --play-at MM_S")
+        raise ParameterError("an envelope is over time: convert the displacement at a speed first (play_at)")
     z, rate = _analytic(signal, low, high)
     times = np.concatenate([[0.0], np.arange(step, signal.seconds - step / 2, step), [signal.seconds]])
     power = np.abs(z) ** 2
@@ -166,23 +145,19 @@ def envelope_of(
 
 
 def carrier(envelope: Envelope, rate: float | None = None) -> Signal:
-    """Return a vibration of this envelope: a sine whose frequency and strength follow it, of unit 1.
+    """Return a vibration with this envelope: a sine that follows its frequency and amplitude, of unit 1.
 
-    Parameters
-    ----------
-    envelope : Envelope
-    rate : float, Hz, optional
-        By default `READ_RATE`.
+    ``rate`` is `READ_RATE` by default.
 
     Raises
     ------
     ParameterError
-        If no sample would be left at ``rate``, or the carrier reaches half of it.
+        If ``rate`` leaves no sample, or is too low for the carrier.
     """
     rate = rate or READ_RATE
     count = sample_count(envelope.seconds, rate)
     if count < 1:
-        raise ParameterError(f"{envelope.seconds:g} s at {rate:g} Hz leave no sample; give a higher rate")
+        raise ParameterError(f"{envelope.seconds:g} s at {rate:g} Hz leave no sample; use a higher rate")
     t = np.arange(count) / rate
     amplitude = np.interp(t, envelope.times, envelope.amplitude, left=0.0, right=0.0)
     frequency = np.interp(t, envelope.frequency_times, envelope.frequency)
@@ -195,14 +170,14 @@ def carrier(envelope: Envelope, rate: float | None = None) -> Signal:
         first = min(count - 1, max(0, math.ceil(pulse.time * rate)))
         last = min(count, first + math.ceil(PULSE_S * rate))
         away = t[first:last] - t[first]
-        # In step with the continuous vibration, so that the two add up.
+        # In phase with the continuous vibration, so that the two add up.
         swing = np.sin(phase[first] + 2 * np.pi * pulse.frequency * away)
         x[first:last] += pulse.amplitude * pulse_shape(away) * swing
     return Signal(x.astype(np.float32), rate, "1")
 
 
 def pulse_shape(seconds: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a pulse of amplitude 1 at times after it set in, s."""
+    """Return a pulse of amplitude 1 at times after its beginning, s."""
     return np.asarray(np.where(seconds >= 0, np.cos(np.pi / 2 * np.clip(seconds / PULSE_S, 0, 1)) ** 2, 0.0))
 
 
@@ -217,20 +192,12 @@ def stepped_envelope(edges: NDArray[np.float64], strength: NDArray[np.float64], 
     )
 
 
-def time_steps(signal: Signal, step_ms: int, *, what: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return where steps of ``step_ms`` begin and end, whole ms, the last one shorter; and their middles, s.
+def stepped_strength(
+    signal: Signal, step_ms: int, bands: Sequence[tuple[float, float]], *, what: str
+) -> tuple[NDArray[np.int64], list[NDArray[np.float64]]]:
+    """Return the edges of steps of ``step_ms`` (ms, the last step shorter), and each band's strength in the steps.
 
-    Parameters
-    ----------
-    signal : Signal
-    step_ms : int
-    what : str
-        What is made of it, for an error.
-
-    Returns
-    -------
-    int64 array, shape (step + 1,), ms
-    float64 array, shape (step,), s
+    A strength is the envelope's amplitude in the middle of a step, at most 1. ``what`` names the result in errors.
 
     Raises
     ------
@@ -241,36 +208,38 @@ def time_steps(signal: Signal, step_ms: int, *, what: str) -> tuple[NDArray[np.i
     if length < 1:
         raise ParameterError(f"{what} needs at least 1 ms, got {signal.seconds:g} s")
     edges = np.append(np.arange(0, length, step_ms), length)
-    return edges, (edges[:-1] + edges[1:]) / 2e3
+    middles = (edges[:-1] + edges[1:]) / 2e3
+    envelopes = [envelope_of(signal, low=low, high=high, pulses=False) for low, high in bands]
+    return edges, [np.minimum(np.interp(middles, one.times, one.amplitude), 1) for one in envelopes]
 
 
 def thinned(times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
-    """Return which points to keep so that straight lines between them stay within ``tolerance`` of all.
+    """Return the indices of points whose connecting lines stay within ``tolerance`` of all points.
 
-    Douglas & Peucker (1973) with vertical distances, in pieces of `LONGEST_PIECE` points. First and last are kept.
+    Douglas & Peucker (1973) with vertical distances, in pieces of `LONGEST_PIECE` points; includes the first and the
+    last.
     """
-    kept = {0, len(times) - 1, *range(0, len(times), LONGEST_PIECE)}
-    bounds = sorted(kept)
-    stack = list(pairwise(bounds))
+    chosen = {0, len(times) - 1, *range(0, len(times), LONGEST_PIECE)}
+    stack = list(pairwise(sorted(chosen)))
     while stack:
         first, last = stack.pop()
         if last - first < 2:
             continue
         inside = slice(first + 1, last)
         line = np.interp(times[inside], times[[first, last]], values[[first, last]])
-        away = np.abs(values[inside] - line)
-        worst = int(np.argmax(away))
-        if away[worst] > tolerance:
+        error = np.abs(values[inside] - line)
+        worst = int(np.argmax(error))
+        if error[worst] > tolerance:
             middle = first + 1 + worst
-            kept.add(middle)
+            chosen.add(middle)
             stack += [(first, middle), (middle, last)]
-    return np.array(sorted(kept))
+    return np.array(sorted(chosen))
 
 
 def _analytic(signal: Signal, low: float, high: float) -> tuple[NDArray[np.complex128], float]:
     """Return the analytic signal within a band at a rate of 4 `HIGHEST_HZ` or the signal's own, and that rate.
 
-    Continued by its mirror image, so that the ends make no step.
+    The signal is continued by its mirror image, so that the ends make no step.
     """
     x = signal.samples[0].astype(np.float64)
     length = 2 * len(x)
@@ -289,7 +258,7 @@ def _analytic(signal: Signal, low: float, high: float) -> tuple[NDArray[np.compl
 
 
 def _averaged(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Return ``x`` averaged under a Hann window of ``width`` samples, fewer at the ends; >= 0."""
+    """Return ``x`` averaged under a Hann window of ``width`` samples, shortened at the ends; >= 0."""
     n = max(1, 2 * round(width / 2) - 1)
     window = np.hanning(n + 2)[1:-1]
     if n == 1:
@@ -316,8 +285,8 @@ def _frequency(
     window = np.hanning(n + 2)[1:-1]
     smooth = dsp.oaconvolve(lag, window, mode="same") if n > 1 else lag
     turning = np.maximum(np.angle(smooth), 0) * rate / (2 * np.pi)
-    found = _at(turning, times * rate)
-    return np.asarray(np.interp(times, times[loud], found[loud]))
+    frequency = _at(turning, times * rate)
+    return np.asarray(np.interp(times, times[loud], frequency[loud]))
 
 
 def _pulses(
@@ -328,7 +297,7 @@ def _pulses(
     amplitude: NDArray[np.float64],
     frequency: NDArray[np.float64],
 ) -> tuple[tuple[Pulse, ...], NDArray[np.float64]]:
-    """Return where a vibration sets in faster than its envelope can follow, and the envelope without those moments."""
+    """Return the onsets that are faster than the envelope can follow, and the envelope reduced at these moments."""
     at = np.arange(0, seconds, FINE_STEP_S)
     fine = np.sqrt(_at(_averaged(power, FINE_WINDOW_S * rate), at * rate))
     least = PULSE_SHARE * fine.max(initial=0.0)
@@ -336,7 +305,7 @@ def _pulses(
         return (), amplitude
     coarse = np.interp(at, times, amplitude)
     missing = fine - coarse
-    # A pulse may be the very first moment, which is no peak without silence before it.
+    # A pulse may be the very first moment, which is a peak only after silence.
     peaks, _ = dsp.find_peaks(
         np.concatenate([[0.0], missing, [0.0]]),
         height=least,
@@ -359,9 +328,9 @@ def _pulses(
 def _shared(
     coarse: NDArray[np.float64], here: float, missing: float, away: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Return what the envelope keeps (0 to 1) and how strong the pulse is, so that both have the energy of before.
+    """Return the envelope's remaining share (0 to 1) and the pulse's strength that together keep the energy.
 
-    A pulse is no stronger than what is left of the envelope there: files that multiply the two could not hold it.
+    A pulse is no stronger than the remaining envelope: files that multiply the two could not hold it.
     """
     shape = pulse_shape(away)
     energy, pulse = float(coarse @ coarse), missing**2 * float(shape @ shape)

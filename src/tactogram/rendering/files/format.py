@@ -1,4 +1,4 @@
-"""Haptic file format: what a module of `formats` declares as its ``FORMAT``."""
+"""Haptic file format: the ``FORMAT`` of a module of `formats`."""
 
 from __future__ import annotations
 
@@ -18,28 +18,26 @@ class HapticFormat:
     Parameters
     ----------
     name : str
-        That of the module's file.
+        Equals the name of the module's file.
     title : str
     suffix : str
         May be shared with other formats.
     holds : {"waveform", "envelope", "on and off"}
         A waveform keeps all axes, the others hold one.
     encode : callable
-        Returns the document of a signal whose samples (of a waveform) or envelope lie within full scale.
+        Returns the document of a signal whose samples (waveform) or envelope lie within full scale.
     decode : callable
-        Returns what a valid document holds. The second argument is the wanted rate in Hz, or None.
+        Returns the content of a valid document. The second argument is the wanted rate in Hz, or None.
     validate : callable
-        Returns what is wrong with a document, a line each.
+        Returns the problems of a document, a line each.
     recognise : callable
-        Whether a document whose suffix is unknown or shared looks like this format.
+        Whether a document with an unknown or shared suffix looks like this format.
     modalities : tuple of str
-        Modalities that the format distinguishes; empty if it does not.
+        Modalities that the format distinguishes, if any.
     highest_rate : float, Hz, optional
         Waveforms over time with a higher rate are resampled to it.
-    parse : callable
-        Returns the document in a file's bytes; the path is for errors. JSON by default.
-    serialise : callable
-        Returns a document as bytes. JSON by default.
+    parse, serialise : callable
+        Convert a file's bytes (and its path, for errors) to a document, and back. JSON by default.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Conversion loss: a signal beside what is read back from its file."""
+"""Conversion loss: a signal compared to the one read back from its file."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 
 FLAT = 1e-6
-"""Spread of samples, by their largest, below which there is nothing to correlate."""
+"""Spread of samples, relative to their largest, below which a correlation is meaningless."""
 FLAT_ENVELOPE = 0.02
-"""The same of an envelope: what varies less is noise of the analysis; its error says more."""
+"""The same for an envelope: smaller variations are noise of the analysis."""
 
 
 @dataclass(frozen=True)
 class ConversionLoss:
-    """Differences of a signal and its copy. None where undefined: nothing correlates with a constant.
+    """Differences between a signal and its copy; None if undefined, such as the correlation with a constant.
 
     Parameters
     ----------
     envelope_correlation : float, optional
         Pearson's, of the envelopes (20 ms windows, every 5 ms).
     envelope_error : float, optional
-        Root mean square of their difference by that of the signal's.
+        Root mean square of their difference relative to the signal's.
     level_db : float, optional
-        The copy's root mean square by the signal's, both within 1000 Hz and without the constant.
+        The copy's root mean square relative to the signal's, both up to 1000 Hz and without the constant.
     frequency_octaves : float, optional
-        Mean distance of the momentary frequencies in octaves, weighted with the signal's power.
+        Mean difference of the momentary frequencies in octaves, weighted by the signal's power.
     waveform_correlation : float, optional
         Pearson's, of the samples.
     snr_db : float, optional
-        The samples' power by that of their difference.
+        The samples' power relative to that of their difference.
     """
 
     envelope_correlation: float | None
@@ -46,17 +46,16 @@ class ConversionLoss:
 
 
 def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
-    """Return what ``copy`` has lost of ``original``, both of one axis and over the same domain, in the same unit."""
+    """Return the loss of ``copy`` compared to ``original``, both of one axis, the same domain and unit."""
     if original.domain != "time":
         correlation, snr = _waveform(original, copy)
         return ConversionLoss(None, None, None, None, correlation, snr)
     one, other = envelope_of(original, pulses=False), envelope_of(copy, pulses=False)
     a = one.amplitude
-    b = np.interp(one.times, other.times, other.amplitude, right=0.0)
-    power = float(np.mean(a**2))
-    kept = float(np.mean(b**2))
+    b = np.interp(one.times, other.times, other.amplitude, right=0.0)  # the copy may be shorter
+    power, copied = float(np.mean(a**2)), float(np.mean(b**2))
     shift = None
-    if power > 0 and kept > 0:
+    if power > 0 and copied > 0:
         f = np.maximum(np.interp(one.times, other.frequency_times, other.frequency), 1.0)
         octaves = np.abs(np.log2(f / np.maximum(one.frequency, 1.0)))
         shift = float(np.average(octaves, weights=a**2))
@@ -64,7 +63,7 @@ def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
     return ConversionLoss(
         envelope_correlation=_correlation(a, b, flat=FLAT_ENVELOPE),
         envelope_error=float(np.sqrt(np.mean((a - b) ** 2) / power)) if power > 0 else None,
-        level_db=10 * float(np.log10(kept / power)) if power > 0 and kept > 0 else None,
+        level_db=10 * float(np.log10(copied / power)) if power > 0 and copied > 0 else None,
         frequency_octaves=shift,
         waveform_correlation=correlation,
         snr_db=snr,
@@ -77,14 +76,14 @@ def _waveform(original: Signal, copy: Signal) -> tuple[float | None, float | Non
     count = min(len(original), len(copy))
     a = original.samples[0, :count].astype(np.float64)
     b = copy.samples[0, :count].astype(np.float64)
-    power, wrong = float(np.mean(a**2)), float(np.mean((a - b) ** 2))
+    power, error = float(np.mean(a**2)), float(np.mean((a - b) ** 2))
     if power == 0:
         return None, None
-    return _correlation(a, b), 10 * float(np.log10(power / wrong)) if wrong > 0 else None
+    return _correlation(a, b), 10 * float(np.log10(power / error)) if error > 0 else None
 
 
 def _correlation(a: NDArray[np.float64], b: NDArray[np.float64], flat: float = FLAT) -> float | None:
-    """Return Pearson's correlation; None where one of them hardly varies."""
+    """Return Pearson's correlation; None if either hardly varies."""
     largest = max(float(np.abs(a).max()), float(np.abs(b).max()))
     if len(a) < 2 or min(a.std(), b.std()) <= flat * largest:
         return None

@@ -1,4 +1,4 @@
-"""Several axes or channels to the one that a file or an actuator takes, said aloud."""
+"""Reduction of several axes or channels to the one that a file or an actuator needs."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ CHOICES = ("dft321", "mean")
 
 
 def to_one_axis(signal: Signal, choice: str | None = None) -> tuple[Signal, str | None]:
-    """Return one axis of a signal, and in words how it came about; None where there was one already.
+    """Return one axis of a signal, and how it was derived in words; None if it had only one.
 
     Parameters
     ----------
     signal : Signal
     choice : str, optional
-        The name of an axis, ``"dft321"`` (three axes: their energy at every frequency) or ``"mean"`` (channels of one
-        thing). By default ``dft321`` for three axes and ``mean`` for any other number.
+        The name of an axis, ``"dft321"`` (three axes: their energy at every frequency) or ``"mean"`` (channels of the
+        same source). By default ``dft321`` for three axes and ``mean`` for any other number.
 
     Raises
     ------
     ParameterError
-        If there is no such axis, or ``dft321`` is asked of other than three.
+        If there is no such axis, or ``dft321`` is chosen for another number than three.
     """
     if choice in signal.axes:
         one = signal.select(choice)
         return one, f"axis {choice} of {', '.join(signal.axes)}" if len(signal.axes) > 1 else None
     if choice is not None and choice not in CHOICES:
-        raise ParameterError(f"--axis must be one of {', '.join((*signal.axes, *CHOICES))}, got {choice!r}")
+        raise ParameterError(f"axis must be one of {', '.join((*signal.axes, *CHOICES))}, got {choice!r}")
     if len(signal.axes) == 1:
         return signal, None
     if choice == "mean" or (choice is None and len(signal.axes) != 3):

@@ -166,9 +166,9 @@ def test_bands_add_up_and_are_limited():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"band_type": "WaveletWave", "block_length": 128}, "WaveletWave bands are not read here"),
+        ({"band_type": "WaveletWave", "block_length": 128}, "WaveletWave bands cannot be read"),
         ({"band_type": "Curve", "curve_type": "Bezier"}, "type Bezier are not read"),
-        ({"effects": [{"effect_type": "Reference", "position": 0}]}, "Reference effects are not read"),
+        ({"effects": [{"effect_type": "Reference", "position": 0}]}, "Reference effects cannot be read"),
     ],
 )
 def test_what_has_no_public_description_is_refused(changes, message):
@@ -207,7 +207,7 @@ RULES = {
     ),
     "less than or equal to 48000": lambda d: d.update(timescale=48_001),
     "avatars.0.id": lambda d: d.update(avatars=[{"id": 0}]),
-    "each avatar must have an id of its own": lambda d: d.update(avatars=[{"id": 1}, {"id": 1}]),
+    "each avatar must have a unique id": lambda d: d.update(avatars=[{"id": 1}, {"id": 1}]),
     "avatar_id 7": lambda d: perception(d).update(avatar_id=7),
     "each perception must have": lambda d: d["perceptions"].append(perception(d)),
     "each channel must have": lambda d: perception(d)["channels"].append(perception(d)["channels"][0]),

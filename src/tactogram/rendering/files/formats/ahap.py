@@ -1,14 +1,15 @@
 """AHAP, Apple's haptic patterns (Core Haptics): an envelope, its sharpness, and transients.
 
-"Representing haptic patterns in AHAP files", Apple developer documentation. Core Haptics says nothing about a wrong
-file: it leaves out unknown keys, clamps values and puts defaults for what is missing, so that all is checked here.
-The limits of 16 points per curve and 30 s per event are those of Meta's exporter (haptic_data, MIT).
-Intensity is taken as the root of the amplitude, as there. A curve acts on all events at once: intensity is multiplied,
-sharpness added (Apple; the MPEG reference software reads it so, too).
+"Representing haptic patterns in AHAP files", Apple developer documentation. Core Haptics accepts invalid files
+silently: it ignores unknown keys, clips values and replaces missing ones by defaults, so everything is checked here.
+The limits of 16 points per curve and 30 s per event are those of Meta's exporter (haptic_data, MIT). As there,
+intensity is the square root of the amplitude. A curve acts on all events at once: intensity is multiplied, sharpness
+added (Apple; the MPEG reference software does the same).
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -41,7 +42,7 @@ SPAN = FrequencySpan(65.0, 300.0)
 MOST_POINTS = 16
 LONGEST_EVENT_S = 30.0
 INTENSITY_STEP, SHARPNESS_STEP = 0.01, 0.02
-"""How far a curve may be from the envelope."""
+"""Largest deviation of a curve from the envelope."""
 SHORTEST_S = 1e-5
 _DIGITS = 6
 
@@ -60,11 +61,11 @@ _OTHER_CONTROLS = (
     "AudioDecayTimeControl",
     "AudioReleaseTimeControl",
 )
-"""Known to Core Haptics (CHHapticDynamicParameter.ID); not played here."""
+"""Known to Core Haptics (CHHapticDynamicParameter.ID); ignored here."""
 
 
 class EventParameter(DocumentPart):
-    """A constant of an event."""
+    """Constant of an event."""
 
     name: str = Field(alias="ParameterID")
     value: float = Field(alias="ParameterValue")
@@ -76,7 +77,7 @@ class EventParameter(DocumentPart):
 
 
 class Event(DocumentPart):
-    """A transient or a continuous vibration; audio is left alone."""
+    """A transient or a continuous vibration; audio events are ignored."""
 
     time: Seconds = Field(alias="Time")
     kind: Literal["HapticTransient", "HapticContinuous", "AudioContinuous", "AudioCustom"] = Field(
@@ -97,19 +98,19 @@ class Event(DocumentPart):
         return self
 
     def value(self, name: str, default: float) -> float:
-        """Return a parameter of it."""
+        """Return a parameter's value."""
         return next((p.value for p in self.parameters if p.name == name), default)
 
 
 class Point(DocumentPart):
-    """A control point; its time counts from that of the curve."""
+    """Control point, its time relative to the curve's."""
 
     time: Seconds = Field(alias="Time")
     value: float = Field(alias="ParameterValue")
 
 
 class Curve(DocumentPart):
-    """A parameter of all events over time, straight between its points."""
+    """Parameter of all events over time, linear between its points."""
 
     name: str = Field(alias="ParameterID")
     time: Seconds = Field(alias="Time")
@@ -132,7 +133,7 @@ class Curve(DocumentPart):
 
 
 class Dynamic(DocumentPart):
-    """A parameter of all events from a time on."""
+    """Parameter of all events from a time on."""
 
     name: str = Field(alias="ParameterID")
     time: Seconds = Field(alias="Time")
@@ -145,7 +146,7 @@ class Dynamic(DocumentPart):
 
 
 class Entry(DocumentPart):
-    """An entry of the pattern."""
+    """Entry of the pattern."""
 
     event: Event | None = Field(None, alias="Event")
     curve: Curve | None = Field(None, alias="ParameterCurve")
@@ -159,32 +160,24 @@ class Entry(DocumentPart):
 
 
 class Metadata(DocumentPart):
-    """Whose it is: Core Haptics does not look at it."""
+    """Origin of a pattern; Core Haptics ignores it."""
 
     description: str = Field("", alias="Description")
 
 
 class Pattern(DocumentPart):
-    """A whole file."""
+    """A complete file."""
 
     version: float = Field(1.0, alias="Version")
     metadata: Metadata = Field(Metadata(Description=""), alias="Metadata")
     entries: tuple[Entry, ...] = Field(alias="Pattern", min_length=1, max_length=MOST_ENTRIES, strict=False)
 
 
-def validate(document: Any) -> list[str]:
-    """Return what is wrong with a document, a line each; empty if it is valid."""
-    return problems_of(Pattern, document)
+validate = partial(problems_of, Pattern)
 
 
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis whose envelope is within 0 to 1.
-
-    Raises
-    ------
-    ParameterError
-        If it is too short for an event.
-    """
+    """Return the document of a signal of one axis whose envelope is within 0 to 1."""
     if signal.seconds < SHORTEST_S:
         raise ParameterError(f"AHAP needs at least {SHORTEST_S:g} s, got {signal.seconds:g} s")
     envelope = envelope_of(signal)
@@ -208,17 +201,17 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
 
 
 def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return what a valid document plays, as a carrier of `SPAN`'s frequencies at ``rate``."""
+    """Return the signal of a valid document, as a carrier of `SPAN`'s frequencies at ``rate``."""
     pattern = Pattern.model_validate(document)
     events = [entry.event for entry in pattern.entries if entry.event is not None]
     haptic = [event for event in events if event.kind.startswith("Haptic")]
     if not haptic:
-        raise ParameterError("the pattern holds no haptic event: there is nothing to feel")
+        raise ParameterError("the pattern holds no haptic event")
     ends = [
         event.time + event.duration for event in haptic if event.duration and event.kind == "HapticContinuous"
     ]
     seconds = max(ends, default=0.0)
-    # What sets in within a continuous vibration ends with it.
+    # A transient that begins within a continuous vibration ends with it.
     late = [event.time + PULSE_S for event in haptic if event.time >= seconds]
     seconds = max([seconds, *late])
     intensity = _control(pattern, "HapticIntensityControl", 1.0)
@@ -247,11 +240,11 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
 
 
 _GRID_S = 0.0005
-"""Grid on which events and curves meet, s."""
+"""Grid on which events and curves are combined, s."""
 
 
 class _Line:
-    """A control over time: straight within a curve, held after it."""
+    """Control over time: linear within a curve, constant after it."""
 
     def __init__(self, pieces: list[tuple[list[float], list[float]]], before: float) -> None:
         times, values = [0.0], [before]
@@ -325,28 +318,22 @@ def _event(time: float, kind: str, intensity: float, sharpness: float) -> dict[s
 def _curves(
     name: str, times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float
 ) -> list[dict[str, Any]]:
-    """Return curves of at most `MOST_POINTS`; each begins where the one before ended."""
-    kept = thinned(times, values, tolerance)
-    found = []
-    for first in range(0, max(1, len(kept) - 1), MOST_POINTS - 1):
-        points = kept[first : first + MOST_POINTS]
-        start = round(float(times[points[0]]), _DIGITS)
-        found.append(
+    """Return curves of at most `MOST_POINTS`; each begins where the previous one ended."""
+    chosen = thinned(times, values, tolerance)
+    curves = []
+    for first in range(0, max(1, len(chosen) - 1), MOST_POINTS - 1):
+        indices = chosen[first : first + MOST_POINTS]
+        start = round(float(times[indices[0]]), _DIGITS)
+        points = [
             {
-                "ParameterCurve": {
-                    "ParameterID": name,
-                    "Time": start,
-                    "ParameterCurveControlPoints": [
-                        {
-                            "Time": round(max(0.0, float(times[i]) - start), _DIGITS),
-                            "ParameterValue": round(float(values[i]), 4),
-                        }
-                        for i in points
-                    ],
-                }
+                "Time": round(max(0.0, float(times[i]) - start), _DIGITS),
+                "ParameterValue": round(float(values[i]), 4),
             }
-        )
-    return found
+            for i in indices
+        ]
+        curve = {"ParameterID": name, "Time": start, "ParameterCurveControlPoints": points}
+        curves.append({"ParameterCurve": curve})
+    return curves
 
 
 def _check_range(name: str, value: float, known: dict[str, tuple[float, float]]) -> None:

@@ -1,11 +1,12 @@
 """Android's vibration waveform: `VibrationEffect.createWaveform(timings, amplitudes, repeat)` as JSON.
 
-``timings`` in whole ms, ``amplitudes`` 0 to 255, of equal length; ``repeat`` is -1 or where to go on from.
-Steps of 10 ms, as Meta's exporter makes them. A phone says neither its frequency nor what 255 is.
+``timings`` in integral ms, ``amplitudes`` 0 to 255, of equal length; ``repeat`` is -1 or the index from which to
+repeat. Steps of 10 ms, as in Meta's exporter. A phone states neither its frequency nor the strength of 255.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -19,7 +20,13 @@ from tactogram.rendering.files.documents import (
     has_key,
     problems_of,
 )
-from tactogram.rendering.files.envelope import PHONE_HZ, carrier, envelope_of, stepped_envelope, time_steps
+from tactogram.rendering.files.envelope import (
+    HIGHEST_HZ,
+    PHONE_HZ,
+    carrier,
+    stepped_envelope,
+    stepped_strength,
+)
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
 
@@ -29,7 +36,7 @@ LONGEST_MS = 24 * 3600 * 1000
 
 
 class Waveform(DocumentPart):
-    """A whole file."""
+    """A complete file."""
 
     format: Literal["android-waveform"] = "android-waveform"
     timings: tuple[Annotated[int, Field(ge=0, le=LONGEST_MS)], ...] = Field(
@@ -54,22 +61,13 @@ class Waveform(DocumentPart):
         return self
 
 
-def validate(document: Any) -> list[str]:
-    """Return what is wrong with a document, a line each; empty if it is valid."""
-    return problems_of(Waveform, document)
+validate = partial(problems_of, Waveform)
 
 
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis whose envelope is within 0 to 1.
-
-    Raises
-    ------
-    ParameterError
-        If it is shorter than 1 ms.
-    """
-    edges, middle = time_steps(signal, STEP_MS, what="an Android waveform")
-    envelope = envelope_of(signal, pulses=False)
-    strength = np.rint(STRONGEST * np.minimum(np.interp(middle, envelope.times, envelope.amplitude), 1))
+    """Return the document of a signal of one axis whose envelope is within 0 to 1."""
+    edges, (strength,) = stepped_strength(signal, STEP_MS, [(0.0, HIGHEST_HZ)], what="an Android waveform")
+    strength = np.rint(STRONGEST * strength)
     first = np.flatnonzero(np.diff(strength, prepend=-1))
     return {
         "format": "android-waveform",
@@ -81,7 +79,7 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
 
 
 def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return what a valid document plays once, as a carrier of `PHONE_HZ` at ``rate``."""
+    """Return one playback of a valid document, as a carrier of `PHONE_HZ` at ``rate``."""
     waveform = Waveform.model_validate(document)
     edges = np.concatenate([[0], np.cumsum(waveform.timings)]) / 1e3
     strength = np.array(waveform.amplitudes) / STRONGEST

@@ -1,12 +1,13 @@
-"""Rumble of a gamepad (W3C Gamepad Extensions): `playEffect("dual-rumble", effect)`, one after the other, as JSON.
+"""Gamepad rumble (W3C Gamepad Extensions): a sequence of `playEffect("dual-rumble", effect)` as JSON.
 
 ``startDelay`` and ``duration`` in ms, magnitudes 0 to 1 of a strong slow motor and a weak fast one. Chromium refuses
-an effect whose delay and duration are together above 5000 ms (kMaxEffectDurationMillis), so that a long signal is a
-sequence: wait for each effect's promise, then play the next.
+effects whose delay and duration together exceed 5000 ms (kMaxEffectDurationMillis), so a long signal is a sequence:
+wait for each effect's promise before playing the next.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -20,26 +21,26 @@ from tactogram.rendering.files.documents import (
     has_key,
     problems_of,
 )
-from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, envelope_of, stepped_envelope, time_steps
+from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, stepped_envelope, stepped_strength
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
 
 LONGEST_MS = 5000
 STEP_MS = 50
-"""Faster than this an unbalanced motor does not follow. A choice."""
+"""An eccentric motor cannot follow anything faster. A choice."""
 SPLIT_HZ = 100.0
-"""What is slower drives the strong motor, what is faster the weak one. A choice: the specification names none."""
+"""Lower frequencies drive the strong motor, higher ones the weak one. A choice: the specification names none."""
 STRONG_HZ, WEAK_HZ = 60.0, 160.0
-"""Assumed for reading back. A choice."""
+"""Assumed when a file is read. A choice."""
 MAGNITUDES = 100
-"""Steps of a magnitude: finer ones are not felt, and equal ones join."""
+"""Steps of a magnitude: finer ones are not felt, and equal neighbours are merged."""
 
 Milliseconds = Annotated[float, Field(ge=0)]
 Magnitude = Annotated[float, Field(ge=0, le=1)]
 
 
 class Effect(DocumentPart):
-    """One call of playEffect."""
+    """A call of playEffect."""
 
     delay: Milliseconds = Field(0.0, alias="startDelay")
     duration: Milliseconds
@@ -51,13 +52,13 @@ class Effect(DocumentPart):
         if self.delay + self.duration > LONGEST_MS:
             raise ValueError(
                 f"startDelay and duration must be at most {LONGEST_MS} ms together, "
-                f"got {self.delay + self.duration:g}; make a sequence"
+                f"got {self.delay + self.duration:g}; split it"
             )
         return self
 
 
 class Sequence(DocumentPart):
-    """A whole file."""
+    """A complete file."""
 
     format: Literal["gamepad-effects"] = "gamepad-effects"
     type: Literal["dual-rumble"]
@@ -71,25 +72,14 @@ class Sequence(DocumentPart):
         return self
 
 
-def validate(document: Any) -> list[str]:
-    """Return what is wrong with a document, a line each; empty if it is valid."""
-    return problems_of(Sequence, document)
+validate = partial(problems_of, Sequence)
 
 
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis whose envelope is within 0 to 1.
-
-    Raises
-    ------
-    ParameterError
-        If it is shorter than 1 ms.
-    """
-    edges, middle = time_steps(signal, STEP_MS, what="a gamepad effect")
-    motors = []
-    for low, high in ((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)):
-        envelope = envelope_of(signal, low=low, high=high, pulses=False)
-        strength = np.minimum(np.interp(middle, envelope.times, envelope.amplitude), 1)
-        motors.append(np.rint(MAGNITUDES * strength) / MAGNITUDES)
+    """Return the document of a signal of one axis whose envelope is within 0 to 1."""
+    bands = ((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ))
+    edges, strengths = stepped_strength(signal, STEP_MS, bands, what="a gamepad effect")
+    motors = [np.rint(MAGNITUDES * strength) / MAGNITUDES for strength in strengths]
     effects: list[dict[str, Any]] = []
     for ms, strong, weak in zip(np.diff(edges), *motors, strict=True):
         last = effects[-1] if effects else None
@@ -114,7 +104,7 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
 
 
 def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return what a valid document plays, as two carriers of `STRONG_HZ` and `WEAK_HZ` at ``rate``."""
+    """Return the signal of a valid document, as two carriers of `STRONG_HZ` and `WEAK_HZ` at ``rate``."""
     sequence = Sequence.model_validate(document)
     spans = [ms for effect in sequence.effects for ms in (effect.delay, effect.duration)]
     edges = np.concatenate([[0], np.cumsum(spans)]) / 1e3

@@ -1,7 +1,7 @@
-"""``.haptic`` version 1, Meta's (once Lofelt's) parametric clips: amplitude, frequency, emphasis.
+"""``.haptic`` version 1, Meta's (formerly Lofelt's) parametric clips: amplitude, frequency, emphasis.
 
-The rules are the ten of `haptic_data` (facebook/meta-haptics-sdk, MIT), in strict mode. What 0 and 1 of the frequency
-are is the device's: 55 to 200 Hz on Quest controllers (its profile in that SDK).
+The rules are the ten of `haptic_data` (facebook/meta-haptics-sdk, MIT), in strict mode. The frequencies of 0 and 1
+depend on the device: 55 to 200 Hz on Quest controllers (its profile in that SDK).
 """
 
 from __future__ import annotations
@@ -33,20 +33,20 @@ from tactogram.signal import Signal
 
 SPAN = FrequencySpan(55.0, 200.0)
 AMPLITUDE_STEP, FREQUENCY_STEP = 0.005, 0.02
-"""How far the file's lines may be from the envelope."""
+"""Largest deviation of the file's lines from the envelope."""
 SHORTEST_S = 1e-5
 _DIGITS = 6
 
 
 class Emphasis(DocumentPart):
-    """A highlight of a breakpoint."""
+    """Emphasis of a breakpoint."""
 
     amplitude: float
     frequency: float
 
 
 class AmplitudePoint(DocumentPart):
-    """A breakpoint of the amplitude."""
+    """Breakpoint of the amplitude."""
 
     time: float
     amplitude: float
@@ -54,7 +54,7 @@ class AmplitudePoint(DocumentPart):
 
 
 class FrequencyPoint(DocumentPart):
-    """A breakpoint of the frequency."""
+    """Breakpoint of the frequency."""
 
     time: float
     frequency: float
@@ -68,7 +68,7 @@ class Envelopes(DocumentPart):
 
 
 class Continuous(DocumentPart):
-    """The only kind of signal there is."""
+    """The only kind of signal."""
 
     envelopes: Envelopes
 
@@ -88,7 +88,7 @@ class Version(DocumentPart):
 
 
 class Metadata(DocumentPart):
-    """Whose it is."""
+    """Origin of a clip."""
 
     editor: str = ""
     author: str = ""
@@ -99,7 +99,7 @@ class Metadata(DocumentPart):
 
 
 class Clip(DocumentPart):
-    """A whole file."""
+    """A complete file."""
 
     version: Version
     metadata: Metadata = Metadata(tags=())
@@ -107,7 +107,7 @@ class Clip(DocumentPart):
 
 
 def validate(document: Any) -> list[str]:
-    """Return what is wrong with a document, a line each; empty if it is valid."""
+    """Return the problems of a document, a line each; empty if it is valid."""
     if problems := problems_of(Clip, document):
         return problems
     envelopes = Clip.model_validate(document).signals.continuous.envelopes
@@ -115,18 +115,12 @@ def validate(document: Any) -> list[str]:
 
 
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis whose envelope is within 0 to 1.
-
-    Raises
-    ------
-    ParameterError
-        If it is too short for two breakpoints.
-    """
+    """Return the document of a signal of one axis whose envelope is within 0 to 1."""
     if signal.seconds < SHORTEST_S:
         raise ParameterError(f".haptic needs at least {SHORTEST_S:g} s, got {signal.seconds:g} s")
     envelope = envelope_of(signal)
-    kept = thinned(envelope.times, envelope.amplitude, AMPLITUDE_STEP)
-    times, values = envelope.times[kept], envelope.amplitude[kept]
+    chosen = thinned(envelope.times, envelope.amplitude, AMPLITUDE_STEP)
+    times, values = envelope.times[chosen], envelope.amplitude[chosen]
     pulses = {round(pulse.time, _DIGITS): pulse for pulse in envelope.pulses}
     points = []
     for time in sorted({*(round(float(t), _DIGITS) for t in times), *pulses}):
@@ -139,7 +133,10 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
             }
         points.append(point)
     frequency = SPAN.share(envelope.frequency)
-    kept = thinned(envelope.times, frequency, FREQUENCY_STEP)
+    frequency_points = [
+        {"time": round(float(envelope.times[i]), _DIGITS), "frequency": round(float(frequency[i]), 4)}
+        for i in thinned(envelope.times, frequency, FREQUENCY_STEP)
+    ]
     return {
         "version": {"major": 1, "minor": 0, "patch": 0},
         "metadata": {
@@ -150,27 +147,14 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
             "tags": [],
             "description": header.description,
         },
-        "signals": {
-            "continuous": {
-                "envelopes": {
-                    "amplitude": points,
-                    "frequency": [
-                        {
-                            "time": round(float(envelope.times[i]), _DIGITS),
-                            "frequency": round(float(frequency[i]), 4),
-                        }
-                        for i in kept
-                    ],
-                }
-            }
-        },
+        "signals": {"continuous": {"envelopes": {"amplitude": points, "frequency": frequency_points}}},
     }
 
 
 def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return what a valid document plays, as a carrier of `SPAN`'s frequencies at ``rate``.
+    """Return the signal of a valid document, as a carrier of `SPAN`'s frequencies at ``rate``.
 
-    An emphasis adds what it has more than the envelope. Without frequencies the middle of the span is taken.
+    An emphasis adds its excess over the envelope. Without frequencies the middle of the span is used.
     """
     clip = Clip.model_validate(document)
     envelopes = clip.signals.continuous.envelopes
@@ -180,64 +164,69 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
         for p in envelopes.amplitude
         if p.emphasis is not None
     )
-    given = envelopes.frequency
-    places = np.array([point.time for point in given]) if given else np.array([0.0])
-    shares = np.array([point.frequency for point in given]) if given else np.array([0.5])
+    frequency = envelopes.frequency or (FrequencyPoint(time=0.0, frequency=0.5),)
     envelope = Envelope(
         float(times[-1]),
         times,
         np.array([point.amplitude for point in envelopes.amplitude]),
-        places,
-        SPAN.hz(shares),
+        np.array([point.time for point in frequency]),
+        SPAN.hz(np.array([point.frequency for point in frequency])),
         pulses,
     )
     facts = {
         "carrier_hz": [SPAN.low, SPAN.high],
-        "carrier_from": "frequency" if given else "nothing in the file: the middle of the device's span",
+        "carrier_from": "frequency"
+        if envelopes.frequency
+        else "nothing in the file: the middle of the device's span",
     }
     return DecodedDocument(carrier(envelope, rate), clip.metadata.description, facts)
 
 
 def _amplitude_problems(points: tuple[AmplitudePoint, ...]) -> list[str]:
-    found, last = [], 0.0
+    problems, last = [], 0.0
     for i, point in enumerate(points):
         where = f"amplitude breakpoint {i} at {point.time:g} s"
-        if not 0 <= point.amplitude <= 1:
-            found.append(f"{where}: amplitude must be 0 to 1, got {point.amplitude:g}")
+        problems += _share_problems(where, amplitude=point.amplitude)
         if point.time < last:
-            found.append(f"{where}: out of order, after {last:g} s")
+            problems.append(f"{where}: out of order, after {last:g} s")
         last = point.time
         if (emphasis := point.emphasis) is None:
             continue
-        if not 0 <= emphasis.amplitude <= 1:
-            found.append(f"{where}: emphasis amplitude must be 0 to 1, got {emphasis.amplitude:g}")
-        if not 0 <= emphasis.frequency <= 1:
-            found.append(f"{where}: emphasis frequency must be 0 to 1, got {emphasis.frequency:g}")
+        problems += _share_problems(
+            f"{where}: emphasis", amplitude=emphasis.amplitude, frequency=emphasis.frequency
+        )
         if emphasis.amplitude < point.amplitude:
-            found.append(
+            problems.append(
                 f"{where}: emphasis amplitude must be at least the envelope's {point.amplitude:g}, "
                 f"got {emphasis.amplitude:g}"
             )
     if len(points) < 2:
-        found.append(f"the amplitude envelope must have at least two breakpoints, got {len(points)}")
+        problems.append(f"the amplitude envelope must have at least two breakpoints, got {len(points)}")
     elif not points[-1].time - points[0].time > 0:
-        found.append("the amplitude envelope must last longer than 0 s")
-    return found
+        problems.append("the amplitude envelope must last longer than 0 s")
+    return problems
 
 
 def _frequency_problems(envelopes: Envelopes) -> list[str]:
-    found, last = [], 0.0
+    problems, last = [], 0.0
     times = [point.time for point in envelopes.amplitude]
     for i, point in enumerate(envelopes.frequency or ()):
         where = f"frequency breakpoint {i} at {point.time:g} s"
-        if not 0 <= point.frequency <= 1:
-            found.append(f"{where}: frequency must be 0 to 1, got {point.frequency:g}")
+        problems += _share_problems(where, frequency=point.frequency)
         if point.time < last:
-            found.append(f"{where}: out of order, after {last:g} s")
+            problems.append(f"{where}: out of order, after {last:g} s")
         last = point.time
         if times and not times[0] <= point.time <= times[-1]:
-            found.append(f"{where}: outside the amplitude envelope, {times[0]:g} to {times[-1]:g} s")
-    return found
+            problems.append(f"{where}: outside the amplitude envelope, {times[0]:g} to {times[-1]:g} s")
+    return problems
+
+
+def _share_problems(where: str, **values: float) -> list[str]:
+    return [
+        f"{where}: {name} must be 0 to 1, got {value:g}"
+        for name, value in values.items()
+        if not 0 <= value <= 1
+    ]
 
 
 FORMAT = HapticFormat(

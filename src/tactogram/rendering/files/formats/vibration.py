@@ -1,11 +1,12 @@
-"""The pattern of `navigator.vibrate` (W3C Vibration API, Recommendation 2016), as JSON: on, off, on … in whole ms.
+"""Pattern of `navigator.vibrate` (W3C Vibration API, Recommendation 2016) as JSON: on, off, on … in integral ms.
 
-The longest pattern is the browser's to say. Chromium takes 99 entries of at most 10,000 ms (its VibrationController)
-and cuts off the rest without a word. A bare list is read, too.
+Browsers limit the length: Chromium takes 99 entries of at most 10,000 ms (its VibrationController) and silently drops
+the rest. A bare list can be read, too.
 """
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
@@ -28,13 +29,13 @@ from tactogram.signal import Signal
 MOST_ENTRIES = 99
 LONGEST_MS = 10_000
 SHARE = 0.25
-"""On where the envelope is above this share of its peak. A choice: half would lose what fades."""
+"""On where the envelope is above this share of its peak. A choice: half would lose fading vibrations."""
 SHORTEST_MS = 10
-"""Shorter pauses are filled and shorter pulses made as long: no motor starts faster. A choice."""
+"""Shorter pauses are filled and shorter pulses extended: no motor starts faster. A choice."""
 
 
 class Vibration(DocumentPart):
-    """A whole file."""
+    """A complete file."""
 
     format: Literal["w3c-vibration"] = "w3c-vibration"
     pattern: tuple[Annotated[int, Field(ge=0, le=LONGEST_MS)], ...] = Field(
@@ -42,22 +43,25 @@ class Vibration(DocumentPart):
     )
     description: str = ""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _from_list(cls, document: Any) -> Any:
+        return {"pattern": document} if isinstance(document, list) else document
+
     @model_validator(mode="after")
-    def _something(self) -> Vibration:
+    def _vibrates(self) -> Vibration:
         if not any(self.pattern[::2]):
             raise ValueError("at least one of the entries that vibrate (1st, 3rd …) must be above 0 ms")
         return self
 
 
-def validate(document: Any) -> list[str]:
-    """Return what is wrong with a document or a bare list, a line each; empty if it is valid."""
-    return problems_of(Vibration, _whole(document))
+validate = partial(problems_of, Vibration)
 
 
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis: where it is strong, there is vibration.
+    """Return the document of a signal of one axis: on where it is strong.
 
-    What makes more entries than fit loses its shortest pauses, then more.
+    If there are too many entries, the shortest pauses are filled.
 
     Raises
     ------
@@ -70,7 +74,7 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     envelope = envelope_of(signal, pulses=False)
     strength = np.interp((np.arange(length) + 0.5) / 1e3, envelope.times, envelope.amplitude)
     if strength.max() == 0:
-        raise ParameterError("the signal is silent: a vibration pattern of nothing is none")
+        raise ParameterError("the signal is silent: a vibration pattern cannot be empty")
     on = strength >= SHARE * strength.max()
     shortest = SHORTEST_MS
     pattern = _entries(_cleaned(on, shortest))
@@ -85,9 +89,9 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
 
 
 def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return what a valid document plays, as a carrier of `PHONE_HZ` at ``rate``."""
-    vibration = Vibration.model_validate(_whole(document))
-    # The last entry counts only if it vibrates (W3C: an even pattern loses its last entry).
+    """Return the signal of a valid document, as a carrier of `PHONE_HZ` at ``rate``."""
+    vibration = Vibration.model_validate(document)
+    # W3C: the last entry of an even number of entries is ignored, since it does not vibrate.
     pattern = vibration.pattern[: len(vibration.pattern) - (len(vibration.pattern) + 1) % 2]
     edges = np.concatenate([[0], np.cumsum(pattern)]) / 1e3
     strength = np.array([1.0, 0.0] * (len(pattern) // 2) + [1.0])
@@ -97,12 +101,8 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     )
 
 
-def _whole(document: Any) -> Any:
-    return {"pattern": document} if isinstance(document, list) else document
-
-
 def _cleaned(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
-    """Return ``on``, a value per ms, without shorter pauses and with no shorter pulse."""
+    """Return ``on``, a value per ms, without shorter pauses and without shorter pulses."""
     cleaned = on.copy()
     for start, stop, value in _runs(on):
         if not value and stop - start < shortest and start > 0 and stop < len(on):
@@ -120,18 +120,18 @@ def _runs(on: NDArray[np.bool_]) -> list[tuple[int, int, bool]]:
 
 def _entries(on: NDArray[np.bool_]) -> list[int]:
     """Return on, off, on … in ms, ending on; entries longer than `LONGEST_MS` are split by entries of 0."""
-    found: list[int] = []
+    entries: list[int] = []
     for start, stop, value in _runs(on):
-        if not found and not value:
-            found.append(0)
+        if not entries and not value:
+            entries.append(0)
         rest = stop - start
         while rest > LONGEST_MS:
-            found += [LONGEST_MS, 0]
+            entries += [LONGEST_MS, 0]
             rest -= LONGEST_MS
-        found.append(rest)
-    while len(found) % 2 == 0 or found[-1] == 0:
-        found.pop()
-    return found
+        entries.append(rest)
+    while len(entries) % 2 == 0 or entries[-1] == 0:
+        entries.pop()
+    return entries
 
 
 FORMAT = HapticFormat(
@@ -142,5 +142,5 @@ FORMAT = HapticFormat(
     encode=encode,
     decode=decode,
     validate=validate,
-    recognise=lambda document: has_key("pattern")(_whole(document)),
+    recognise=lambda document: isinstance(document, list) or has_key("pattern")(document),
 )

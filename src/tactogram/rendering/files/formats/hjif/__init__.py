@@ -1,4 +1,4 @@
-"""HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31): the waveform itself."""
+"""HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31), which holds the waveform itself."""
 
 from tactogram.rendering.files.documents import has_key
 from tactogram.rendering.files.format import HapticFormat

@@ -1,12 +1,13 @@
 """Rules of an HJIF document (ISO/IEC 23090-31), as the reference software checks them.
 
-The standard's JSON schema is not public. Required members, ranges and vocabulary were read in the reference software
+The standard's JSON schema is not public. Required members, ranges and vocabulary are from the reference software
 (MPEGGroup/HapticReferenceSoftware, BSD).
 """
 
 from __future__ import annotations
 
 import re
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
@@ -36,7 +37,7 @@ Id = Annotated[int, Field(ge=0)]
 
 
 class Keyframe(DocumentPart):
-    """A point of an effect; its position counts from the effect's, in ticks."""
+    """Point of an effect, its position relative to the effect's, in ticks."""
 
     relative_position: int | None = Field(None, ge=0)
     amplitude_modulation: float | None = None
@@ -44,7 +45,7 @@ class Keyframe(DocumentPart):
 
 
 class Effect(DocumentPart):
-    """A stretch of a band."""
+    """Section of a band."""
 
     effect_type: Literal["Basis", "Reference", "Composite"] = "Basis"
     position: int = 0
@@ -54,7 +55,7 @@ class Effect(DocumentPart):
 
 
 class Band(DocumentPart):
-    """Band: a component of a channel."""
+    """Component of a channel."""
 
     band_type: Literal["Transient", "Curve", "VectorialWave", "WaveletWave"]
     curve_type: Literal["Unknown", "Cubic", "Linear", "Akima", "Bezier", "Bspline"] = "Unknown"
@@ -81,7 +82,7 @@ class Band(DocumentPart):
 
 
 class Channel(DocumentPart):
-    """One signal of a perception."""
+    """Signal of a perception."""
 
     id: Id
     description: str
@@ -95,7 +96,7 @@ class Channel(DocumentPart):
 
 
 class Device(DocumentPart):
-    """A device that a perception was made for."""
+    """Device that a perception is made for."""
 
     id: Id
     name: str
@@ -129,17 +130,17 @@ class Avatar(DocumentPart):
     """A body."""
 
     id: int = Field(ge=1)
-    """0 is reserved for an unspecified one."""
+    """0 is reserved for an unspecified avatar."""
 
 
 class Sync(DocumentPart):
-    """A moment to start from, in ticks."""
+    """Start position, in ticks."""
 
     timestamp: int = Field(ge=0)
 
 
 class Haptics(DocumentPart):
-    """A whole file."""
+    """A complete file."""
 
     version: str
     profile: Literal["Main", "Simple Parametric"]
@@ -170,7 +171,7 @@ class Haptics(DocumentPart):
         return self
 
     def _check_level(self, perception: Perception) -> None:
-        """Check the sizes that a level allows: 127 channels at level 1 is what the reference software's code takes."""
+        """Check a level's limits; 127 channels at level 1 are those of the reference software's code."""
         most = 127 if self.level == 1 else 65_535
         if len(perception.channels) > most:
             raise ValueError(
@@ -181,11 +182,9 @@ class Haptics(DocumentPart):
                 raise ValueError(f"level 1 holds 7 bands per channel at most, got {len(channel.bands)}")
 
 
-def validate(document: Any) -> list[str]:
-    """Return what is wrong with a document, a line each; empty if it is valid."""
-    return problems_of(Haptics, document)
+validate = partial(problems_of, Haptics)
 
 
 def _check_unique(numbers: list[int], what: str) -> None:
     if len(set(numbers)) < len(numbers):
-        raise ValueError(f"each {what} must have an id of its own, got {numbers}")
+        raise ValueError(f"each {what} must have a unique id, got {numbers}")

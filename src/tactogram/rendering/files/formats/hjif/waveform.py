@@ -1,13 +1,13 @@
 """Waveforms in HJIF documents, as dense curves.
 
-How a file sounds was read in the reference software (MPEGGroup/HapticReferenceSoftware, BSD): interpolation, ticks,
-base signals, and that a channel's bands add up, are limited to -1..1 and multiplied by its gain.
+Playback follows the reference software (MPEGGroup/HapticReferenceSoftware, BSD): interpolation, ticks, base signals,
+and that a channel's bands are added, clipped to -1..1 and multiplied by its gain.
 
-A signal is written as one Curve band per axis, of type Linear, with a keyframe per sample and a tick per sample, in
-one effect at position 0: where the ticks are the samples nothing is interpolated. Samples that lie on the line
-between their neighbours are left out. Wavelet bands have no public description; such files are for the reference
-software's Synthesizer. Over displacement a tick is a part of a mm; that is in the description, since the format knows
-no other place for it.
+A signal is written as one Curve band per axis, of type Linear, with a tick per sample and a keyframe per sample, in
+one effect at position 0: since ticks are samples, nothing is interpolated. Samples on the line between their
+neighbours are omitted. Wavelet bands have no public description; such files need the reference software's Synthesizer.
+Over displacement a tick is a fraction of a mm; only the description says so, since the format has no other place for
+it.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from tactogram.signal import Signal
 from tactogram.signal.io.description import decode as read_description
 
 HIGHEST_RATE = 8000.0
-"""Above this a signal is resampled, Hz: touch ends at 1 kHz, and a file has about 50 bytes per sample."""
+"""Signals are resampled to at most this rate, Hz: touch ends at 1 kHz, and a sample takes about 50 bytes."""
 FINEST_TICKS = 1000
-"""A slower signal gets several ticks per sample, so that its rate is met to 0.05 %; exactly, where it is whole."""
+"""A slower signal gets several ticks per sample, so that its rate is met to 0.05 %, or exactly if it is integral."""
 DIGITS = 6
 """Decimals of an amplitude: -120 dB of full scale."""
 TRANSIENT_MS = 22.0
@@ -40,19 +40,19 @@ BY_UNIT = {"m/s^2": "Acceleration", "m/s": "Velocity", "m": "Position", "N": "Fo
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal within -1 to 1, a channel per axis.
 
-    By default the modality follows from the header's unit: Acceleration for m/s^2 and so on; for other units Friction
-    over displacement, else Vibrotactile.
+    The default modality depends on the header's unit: Acceleration for m/s^2 and so on; for other units Friction over
+    displacement, else Vibrotactile.
 
     Raises
     ------
     ParameterError
-        If the rate does not fit into ticks.
+        If the rate needs too many ticks.
     """
     steps = max(1, math.ceil(FINEST_TICKS / signal.rate))
     timescale = round(signal.rate * steps)
     if timescale > MOST_TICKS or len(signal.axes) > 65_535:
         raise ParameterError(
-            f"HJIF holds {MOST_TICKS} ticks per s (or mm) at most, got {timescale}; use --resample"
+            f"HJIF holds at most {MOST_TICKS} ticks per s (or mm), got {timescale}; resample the signal"
         )
     usual = "Friction" if signal.domain == "displacement" else "Vibrotactile"
     top = min(round(signal.rate / 2), timescale)
@@ -116,18 +116,18 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     ----------
     document : JSON values
     rate : float, Hz, optional
-        Of the result; by default that in the description of a file that this package wrote (ticks and
-        ``frequency_sampling`` are whole numbers), else the channels' ``frequency_sampling``, else `READ_RATE`.
+        By default the rate in the description of a file written by this package (ticks and ``frequency_sampling`` are
+        integers), else the channels' ``frequency_sampling``, else `READ_RATE`.
 
     Raises
     ------
     DataError
-        If it holds nothing, or what has no public description.
+        If it is empty, or has content without a public description.
     """
     haptics = Haptics.model_validate(document)
     perception = next((p for p in haptics.perceptions if p.channels), None)
     if perception is None:
-        raise DataError("the file has no perception with a channel: there is nothing to feel")
+        raise DataError("the file has no perception with a channel")
     own = read_description(haptics.description, "HJIF") if haptics.description else None
     exact_rate = own.rate if own is not None else None
     stated = [c.frequency_sampling for c in perception.channels if c.frequency_sampling]
@@ -135,7 +135,7 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     lengths = [_seconds(channel, haptics.timescale) for channel in perception.channels]
     count = sample_count(max(lengths), rate)
     if count < 1 and exact_rate is None:
-        raise DataError("the file's channels have no length: there is nothing to feel")
+        raise DataError("the file's channels have no length")
     step = haptics.timescale / rate
     if exact_rate is not None and rate == exact_rate and perception.channels[0].sample_count:
         count, step = perception.channels[0].sample_count, float(round(step))
@@ -154,13 +154,12 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
 def _keyframes(samples: NDArray[np.float32], steps: int) -> list[dict[str, Any]]:
     """Return a keyframe per sample that is not on the line between its neighbours, and one after the last.
 
-    The reference software plays nothing at the very place of the last keyframe.
+    The reference software plays nothing at the exact position of the last keyframe.
     """
     x = np.round(samples.astype(np.float64), DIGITS)
     x = np.append(x, x[-1])
     bent = np.abs(np.diff(x, 2)) > 0.5 * 10.0**-DIGITS if len(x) > 2 else np.zeros(0, bool)
-    kept = np.concatenate([[True], bent, [True]])
-    places = np.flatnonzero(kept)
+    places = np.flatnonzero(np.concatenate([[True], bent, [True]]))
     return [
         {"relative_position": place * steps, "amplitude_modulation": value}
         for place, value in zip(places.tolist(), x[places].tolist(), strict=True)
@@ -187,15 +186,15 @@ def _channel(channel: Channel, ticks: NDArray[np.float64], timescale: int) -> ND
         for effect in band.effects:
             if effect.effect_type != "Basis":
                 raise DataError(
-                    f"{effect.effect_type} effects are not read here; play the file to a WAV with the MPEG "
-                    "reference software's Synthesizer"
+                    f"{effect.effect_type} effects cannot be read; render the file to a WAV with the MPEG reference "
+                    "software's Synthesizer"
                 )
             total += _effect(band, effect, ticks - effect.position, timescale)
     return np.clip(total, -1, 1) * channel.gain
 
 
 def _effect(band: Band, effect: Effect, at: NDArray[np.float64], timescale: int) -> NDArray[np.float64]:
-    """Return an effect at places ``at`` in ticks after its own, float64, shape (time,)."""
+    """Return an effect at ``at`` ticks after its position, float64, shape (time,)."""
     match band.band_type:
         case "Curve":
             return _curve(band.curve_type, effect, at)
@@ -204,13 +203,13 @@ def _effect(band: Band, effect: Effect, at: NDArray[np.float64], timescale: int)
         case "Transient":
             return _transients(effect, at, timescale)
     raise DataError(
-        "WaveletWave bands are not read here, their coding has no public description; play the file to a WAV with "
-        "the MPEG reference software's Synthesizer"
+        "WaveletWave bands cannot be read, since their coding has no public description; render the file to a WAV "
+        "with the MPEG reference software's Synthesizer"
     )
 
 
 def _points(effect: Effect, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the places and values of the keyframes that state a modulation."""
+    """Return the positions and values of the keyframes that state a modulation."""
     stated = [k for k in effect.keyframes if getattr(k, name) is not None]
     places = np.array([k.relative_position or 0 for k in stated], np.float64)
     return places, np.array([getattr(k, name) for k in stated], np.float64)
@@ -222,14 +221,14 @@ def _curve(kind: str, effect: Effect, at: NDArray[np.float64]) -> NDArray[np.flo
         return np.zeros(len(at))
     inside = (at >= places[0]) & (at <= places[-1])
     if kind in ("Bezier", "Bspline"):
-        raise DataError(f"curves of type {kind} are not read here; use Linear, Cubic or Akima")
+        raise DataError(f"curves of type {kind} cannot be read; use Linear, Cubic or Akima")
     if kind == "Linear" or len(places) == 2:
         return np.where(inside, np.interp(at, places, values), 0.0)
     if kind == "Akima" and len(places) > 2:
         from scipy.interpolate import Akima1DInterpolator
 
         return np.where(inside, np.nan_to_num(Akima1DInterpolator(places, values)(at)), 0.0)
-    # Cubic, and what names no type: level at every keyframe, as the reference software's Hermite polynomial.
+    # Cubic or unspecified: horizontal at every keyframe, as the reference software's Hermite polynomial.
     i = np.clip(np.searchsorted(places, at, side="right") - 1, 0, max(len(places) - 2, 0))
     j = np.minimum(i + 1, len(places) - 1)
     span = np.maximum(places[j] - places[i], 1e-12)
@@ -267,7 +266,7 @@ def _base(name: str, cycles: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _transients(effect: Effect, at: NDArray[np.float64], timescale: int) -> NDArray[np.float64]:
-    """Return two periods of a sine in `TRANSIENT_MS` at each keyframe, whatever its frequency: as the reference."""
+    """Return two periods of a sine in `TRANSIENT_MS` at each keyframe, at any frequency, as the reference does."""
     length = TRANSIENT_MS / 1e3 * timescale
     total = np.zeros(len(at))
     for place, strength in zip(*_points(effect, "amplitude_modulation"), strict=True):
