@@ -186,7 +186,7 @@ def _amplitude_problems(points: tuple[AmplitudePoint, ...]) -> list[str]:
     problems, last = [], 0.0
     for i, point in enumerate(points):
         where = f"amplitude breakpoint {i} at {point.time:g} s"
-        problems += _share_problems(where, amplitude=point.amplitude)
+        problems += _share_problems(f"{where}:", amplitude=point.amplitude)
         if point.time < last:
             problems.append(f"{where}: out of order, after {last:g} s")
         last = point.time
@@ -212,7 +212,7 @@ def _frequency_problems(envelopes: Envelopes) -> list[str]:
     times = [point.time for point in envelopes.amplitude]
     for i, point in enumerate(envelopes.frequency or ()):
         where = f"frequency breakpoint {i} at {point.time:g} s"
-        problems += _share_problems(where, frequency=point.frequency)
+        problems += _share_problems(f"{where}:", frequency=point.frequency)
         if point.time < last:
             problems.append(f"{where}: out of order, after {last:g} s")
         last = point.time
@@ -223,7 +223,7 @@ def _frequency_problems(envelopes: Envelopes) -> list[str]:
 
 def _share_problems(where: str, **values: float) -> list[str]:
     return [
-        f"{where}: {name} must be 0 to 1, got {value:g}"
+        f"{where} {name} must be 0 to 1, got {value:g}"
         for name, value in values.items()
         if not 0 <= value <= 1
     ]
