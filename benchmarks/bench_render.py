@@ -15,7 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tactogram.rendering.displays.catalogue import open_display, shipped
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal

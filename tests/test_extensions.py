@@ -19,7 +19,7 @@ from tactogram.datasets.importer import IMPORTERS
 from tactogram.evaluation.measures.measure import MEASURES
 from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.families import FAMILIES
+from tactogram.rendering.displays.family import FAMILIES
 from tactogram.rendering.files.catalogue import FORMATS, haptic_formats
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.output import DisplayOutput

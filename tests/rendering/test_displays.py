@@ -8,7 +8,7 @@ import pytest
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display, shipped
-from tactogram.rendering.displays.families import FAMILIES, display_family
+from tactogram.rendering.displays.family import FAMILIES, display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal

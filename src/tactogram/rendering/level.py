@@ -1,10 +1,10 @@
-"""Level of a drive: how strong a rendered signal shall be, always stated and never guessed."""
+"""Level of a drive: how strong the output should be, always stated and never guessed."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast, get_args
 
 from tactogram.errors import ParameterError
 
@@ -12,7 +12,7 @@ Kind = Literal["physical", "sensation", "gain", "peak"]
 KINDS = ("physical", "sensation", "sensation=DB", "gain=FACTOR", "peak=SHARE")
 
 MOST_DB, MOST_GAIN = 200.0, 1e12
-"""What is beyond is a mistake, and no arithmetic of it a drive."""
+"""Larger values are mistakes, and would overflow."""
 
 
 @dataclass(frozen=True)
@@ -22,20 +22,20 @@ class Level:
     Parameters
     ----------
     kind : {"physical", "sensation", "gain", "peak"}
-        - ``physical``: the output is the signal, in its own unit.
+        - ``physical``: the output equals the signal, in its own unit.
         - ``sensation``: the output is as far above the detection threshold as the signal, or ``value`` dB above it
-          (`tactogram.signal.perception.sensation_level_db`). Frequencies that the display cannot render are made up for
-          by those that it can.
+          (`tactogram.signal.perception.sensation_level_db`). The frequencies that the display can render compensate
+          for the others.
         - ``gain``: the output is ``value`` times the signal, in units of output per unit of signal.
-        - ``peak``: the largest drive is ``value`` times the display's limit. How strong the signal was is lost;
-          for signals without a physical level.
+        - ``peak``: the largest drive is ``value`` times the display's limit. The signal's own strength is lost; for
+          signals without a physical level.
     value : float, optional
         dB, factor or share.
 
     Raises
     ------
     ParameterError
-        If a value is missing, too much, or out of range.
+        If a value is missing or out of range.
     """
 
     kind: Kind
@@ -51,8 +51,8 @@ class Level:
             case "sensation" if value is not None and abs(value) > MOST_DB:
                 raise ParameterError(f"level sensation takes -{MOST_DB:g} to {MOST_DB:g} dB, got {value:g}")
             case "gain" if value is None or not 1 / MOST_GAIN <= value <= MOST_GAIN:
-                asked = f"level gain needs a factor of {1 / MOST_GAIN:g} to {MOST_GAIN:g}, got {value}"
-                raise ParameterError(f"{asked}; write gain=2")
+                needed = f"level gain needs a factor of {1 / MOST_GAIN:g} to {MOST_GAIN:g}, got {value}"
+                raise ParameterError(f"{needed}; write gain=2")
             case "peak" if value is None or not 0 < value <= 1:
                 raise ParameterError(f"level peak needs a share in 0 to 1, got {value}; write peak=0.8")
 
@@ -60,12 +60,12 @@ class Level:
         return self.kind if self.value is None else f"{self.kind}={self.value:g}"
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return JSON values."""
         return {"kind": self.kind, "value": self.value, "asked": str(self)}
 
 
 def parse_level(text: str) -> Level:
-    """Return the level that a text such as ``"physical"``, ``"sensation=20"`` or ``"gain=3"`` asks for, see `KINDS`.
+    """Return the level for a text such as ``"physical"``, ``"sensation=20"`` or ``"gain=3"``, see `KINDS`.
 
     Raises
     ------
@@ -73,16 +73,10 @@ def parse_level(text: str) -> Level:
         If it is none of these.
     """
     kind, sign, number = (part.strip() for part in text.partition("="))
-    known: dict[str, Kind] = {
-        "physical": "physical",
-        "sensation": "sensation",
-        "gain": "gain",
-        "peak": "peak",
-    }
-    if kind not in known:
+    if kind not in get_args(Kind):
         raise ParameterError(f"level must be one of {', '.join(KINDS)}, got {text!r}")
     try:
         value = float(number) if sign else None
     except ValueError:
         raise ParameterError(f"level {kind} needs a number after =, got {number!r}") from None
-    return Level(known[kind], value)
+    return Level(cast("Kind", kind), value)

@@ -130,7 +130,7 @@ BASE = {
         ({"band": [100, 20]}, "low < high"),
         ({"rest": 0.5}, "rest must be 0 where dc is forbidden"),
         ({"rest": 2, "dc": True}, "rest must lie within"),
-        ({"settings": {}}, "stand in a table"),
+        ({"settings": {}}, "belong in a table"),
         ({"response": {"kind": "flat", "unit": "m/s^2"}}, "gain"),
     ],
 )

@@ -145,7 +145,7 @@ def test_what_cannot_be_made_up_for_is_said():
     audio, moved = open_display("audio"), open_display("voice-coil")
     with pytest.raises(ParameterError, match="its response is not known"):
         equalised(audio, on=True)
-    with pytest.raises(ParameterError, match="q is wanted"):
+    with pytest.raises(ParameterError, match="set its q"):
         equalised(
             open_display("ultrasonic", changes={"ultrasonic.q": None, "ultrasonic.pre_emphasis": False}),
             on=True,

@@ -120,7 +120,7 @@ def test_people_are_told_apart_from_csv_to_toml_to_settings(tmp_path):
         ("voltage_v_rms,friction,normal_force_n\n1,0.3,1e-320\n", "each 0 or 1e-09 to 1e\\+09 in size"),
         ("voltage_v_rms,friction,normal_force_n\n1,nan,1\n", "each 0 or"),
         ("voltage_v_rms,friction,normal_force_n,x\n1,0.3,1,1\n", "unknown column 'x'"),
-        ("voltage_v_rms,friction,normal_force_n\n", "holds no pair"),
+        ("voltage_v_rms,friction,normal_force_n\n", "no measurements"),
     ],
 )
 def test_a_bad_table_is_refused_with_its_place(tmp_path, text, match):

@@ -168,7 +168,7 @@ def test_recorded_friction_is_rendered_and_what_is_missing_said(real_data):
     drive = fit(friction_mm, display, level=PHYSICAL, speed_mm_s=100)
     assert np.abs(drive.signal.samples).max() == pytest.approx(141, rel=1e-3)
     assert drive.report.facts["increase_scaled_by"] == pytest.approx(0.186, abs=0.001)
-    assert any("19 % of the swing" in words for words in drive.report.unreachable)
+    assert any("19 % of the wanted swing" in words for words in drive.report.unreachable)
 
 
 def test_friction_of_the_bare_display_is_no_voltage_at_all():

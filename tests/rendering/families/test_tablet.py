@@ -94,7 +94,7 @@ def test_a_peak_uses_that_share_of_what_the_strings_can():
 
 
 def test_an_acceleration_is_no_force_unless_the_mass_is_known():
-    with pytest.raises(UnitError, match="moved_mass_kg, which string-tablet does not say"):
+    with pytest.raises(UnitError, match="moved_mass_kg, which string-tablet does not state"):
         fit(vibration(), open_display("string-tablet"), level=parse_level("physical"))
     display = open_display("string-tablet", changes={"tablet.moved_mass_kg": 0.02})
     pulled, _, _ = force(display, vibration().select("x"), "physical")

@@ -61,7 +61,7 @@ def test_gravity_takes_no_part_of_full_scale(tmp_path):
     stroke = effect(strength=2.0, unit="m/s^2")
     held = stroke.with_samples(stroke.samples + 9.81)
     found = write_haptic(tmp_path / "x.hjif", held, format="hjif")
-    assert found["constant"] == "a constant of up to 9.81 m/s^2 taken out: gravity or an offset, no vibration"
+    assert found["constant"] == "a constant of up to 9.81 m/s^2 removed: gravity or an offset, no vibration"
     assert found["full_scale"] == pytest.approx(2.0, rel=0.01)
     assert read_haptic(tmp_path / "x.hjif").signal.samples == pytest.approx(stroke.samples, abs=1e-3)
     force = held.with_samples(held.samples, unit="N")

@@ -93,7 +93,7 @@ def test_beyond_the_calibrated_voltage_the_report_says_that_it_is_a_guess(fricti
     ("display", "person", "changes", "message"),
     [
         ("voice-coil", "anna", {}, "for an electrostatic display, this one is linear"),
-        ("electrovibration", None, {}, "holds anna, ben: say which person"),
+        ("electrovibration", None, {}, "holds anna, ben: name the person"),
         ("electrovibration", "carl", {}, "person must be one of anna, ben"),
         ("electrovibration", "ben", {"electrovibration.mu_0": 0.2}, "leave out --set or --calibration"),
     ],

@@ -1,20 +1,25 @@
-"""Settings of displays whose drive modulates a carrier."""
+"""Settings of displays whose drive is a modulated carrier."""
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import ClassVar, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.errors import ParameterError
 
 
 class CarrierSettings(BaseModel):
-    """Carrier, amplifier and output: what a generator must know that makes the carrier itself."""
+    """Carrier, amplifier and output, for rendering and for a generator that makes the carrier itself."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     resonant: ClassVar[bool] = False
-    """Whether the carrier lies at a resonance that is to be tracked."""
+    """Whether the carrier lies at a resonance to be tracked."""
 
     carrier_hz: float = Field(gt=0)
     amplifier_gain: float = Field(default=1.0, gt=0)
@@ -29,5 +34,25 @@ class CarrierSettings(BaseModel):
 
     @property
     def signed_envelope(self) -> bool:
-        """Whether the envelope turns the carrier's sign."""
+        """Whether the envelope inverts the carrier."""
         return False
+
+    def check_rate(self, rate: float, highest_hz: float) -> None:
+        """Refuse a rate (Hz) too low for a waveform or envelope with components up to ``highest_hz``.
+
+        Raises
+        ------
+        ParameterError
+            If it is at or below 2.2 times the highest frequency of the output.
+        """
+        least = 2.2 * (highest_hz + (self.carrier_hz if self.output == "waveform" else 0))
+        if not (math.isfinite(rate) and rate > least):
+            raise ParameterError(
+                f"{self.output} of this display needs a rate above {least:g} Hz, got {rate:g}"
+            )
+
+    def output_of(self, envelope: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+        """Return the modulated carrier, or the envelope itself, as ``output`` says; same unit and shape (time,)."""
+        if self.output == "envelope":
+            return envelope
+        return np.asarray(envelope * np.sin(2 * np.pi * self.carrier_hz * np.arange(len(envelope)) / rate))

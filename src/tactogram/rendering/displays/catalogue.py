@@ -1,4 +1,4 @@
-"""Displays from their files: those that come with the package, by name, and anybody's, by path."""
+"""Displays from TOML files: by name those that come with the package, by path any other."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import FAMILIES, display_family
+from tactogram.rendering.displays.family import FAMILIES, display_family
 from tactogram.rendering.displays.response import read_response
 from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
@@ -28,14 +28,14 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
     ----------
     name : str or Path
     changes : mapping, optional
-        Values by dotted key that take the place of the file's, such as ``{"limit": 2.0, "linear.cap_db": 10}``.
+        Replacements of the file's values by dotted key, such as ``{"limit": 2.0, "linear.cap_db": 10}``.
 
     Raises
     ------
     DataError
         If there is no such file, or it is not TOML.
     ParameterError
-        If a name is unknown, or a key or value is not one of a display or of its family.
+        If a name is unknown, or a key or value is not valid for a display or its family.
     """
     known = shipped()
     path = known.get(str(name), Path(name))
@@ -45,16 +45,16 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
 
 
 def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Path = Path()) -> Display:
-    """Return the display that the values of a file describe.
+    """Return the display that a file's values describe.
 
     Parameters
     ----------
     values : mapping
-        As in the file: the keys of `Display`, and under the family's name its settings.
+        The keys of `Display`, and the family's settings under its name.
     where : str
-        What an error names.
+        Prefix of errors.
     folder : Path
-        Where a response's file is looked for.
+        Folder of the response's file.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Pat
     if not isinstance(family, str) or family not in FAMILIES:
         raise ParameterError(f"{where}: family must be one of {', '.join(FAMILIES.names())}, got {family!r}")
     if "settings" in values:
-        raise ParameterError(f"{where}: the settings of a {family} display stand in a table [{family}]")
+        raise ParameterError(f"{where}: the settings of a {family} display belong in a table [{family}]")
     own = values.pop(family, {})
     if not isinstance(own, Mapping):
         raise ParameterError(f"{where}: [{family}] must be a table, got {own!r}")

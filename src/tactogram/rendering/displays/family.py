@@ -1,4 +1,4 @@
-"""Display family: what a module of `rendering.families` declares as its ``FAMILY``."""
+"""Display families: the ``FAMILY`` of each module of `rendering.families` and of plug-ins."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from tactogram.errors import ParameterError
+from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
@@ -32,23 +34,23 @@ class DriveFunction(Protocol):
         signal : Signal
             Over time, in its own unit and at its own rate: one axis, or all of them (`rendering.drive.axes`).
         settings : BaseModel
-            Of the family.
+            The family's.
         display : Display
         level : Level
 
         Returns
         -------
         drive : Signal
-            At ``display.rate``, in ``display.unit``, axes named as ``display.channels``. Fades, DC and the limits are
-            checked after it (`rendering.drive.safety`).
+            At ``display.rate``, in ``display.unit``, with ``display.channels`` as axes. Fades, DC and the limits are
+            checked afterwards (`rendering.drive.safety`).
         facts : dict
-            Three keys hold sentences, each a list of str: ``scaled``, ``clipped`` and ``unreachable``. ``faded`` is
-            true if the drive already begins and ends at rest.
+            Three keys hold lists of sentences: ``scaled``, ``clipped`` and ``unreachable``. ``faded`` is true if the
+            drive already begins and ends at rest.
 
         Raises
         ------
         UnitError, ParameterError
-            If the level has no meaning for the signal or the display, or the settings do not fit.
+            If the level does not apply to the signal or the display, or the settings do not fit.
         """
         ...
 
@@ -58,21 +60,17 @@ class StreamDrive(Protocol):
 
     delay_s: float
     runs_on: bool
-    """Whether `process` is called on while nothing arrives: a carrier held at an instant would be a direct voltage."""
+    """Whether `process` is called without motion, too: a carrier held at an instant would be a direct voltage."""
 
     def process(self, block: NDArray[np.float32], motion: MotionBlock | None) -> NDArray[np.float64]:
         """Return the drive of a block, float64, shape (channel, time).
 
-        Parameters
-        ----------
-        block : float32 array, shape (axis, time)
-        motion : MotionBlock or None
-            The finger over this block; None while its position is unknown.
+        ``block`` is float32, shape (axis, time); ``motion`` the finger over it, None while its position is unknown.
         """
         ...
 
     def facts(self) -> dict[str, Any]:
-        """Return what it does, as JSON values; ``equaliser`` among them if it has one."""
+        """Return JSON facts; ``equaliser`` is among them if it has one."""
         ...
 
 
@@ -85,15 +83,14 @@ class DisplayFamily:
     name : str
         That of the module's file, and of the table of settings in a display's file.
     settings : type
-        Pydantic model, frozen, that refuses unknown keys.
+        Frozen pydantic model that refuses unknown keys.
     drive : DriveFunction
     renders : {"vibration", "friction"}
         Friction is a coefficient, one axis of unit 1.
     stream_signal : callable, optional
-        Returns a `StreamDrive` from the display, the unit of the signal and the facts of ``drive`` on a rehearsal.
+        Returns a `StreamDrive` for the display, the unit of the signal and the facts of ``drive`` on a rehearsal.
     stream_surface : callable, optional
-        The same from the display, the whole surface that will be played and the level. A family without either is not
-        streamed to.
+        Returns one for the display, the whole surface and the level. A family without either cannot be streamed to.
     equalise : callable, optional
         Returns settings with the equaliser on or off.
     response_known : callable
@@ -126,3 +123,21 @@ class DisplayFamily:
     sampled: bool = True
     hazard: str = ""
     close_up_s: float = 0.1
+
+
+FAMILIES = PluginGroup(
+    "display family",
+    "tactogram.rendering.families",
+    "tactogram.display_families",
+    "TACTOGRAM_DISPLAY_FAMILIES",
+)
+"""Modules with a ``FAMILY``, a `DisplayFamily`."""
+
+
+def display_family(name: str) -> DisplayFamily:
+    """Return a family by name; `ParameterError` if there is none, or its module does not define one."""
+    module = FAMILIES.module(name)
+    family = getattr(module, "FAMILY", None)
+    if not isinstance(family, DisplayFamily) or family.name != name:
+        raise ParameterError(f"{module.__file__}: must define FAMILY, a DisplayFamily called {name!r}")
+    return family

@@ -1,4 +1,4 @@
-"""A display's response, its output over its drive by frequency: a table, a formula or a constant; and its inverse."""
+"""Response of a display, its output per drive over frequency: a table, a formula or a constant; and its inverse."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from scipy.interpolate import PchipInterpolator
 
 from tactogram.errors import DataError, ParameterError
@@ -18,7 +18,7 @@ from tactogram.signal.signal import UNITS
 from tactogram.text_files import csv_rows, read_text
 
 HEADING = ("frequency [Hz]", "gain", "phase [rad]", "coherence")
-"""Columns of a response's CSV; the last is optional, ``gain`` may carry a unit as ``gain [m/s^2/V]``."""
+"""Columns of a response's CSV; the last is optional, ``gain`` may have a unit as ``gain [m/s^2/V]``."""
 EDGE_OCTAVES = 1 / 6
 """Width of the cosine edges of an inverse, inside its band."""
 
@@ -26,22 +26,29 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Point = tuple[float, float, float]
 
 
+def _known(unit: str) -> str:
+    if unit not in UNITS:
+        raise ValueError(f"must be one of {', '.join(UNITS)}")
+    return unit
+
+
+SignalUnit = Annotated[str, AfterValidator(_known)]
+
+
 class _Source(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    unit: str
-    """Of the output, one of the units of a Signal; the response is in ``unit`` per unit of the drive."""
+    unit: SignalUnit
+    """Unit of the output; the response is in ``unit`` per unit of the drive."""
 
-    @field_validator("unit")
-    @classmethod
-    def _unit_is_known(cls, unit: str) -> str:
-        if unit not in UNITS:
-            raise ValueError(f"must be one of {', '.join(UNITS)}")
-        return unit
+    @property
+    def range(self) -> tuple[float, float]:
+        """Range in which it is known, Hz."""
+        return 0.0, np.inf
 
 
 class FlatResponse(_Source):
-    """The same at every frequency."""
+    """Constant response."""
 
     kind: Literal["flat"]
     gain: Positive
@@ -51,14 +58,9 @@ class FlatResponse(_Source):
         """Return the response at ``frequency`` in Hz, complex128, of the same shape."""
         return np.full(np.shape(frequency), self.gain, np.complex128)
 
-    @property
-    def range(self) -> tuple[float, float]:
-        """Where it is known, Hz."""
-        return 0.0, np.inf
-
 
 class ResonatorResponse(_Source):
-    """A mass on a spring driven by a force: acceleration rises by 12 dB per octave to a resonance, then stays.
+    """Mass on a spring driven by a force: acceleration rises by 12 dB per octave to a resonance, then stays constant.
 
     H(f) = gain (j r)^2 / ((j r)^2 + j r / q + 1) with r = f / resonance_hz: the acceleration of the moved mass per
     drive. General knowledge of inertial voice coils, no device's data sheet.
@@ -69,7 +71,7 @@ class ResonatorResponse(_Source):
     """Output per drive far above the resonance."""
     resonance_hz: Positive
     q: Positive
-    """Height of the resonance over the plateau."""
+    """Height of the resonance above the plateau."""
 
     def at(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return the response at ``frequency`` in Hz, complex128, of the same shape."""
@@ -77,18 +79,13 @@ class ResonatorResponse(_Source):
         response: NDArray[np.complex128] = self.gain * s**2 / (s**2 + s / self.q + 1)
         return response
 
-    @property
-    def range(self) -> tuple[float, float]:
-        """Where it is known, Hz."""
-        return 0.0, np.inf
-
 
 class TabulatedResponse(_Source):
-    """Measured points; in between, gain (in dB) and phase go smoothly over the logarithm of the frequency."""
+    """Measured points; gain (in dB) and phase are interpolated smoothly over the logarithm of the frequency."""
 
     kind: Literal["table"]
     file: str | None = None
-    """CSV of frequency, gain and phase, beside the display's file; read when that is read."""
+    """CSV of frequency, gain and phase, relative to the display's file; read together with it."""
     points: tuple[Point, ...] = ()
     """Frequency in Hz, gain in output per drive, phase in rad (unwrapped), by rising frequency."""
 
@@ -104,7 +101,7 @@ class TabulatedResponse(_Source):
         return self
 
     def at(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Return the response at ``frequency`` in Hz, complex128, of the same shape; held outside of its range."""
+        """Return the response at ``frequency`` in Hz, complex128, of the same shape; constant outside of its range."""
         f, gain, phase = np.array(self.points, np.float64).reshape(-1, 3).T
         place = np.log(np.clip(np.asarray(frequency, np.float64), f[0], f[-1]))
         level = PchipInterpolator(np.log(f), np.log(gain))(place)
@@ -114,7 +111,7 @@ class TabulatedResponse(_Source):
 
     @property
     def range(self) -> tuple[float, float]:
-        """Where it is known, Hz."""
+        """Range in which it is known, Hz."""
         return self.points[0][0], self.points[-1][0]
 
 
@@ -124,14 +121,14 @@ ResponseSource = Annotated[Response, Field(discriminator="kind")]
 
 @dataclass(frozen=True, eq=False)
 class InverseResponse:
-    """The inverse of a response within a band.
+    """Inverse of a response within a band.
 
     Parameters
     ----------
     gain : complex128 array, shape (bin,)
         Drive per output; 0 outside of the band.
     capped : bool array, shape (bin,)
-        Where the cap keeps the output below what is wanted.
+        Where the cap keeps the output too small.
     """
 
     gain: NDArray[np.complex128]
@@ -146,18 +143,10 @@ def inverse(
     cap_db: float,
     phase: bool = True,
 ) -> InverseResponse:
-    """Return the drive per output at ``frequency``, at most ``cap_db`` above that at the most effective one.
+    """Return the drive per output at ``frequency`` (Hz, rising), 0 outside of ``band``, whose cosine edges lie inside.
 
-    Parameters
-    ----------
-    response : Response
-    frequency : float64 array, shape (bin,), Hz, rising
-    band : tuple of float, Hz
-        Outside of it nothing is driven; cosine edges of `EDGE_OCTAVES` lie inside.
-    cap_db : float
-        What the least effective frequency may be raised by, relative to the most effective one in the band.
-    phase : bool
-        Whether the phase is inverted as well.
+    ``cap_db`` limits how far a frequency is raised relative to the most effective one in the band. ``phase`` inverts
+    the phase as well.
 
     Raises
     ------
@@ -180,7 +169,7 @@ def inverse(
 
 
 def edges(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDArray[np.float64]:
-    """Return 1 inside of ``band``, 0 outside, cosine edges of `EDGE_OCTAVES` inside; float64, shape (bin,)."""
+    """Return 1 inside ``band`` and 0 outside, with cosine edges of `EDGE_OCTAVES` inside; float64, shape (bin,)."""
     low, high = band
     octave = np.log2(np.maximum(frequency, 1e-9))
     rise = np.ones(len(frequency)) if low <= 0 else np.clip((octave - np.log2(low)) / EDGE_OCTAVES, 0, 1)
@@ -192,9 +181,9 @@ def edges(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDArray[
 
 
 def read_response(path: Path) -> tuple[Point, ...]:
-    """Return the points of a CSV of frequency (Hz), gain and phase (rad, or deg where the heading says so).
+    """Return the points of a CSV of frequency (Hz), gain and phase (rad, or deg if the heading says so), unwrapped.
 
-    Without a phase column the phase is 0. The phase is unwrapped. Lines that begin with ``#`` are comments.
+    Without a phase column the phase is 0. Lines that begin with ``#`` are comments.
 
     Raises
     ------
@@ -235,7 +224,7 @@ def write_response(
     unit: str,
     coherence: NDArray[np.float64] | None = None,
 ) -> None:
-    """Write a response as CSV, beside and renamed; ``unit`` is that of the gain, such as ``m/s^2/V``."""
+    """Write a response as CSV, atomically; ``unit`` is that of the gain, such as ``m/s^2/V``."""
     phase = np.unwrap(np.angle(response))
     columns: list[NDArray[Any]] = [frequency, np.abs(response), phase]
     heading = [HEADING[0], f"gain [{unit}]", HEADING[2]]

@@ -1,4 +1,4 @@
-"""Axis reduction: how a signal's axes become those of a display; stated in its file, switchable, reported."""
+"""Reduction of a signal's axes to those of a display, as the display's file or the caller chooses."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ WAYS = ("dft321", "mean", "channels")
 
 
 def combined(signal: Signal, how: str) -> tuple[Signal, str]:
-    """Return the axes of ``signal`` that a display renders, and a sentence on how they came about.
+    """Return the axes of ``signal`` that a display renders, and a sentence on them.
 
     Parameters
     ----------
     signal : Signal
     how : str
-        - ``dft321``: three axes become one that has their energy at every frequency; two their mean power the same
-          way, with a silent third; one stays.
-        - ``mean``: the mean of all axes: what is of opposite sign on two of them is lost.
-        - ``channels``: all axes as they are, one for each channel of the display.
-        - the name of an axis: that one alone.
+        - ``dft321``: three axes become one with their energy at every frequency; of two axes it has the mean power,
+          with a silent third; one axis stays.
+        - ``mean``: the mean of all axes; opposite signs on two of them cancel.
+        - ``channels``: all axes unchanged, one for each channel of the display.
+        - the name of an axis: that axis.
 
     Raises
     ------
     ParameterError
-        If there is no such way or axis, or ``dft321`` is asked for of more than three axes.
+        If there is no such way or axis, or ``dft321`` is chosen for more than three axes.
     """
     count = len(signal.axes)
     if how in signal.axes:

@@ -1,4 +1,4 @@
-"""Octave-band table of wanted and rendered levels."""
+"""Octave bands of wanted and rendered levels."""
 
 from __future__ import annotations
 
@@ -13,25 +13,17 @@ from tactogram.signal.signal import Signal
 Array = NDArray[np.float64]
 
 OCTAVES_HZ = (16.0, 31.5, 63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0)
-"""Centres, IEC 61260's nominal ones: from below the lowest vibration felt to above the highest."""
+"""Centres, IEC 61260's nominal ones: from below the lowest felt vibration to above the highest."""
 
 
 def band_table(
     wanted: Signal, rendered: Signal, band: tuple[float, float], *, below: float = np.inf
 ) -> list[dict[str, Any]]:
-    """Return for each octave its centre in Hz, and the levels wanted and rendered, dB re one unit rms.
+    """Return for each octave its centre in Hz, and the wanted and rendered levels, dB re one unit rms.
 
-    None is silence: more than 200 dB below one unit. Power is added over axes; only octaves that lie within what both
-    signals can hold are there.
-
-    Parameters
-    ----------
-    wanted, rendered : Signal
-        Of one unit.
-    band : tuple of float, Hz
-        ``reachable`` says whether the octave's centre lies in it.
-    below : float, Hz
-        Half the rate at which the signal came: octaves that begin above it are left out.
+    None is silence: more than 200 dB below one unit. Power is added over axes. Only octaves that both signals can hold
+    and that begin below ``below`` (Hz, half the signal's original rate) are included. ``reachable`` is whether the
+    centre lies in ``band`` (Hz).
     """
     powers = [_power(signal) for signal in (wanted, rendered)]
     top = min(wanted.rate / 2, rendered.rate / 2, below)
@@ -48,7 +40,7 @@ def band_table(
 
 
 def out_of_band_db(signal: Signal, band: tuple[float, float]) -> float:
-    """Return what of the power of ``signal``, its mean left out, is lost outside of ``band``, dB >= 0."""
+    """Return the loss of power outside of ``band``, without the mean, dB >= 0."""
     frequency, power = _power(signal)
     total = float(power[1:].sum())
     if total == 0:
@@ -64,7 +56,7 @@ def _level_db(frequency: Array, power: Array, centre: float) -> float | None:
 
 
 def _power(signal: Signal) -> tuple[Array, Array]:
-    """Return frequency in Hz and mean power per bin, axes added; its sum is the mean square."""
+    """Return frequency in Hz and mean power per bin, summed over axes; its sum is the mean square."""
     n = len(signal)
     x = signal.samples.astype(np.float64)
     power = np.sum(np.abs(fft.rfft(x - x.mean(axis=1, keepdims=True), axis=1)) ** 2, axis=0) / n**2

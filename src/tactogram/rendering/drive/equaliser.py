@@ -1,9 +1,9 @@
-"""Equaliser of a stream for a display's response: causal, minimum phase, its errors reported beforehand.
+"""Equaliser of a stream for a display's response: causal, minimum phase, with known errors.
 
-A whole file is divided by the response in one spectrum, within the display's band and with a cap on what is raised
+A whole file is divided by the response in one spectrum, within the display's band and with a cap
 (`rendering.displays.response.inverse`). A stream has only the past. Its equaliser has the same magnitude and, of all
 causal filters with that magnitude, the least delay: recursive edges at the ends of the band, and in between a
-transversal filter, as long as it takes to come within `WITHIN_DB` of the file's.
+transversal filter just long enough to come within `WITHIN_DB` of the file's.
 """
 
 from __future__ import annotations
@@ -22,37 +22,37 @@ from tactogram.errors import ParameterError
 
 Array = NDArray[np.float64]
 Gain = Callable[[Array], Array]
-"""The magnitude that is wanted at frequencies in Hz."""
+"""Magnitude at frequencies in Hz."""
 
 WITHIN_DB = 0.25
-"""A filter that is nowhere in the band farther from what is wanted is long enough."""
+"""A filter is long enough if its error nowhere in the band exceeds this."""
 LONGEST_S = 0.25
-"""Of a transversal filter: it tells 4 Hz from 8 Hz."""
+"""Length of the longest transversal filter: it resolves 4 Hz from 8 Hz."""
 SHORTEST_TAPS, MOST_TAPS = 64, 4096
-"""By the power of two; 4,096 taps over a block of 5 ms are one transform of some 8,000 points."""
+"""In powers of two; 4,096 taps over a block of 5 ms need one transform of some 8,000 points."""
 EDGE_ORDER, EDGE_RIPPLE_DB = 4, 0.5
 """Chebyshev edges: -0.5 dB where the band ends, -30 dB an octave outside."""
 HIGHEST_EDGE = 0.45
-"""Share of the rate above which an upper edge is left out: there is no room for it."""
+"""An upper edge above this share of the rate is omitted, for lack of room."""
 REFERENCE_HZ = 250.0
-"""Where the delay is told, Hz: the most sensitive frequency of touch."""
+"""Frequency at which the delay is reported, Hz: the most sensitive frequency of touch."""
 GRID = 1 << 15
 DEEPEST_DB = 80.0
 
 
 @dataclass(frozen=True, eq=False)
 class EqualiserDesign:
-    """A filter for a stream, and how far it is from what was wanted.
+    """Filter for a stream, and its difference from the wanted magnitude.
 
     Parameters
     ----------
     rate : float, Hz
     band : tuple of float, Hz
-        What the display renders.
+        The display's.
     taps : float64 array, shape (tap,)
-        Least phase.
+        Minimum phase.
     edges : float64 array, shape (section, 6)
-        Second-order sections of the band's edges; no section where the band ends with the rate.
+        Second-order sections of the band's edges; empty if the band ends with the rate.
     wanted : callable
         Magnitude at frequencies in Hz, within the band.
     checked : tuple of float, Hz
@@ -67,7 +67,7 @@ class EqualiserDesign:
     checked: tuple[float, float]
 
     def response(self, frequency: Array) -> NDArray[np.complex128]:
-        """Return what it does at ``frequency`` in Hz, complex128, of the same shape."""
+        """Return the frequency response at ``frequency`` in Hz, complex128, of the same shape."""
         z = 2 * np.pi * np.asarray(frequency, np.float64) / self.rate
         _, h = dsp.freqz(self.taps, worN=z.ravel())
         if len(self.edges):
@@ -75,26 +75,26 @@ class EqualiserDesign:
         return np.asarray(h, np.complex128).reshape(z.shape)
 
     def delay_samples(self, frequency: Array) -> Array:
-        """Return the group delay at ``frequency`` in Hz, samples, of the same shape; below 0 where it leads."""
+        """Return the group delay at ``frequency`` in Hz, samples, of the same shape; negative for a lead."""
         low, high = self.response(np.multiply.outer([0.995, 1.005], frequency))
         turn = 2 * np.pi * 0.01 * np.asarray(frequency) / self.rate
         return np.asarray(-np.angle(high / low) / turn)
 
     @cached_property
     def checked_hz(self) -> Array:
-        """Every 24th of an octave of ``checked``, Hz, float64, shape (frequency,)."""
+        """Frequencies of ``checked`` at every 24th of an octave, Hz, float64, shape (frequency,)."""
         low = max(self.checked[0], self.rate / GRID, 1.0)
         high = max(min(self.checked[1], HIGHEST_EDGE * self.rate), 1.001 * low)
         return np.geomspace(low, high, max(2, math.ceil(24 * math.log2(high / low))))
 
     @cached_property
     def errors_db(self) -> Array:
-        """Its magnitude over the wanted one at `checked_hz`, dB, float64, shape (frequency,)."""
+        """Magnitude relative to the wanted one at `checked_hz`, dB, float64, shape (frequency,)."""
         made = np.abs(self.response(self.checked_hz))
         return np.asarray(20 * np.log10(np.maximum(made, 1e-30) / self.wanted(self.checked_hz)))
 
     def facts(self) -> dict[str, Any]:
-        """Return its length, its delay and how far it is from a file's, as JSON values."""
+        """Return length, delay and errors as JSON values."""
         f, errors = self.checked_hz, self.errors_db
         worst = int(np.abs(errors).argmax())
         reference = min(max(REFERENCE_HZ, f[0]), f[-1])
@@ -119,18 +119,18 @@ class EqualiserDesign:
 def equaliser(
     rate: float, band: tuple[float, float], wanted: Gain, *, checked: tuple[float, float] | None = None
 ) -> EqualiserDesign:
-    """Return the shortest filter that is within `WITHIN_DB` of ``wanted`` in the band, or the longest allowed.
+    """Return the shortest filter within `WITHIN_DB` of ``wanted`` in the band, or the longest allowed.
 
     Parameters
     ----------
     rate : float, Hz
     band : tuple of float, Hz
-        Outside of it nothing is wanted; 0 and half the rate are no edges.
+        Nothing is wanted outside; 0 and half the rate are no edges.
     wanted : callable
-        Magnitude > 0 at frequencies in Hz; asked within the band alone, and held outside: a wall in the transversal
-        filter would make it long, and late inside.
+        Magnitude > 0 at frequencies in Hz; evaluated within the band only and held outside, since a steep edge in the
+        transversal filter would make it long, with a long delay inside.
     checked : tuple of float, optional
-        Where it must be near, Hz; by default the band.
+        Where errors count, Hz; the band by default.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def equaliser(
     gain = np.asarray(wanted(inside), np.float64)
     if not (np.isfinite(gain).all() and gain.min() > 0):
         raise ParameterError("an equaliser's magnitude must be finite and > 0 in the whole band")
-    if len(edges):  # what the edges take inside is given back, so that both together are what is wanted
+    if len(edges):  # compensate for the edges' attenuation inside the band
         gain = gain / np.abs(dsp.freqz_sos(edges, worN=2 * np.pi * inside / rate)[1])
     most = max(SHORTEST_TAPS, min(MOST_TAPS, int(LONGEST_S * rate)))
     impulse, count = _impulse(gain), SHORTEST_TAPS
@@ -158,7 +158,7 @@ def equaliser(
 
 
 class Equaliser:
-    """An `EqualiserDesign` with state. How a stream is cut into blocks changes nothing but rounding."""
+    """An `EqualiserDesign` with state. The result depends on the cut into blocks only by rounding."""
 
     def __init__(self, design: EqualiserDesign) -> None:
         self.design = design
@@ -166,19 +166,19 @@ class Equaliser:
         self._state: Array | None = None
 
     def process(self, block: NDArray[np.floating]) -> Array:
-        """Return the next block, float64, of the shape (axis, time) of ``block``; it begins at rest."""
+        """Return the next block, float64, shape (axis, time) as ``block``; the filter starts at rest."""
         x = np.asarray(block, np.float64)
         count, taps = x.shape[1], self.design.taps
         if self._tail is None or self._state is None:
             self._tail = np.zeros((len(x), len(taps) - 1))
             self._state = np.zeros((len(self.design.edges), len(x), 2))
-        # Overlap-add: what rings on after this block is added to the next ones.
+        # Overlap-add: the tail of this block is added to the next ones.
         whole = dsp.fftconvolve(x, taps[None], axes=1)
         whole[:, : self._tail.shape[1]] += self._tail
-        made, self._tail = whole[:, :count], whole[:, count:]
+        out, self._tail = whole[:, :count], whole[:, count:]
         if len(self.design.edges):
-            made, self._state = dsp.sosfilt(self.design.edges, made, axis=1, zi=self._state)
-        return np.asarray(made)
+            out, self._state = dsp.sosfilt(self.design.edges, out, axis=1, zi=self._state)
+        return np.asarray(out)
 
 
 def _impulse(gain: Array) -> Array:
@@ -191,15 +191,15 @@ def _impulse(gain: Array) -> Array:
 
 
 def _cut(impulse: Array, taps: int) -> Array:
-    kept = impulse[:taps].copy()
+    cut = impulse[:taps].copy()
     fade = taps // 4
     if fade:
-        kept[-fade:] *= np.cos(np.pi / 2 * np.arange(fade) / fade)
-    return kept
+        cut[-fade:] *= np.cos(np.pi / 2 * np.arange(fade) / fade)
+    return cut
 
 
 def _edges(rate: float, low: float, high: float) -> Array:
-    """Return second-order sections that end a band; none at an end that is the rate's own."""
+    """Return second-order sections for the ends of a band that lie within the rate's range."""
     parts = []
     if low > 0:
         parts.append(dsp.cheby1(EDGE_ORDER, EDGE_RIPPLE_DB, low, "highpass", output="sos", fs=rate))

@@ -12,17 +12,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.fit import Drive
 from tactogram.rendering.drive.report import SENTENCES
 from tactogram.signal.signal import Signal
 
 LINE = 40_000
-"""Longest waveform that is drawn sample by sample …"""
+"""Longest waveform drawn sample by sample …"""
 COLUMNS = 2500
-"""… longer ones are drawn as the range of the samples that share a column."""
+"""… longer ones are drawn as the range of the samples in each column."""
 SLOW_HZ = 600.0
-"""Up to this rate a drive is drawn in steps, as the device holds it."""
+"""Drives up to this rate are drawn in steps, as the device holds them."""
 
 
 def drive_figure(drive: Drive, display: Display, *, title: str = "") -> Figure:
@@ -76,7 +76,7 @@ def _waveform(axes: Axes, signal: Signal, name: str, span: tuple[float, float]) 
 
 
 def _ranges(row: NDArray[np.float32], rate: float) -> tuple[NDArray[np.float64], Any, Any]:
-    """Return time in s, and the lowest and highest sample of each column of the picture."""
+    """Return time in s, and the lowest and highest sample of each column."""
     per_column = -(-len(row) // COLUMNS)
     count = len(row) // per_column
     cut = row[: count * per_column].reshape(count, per_column)

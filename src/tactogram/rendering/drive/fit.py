@@ -1,4 +1,4 @@
-"""Fit of a signal to the drive of a display, with a report of the changes. Pure: files are the workflow's."""
+"""Fit of a signal to the drive of a display, with a report of the changes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.mean_removal import without_constant
 from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signal_facts
@@ -19,7 +19,7 @@ from tactogram.signal.displacement import played
 from tactogram.signal.signal import RATES, Signal
 
 MOST_SAMPLES = 2e8
-"""Of a drive and channel: 400 s of an ultrasonic waveform, and 1.6 GB where it is transformed."""
+"""Most samples of a drive's channel: 400 s of an ultrasonic waveform, and 1.6 GB while it is transformed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +30,9 @@ class Drive:
     ----------
     signal : Signal
         The drive: at the display's rate, in its unit, with its channels as axes, within its limits.
-    report : Report
+    report : FitReport
     source : Signal
-        What was rendered: over time, the axes already combined, in the signal's own unit.
+        The rendered signal: over time, the axes already combined, in its own unit.
     """
 
     signal: Signal
@@ -50,36 +50,36 @@ def fit(
 ) -> Drive:
     """Return the drive that renders ``signal`` on ``display`` at ``level``.
 
-    In this order: over displacement to over time; the constant of a motion (gravity) taken out; axes; then by the
-    display's family: rate, unit, level, equalisation, limit; then fades, DC and the limits once more, last of all.
+    In this order: conversion from displacement to time; removal of a motion's constant (gravity); axes; then by the
+    display's family: rate, unit, level, equalisation, limit; then fades, DC and the limits again.
 
     Parameters
     ----------
     signal : Signal
     display : Display
     level : Level
-        How strong; there is no default.
+        There is no default.
     axes : str, optional
-        How several axes become the display's, see `tactogram.rendering.drive.axes`; by default as the display says.
+        How several axes become the display's, see `tactogram.rendering.drive.axes`; the display's own way by default.
     speed_mm_s : float or Signal, optional
-        Of the finger, for a signal over displacement: a constant, or over time in m/s.
+        The finger's, for a signal over displacement: a constant, or over time in m/s.
 
     Raises
     ------
     UnitError
-        If the level has no meaning for this signal or this display.
+        If the level does not apply to this signal or this display.
     ParameterError
-        If a signal over displacement comes without a speed or one over time with it, or the family refuses.
+        If a signal over displacement has no speed, a signal over time has one, or the family refuses.
     """
-    came = signal_facts(signal)
+    given = signal_facts(signal)
     scaled: list[str] = []
     if signal.domain == "displacement":
         if speed_mm_s is None:
-            raise ParameterError("a signal over displacement is rendered at a speed: give one in mm/s")
+            raise ParameterError("a signal over displacement needs speed_mm_s, the speed of the finger")
         signal, words = _over_time(signal, speed_mm_s, display)
         scaled.append(words)
     elif speed_mm_s is not None:
-        raise ParameterError("a signal over time takes no speed; leave it out")
+        raise ParameterError("a signal over time takes no speed_mm_s; omit it")
     if signal.seconds * display.rate > MOST_SAMPLES:
         raise ParameterError(
             f"{signal.seconds:.4g} s at {display.rate:g} Hz are more samples than a drive may have, {MOST_SAMPLES:g}: "
@@ -100,7 +100,7 @@ def fit(
         display=display.name,
         family=display.family,
         level=level.facts(),
-        signal=came,
+        signal=given,
         drive=signal_facts(drive),
         scaled=scaled,
         clipped=clipped,
@@ -111,7 +111,7 @@ def fit(
 
 
 def _lost_to_fades(raw: Signal, drive: Signal, display: Display) -> list[str]:
-    """Return a sentence where the largest drive lay in a fade."""
+    """Return a sentence if the largest drive was in a fade."""
     before, after = (float(np.abs(x.samples).max()) for x in (raw, drive))
     if after > 0.99 * before:
         return []
@@ -126,11 +126,11 @@ def _over_time(signal: Signal, speed_mm_s: float | Signal, display: Display) -> 
         raise ParameterError(f"a speed must be > 0 mm/s and finite, got {speed_mm_s:g}")
     if isinstance(speed_mm_s, Signal):
         rate = display.rate if display.band is None else min(display.rate, 4 * display.band[1])
-        return played(signal, speed_mm_s, rate), f"met at a given speed over {speed_mm_s.seconds:.4g} s"
+        return played(signal, speed_mm_s, rate), f"played at a given speed over {speed_mm_s.seconds:.4g} s"
     low, high = (limit / signal.rate for limit in RATES)
     if not low <= speed_mm_s <= high:
         raise ParameterError(
             f"a speed must be {low:.3g} to {high:.3g} mm/s for this signal, got {speed_mm_s:g}"
         )
     over_time = played(signal, speed_mm_s, signal.rate * speed_mm_s)
-    return over_time, f"met at {speed_mm_s:g} mm/s: {signal.length_mm:.4g} mm in {over_time.seconds:.4g} s"
+    return over_time, f"played at {speed_mm_s:g} mm/s: {signal.length_mm:.4g} mm in {over_time.seconds:.4g} s"

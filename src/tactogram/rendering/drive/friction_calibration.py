@@ -1,8 +1,8 @@
-"""Friction calibration: the square law's constant from voltage and friction, by person, with intervals.
+"""Friction calibration: the square law's constant from voltage and friction, per person, with intervals.
 
 The future work of Cai et al. 2020 (FrictGAN, Sec. 5): a regression between driving voltage and friction coefficient.
 The model is mu = mu_0 + s V^2 / F_n with s = mu_0 k_e; least squares give mu_0 and s, and k_e = s / mu_0 with an
-interval by Fieller's theorem. Whether the square law holds is asked, not assumed: a free exponent is fitted beside it.
+interval by Fieller's theorem. The square law is tested, not assumed: a free exponent is fitted, too.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from tactogram.validation import validated
 COLUMNS = ("voltage_v_rms", "friction")
 OPTIONAL = ("person", "normal_force_n")
 SIZES = (1e-9, 1e9)
-"""Least and largest size of a number in a table; what lies beyond was not measured."""
+"""Range of a number's magnitude in a table; anything outside cannot have been measured."""
 LEAST_PAIRS, LEAST_VOLTAGES = 6, 3
-"""Of a person: two constants and a spread need them, and a curve needs three voltages."""
+"""Per person: two constants and a spread need that many pairs, and a curve needs three voltages."""
 
 
 @dataclass(frozen=True)
@@ -56,52 +56,52 @@ class FrictionCalibration(BaseModel):
     newton_per_v2_interval: tuple[float, float]
     confidence: float = Field(gt=0, lt=1)
     normal_force_n: float = Field(gt=0)
-    """Mean of the pairs'."""
+    """Mean of the measurements'."""
     pairs: int
     residual_sd: float
-    """Of the friction coefficient about the law."""
+    """Standard deviation of the friction coefficient from the law."""
     r_squared: float
     exponent: float | None
-    """Of a fit of mu_0 + s V^n; None where it did not converge."""
+    """Of a fit of mu_0 + s V^n; None if it did not converge."""
     exponent_interval: tuple[float, float] | None
     highest_v_rms: float
-    """Largest voltage measured; beyond it the law is a guess."""
+    """Largest measured voltage; beyond it the law is extrapolated."""
 
     @property
     def square_law_holds(self) -> bool | None:
-        """Whether the exponent's interval holds 2; None if there is none. Not a proof: it may be wide."""
+        """Whether the exponent's interval contains 2; None without one. No proof: the interval may be wide."""
         if self.exponent_interval is None:
             return None
         return self.exponent_interval[0] <= 2 <= self.exponent_interval[1]
 
     def settings(self) -> dict[str, Any]:
-        """Return the keys of `electrovibration.Settings` that this calibration gives."""
-        doubt = ""
+        """Return the keys of `electrovibration.Settings` determined by this calibration."""
+        contradiction = ""
         if self.square_law_holds is False:
-            doubt = f"; they contradict the square law (exponent {self.exponent:.2f})"
+            contradiction = f"; they contradict the square law (exponent {self.exponent:.2f})"
         return {
             "newton_per_v2": self.newton_per_v2,
             "mu_0": self.mu_0,
             "normal_force_n": self.normal_force_n,
-            "calibrated_by": f"{self.pairs} pairs of {self.person} up to {self.highest_v_rms:g} V rms{doubt}",
+            "calibrated_by": f"{self.pairs} pairs of {self.person} up to {self.highest_v_rms:g} V rms{contradiction}",
             "calibrated_to_v_rms": self.highest_v_rms,
         }
 
 
 def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list[FrictionMeasurements]:
-    """Return the pairs of a CSV, one entry per person in the order of the file.
+    """Return the measurements in a CSV, one entry per person in the order of the file.
 
     Parameters
     ----------
     path : Path or str
         Columns ``voltage_v_rms``, ``friction`` (coefficient), optional ``person`` and ``normal_force_n``.
     normal_force_n : float, optional
-        For a file that does not say it.
+        For a file without that column.
 
     Raises
     ------
     DataError
-        If a column is missing or a cell is no number; names file and line.
+        If a column is missing or a cell is not a number; names file and line.
     """
     path = Path(path)
     found: dict[str, list[tuple[float, float, float]]] = {}
@@ -111,21 +111,21 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
                 f"{path}: unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}"
             )
         if "normal_force_n" not in row and normal_force_n is None:
-            raise DataError(f"{path}: has no column normal_force_n: add it, or say the force")
+            raise DataError(f"{path}: has no column normal_force_n: add it, or give normal_force_n")
         person = (row.get("person") or "all").strip()
         found.setdefault(person, []).append(_numbers(row, normal_force_n, f"{path}, line {number}"))
     if not found:
-        raise DataError(f"{path}: holds no pair")
+        raise DataError(f"{path}: no measurements")
     return [FrictionMeasurements(person, *np.array(rows).T) for person, rows in found.items()]
 
 
 def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> FrictionCalibration:
-    """Return the square law that fits the pairs best, in the least squares.
+    """Return the least-squares fit of the square law to the measurements.
 
     Raises
     ------
     ParameterError
-        If there are too few pairs or voltages, friction does not rise with voltage, or nothing is left of mu_0.
+        If there are too few measurements or voltages, friction does not rise with voltage, or mu_0 is not above 0.
     """
     v, mu, force = pairs.voltage_v_rms, pairs.friction, pairs.normal_force_n
     levels = len(np.unique(v))
@@ -137,7 +137,7 @@ def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> Fric
     if not 0 < confidence < 1:
         raise ParameterError(f"confidence must lie between 0 and 1, got {confidence}")
     u = v**2 / force
-    scale = float(u.max())  # the columns are brought to one size before they are inverted
+    scale = float(u.max())  # both columns get the same size before the inversion
     design = np.stack([np.ones_like(u), u / scale], axis=1)
     inverse: NDArray[np.float64] = np.asarray(np.linalg.inv(design.T @ design), np.float64)
     mu_0, slope = (float(value) for value in inverse @ design.T @ mu)
@@ -175,7 +175,7 @@ def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> Fric
 
 
 def write_calibrations(path: Path | str, calibrations: Sequence[FrictionCalibration]) -> Path:
-    """Write calibrations as TOML, one ``[[calibration]]`` each: beside, then renamed."""
+    """Write calibrations as TOML, one ``[[calibration]]`` each, atomically."""
     path = Path(path)
     rows = [one.model_dump(mode="json", exclude_none=True) for one in calibrations]
     write_text(path, tomli_w.dumps({"calibration": rows}))
@@ -183,12 +183,12 @@ def write_calibrations(path: Path | str, calibrations: Sequence[FrictionCalibrat
 
 
 def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
-    """Return the calibrations of a TOML file.
+    """Return the calibrations in a TOML file.
 
     Raises
     ------
     DataError
-        If it cannot be read as TOML.
+        If it is not valid TOML.
     ParameterError
         If a key or value is wrong.
     """
@@ -199,32 +199,26 @@ def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
         raise DataError(
             f"{path}: needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}"
         )
-    given = {"exponent": None, "exponent_interval": None}
-    return [validated(FrictionCalibration, {**given, **row}, where=f"{path}: calibration") for row in rows]
+    absent = {"exponent": None, "exponent_interval": None}
+    return [validated(FrictionCalibration, {**absent, **row}, where=f"{path}: calibration") for row in rows]
 
 
 def calibration_of(path: Path | str, person: str | None = None) -> FrictionCalibration:
-    """Return the calibration of a person from a file that `write_calibrations` wrote.
-
-    Parameters
-    ----------
-    path : Path or str
-    person : str, optional
-        May be left out where the file holds one person.
+    """Return the calibration of a person, who may be omitted if the file holds one, from `write_calibrations`' file.
 
     Raises
     ------
     DataError, ParameterError
-        As `read_calibrations`; if the person is not in the file, is in it twice, or has to be named.
+        As `read_calibrations`; if the person is not in the file, appears twice, or must be named.
     """
     known = read_calibrations(path)
     names = ", ".join(one.person for one in known)
     if person is None and len(known) != 1:
-        raise ParameterError(f"{path}: holds {names or 'nobody'}: say which person")
-    found = [one for one in known if person in (None, one.person)]
-    if len(found) != 1:
-        raise ParameterError(f"{path}: person must be one of {names}, got {person!r} {len(found)} times")
-    return found[0]
+        raise ParameterError(f"{path}: holds {names or 'no calibration'}: name the person")
+    matching = [one for one in known if person in (None, one.person)]
+    if len(matching) != 1:
+        raise ParameterError(f"{path}: person must be one of {names}, got {person!r} {len(matching)} times")
+    return matching[0]
 
 
 def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[float, float, float]:
@@ -233,8 +227,8 @@ def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[floa
         values.append(float(row["normal_force_n"]) if "normal_force_n" in row else float(force or math.nan))
     except (TypeError, ValueError):
         raise DataError(f"{where}: needs numbers, got {dict(row)}") from None
-    fit = all(SIZES[0] <= abs(value) <= SIZES[1] for value in values if value)
-    if not fit or values[0] < 0 or values[2] <= 0:
+    plausible = all(SIZES[0] <= abs(value) <= SIZES[1] for value in values if value)
+    if not plausible or values[0] < 0 or values[2] <= 0:
         raise DataError(
             f"{where}: voltage must be >= 0, the normal force > 0, each 0 or {SIZES[0]:g} to {SIZES[1]:g} in size, "
             f"got {values}"
@@ -243,7 +237,7 @@ def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[floa
 
 
 def _fieller(a: float, b: float, covariance: NDArray[np.float64], t: float) -> tuple[float, float]:
-    """Return the interval of b's ratio a / b: where (a - r b)^2 is t^2 times its variance (b is not near 0)."""
+    """Return the interval of the ratio r = a / b, where (a - r b)^2 is t^2 times its variance (b is not near 0)."""
     vaa, vbb, vab = float(covariance[1, 1]), float(covariance[0, 0]), float(covariance[0, 1])
     p = b**2 - t**2 * vbb
     q = a * b - t**2 * vab

@@ -1,4 +1,4 @@
-"""Level scaling: the factor for a requested level, and the reduction of a drive that exceeds limits."""
+"""Level scaling: the factor for a requested level, and the reduction of a drive that exceeds the limits."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.signal import Signal
 
 MOTION = {"m": 0, "m/s": 1, "m/s^2": 2}
-"""Units that are derivatives of each other, by how many times over time."""
+"""Units that are derivatives of each other, by order over time."""
 
 
 def kinematic_power(unit: str, display: Display) -> int:
-    """Return how often over time a signal is to be derived to be in the display's output unit; 0 for no motion."""
+    """Return how often a signal is differentiated over time to get the display's output unit; 0 if not a motion."""
     if unit in MOTION and display.output_unit in MOTION:
         return MOTION[display.output_unit] - MOTION[unit]
     return 0
@@ -28,16 +28,16 @@ def kinematic_power(unit: str, display: Display) -> int:
 def factor_of(
     level: Level, *, display: Display, signal: Signal, output: Signal, peak: float
 ) -> tuple[float, float, str]:
-    """Return what brings a display to the level asked for.
+    """Return the factors that bring a display to a requested level, and a sentence.
 
     Parameters
     ----------
     level : Level
     display : Display
     signal : Signal
-        What is wanted.
+        The wanted signal.
     output : Signal
-        What comes out for a factor of 1, in the signal's unit.
+        The output for a factor of 1, in the signal's unit.
     peak : float
         Largest magnitude of the drive for a factor of 1.
 
@@ -46,14 +46,13 @@ def factor_of(
     factor : float
         Of the drive.
     aim : float
-        Of the signal: what comes out is wanted to be so many times the signal.
+        The wanted output relative to the signal.
     words : str
-        What was done.
 
     Raises
     ------
     UnitError
-        If the level has no meaning for this signal or this display.
+        If the level does not apply to this signal or this display.
     """
     physical = display.response is not None and (
         signal.unit == display.output_unit or {signal.unit, display.output_unit} <= set(MOTION)
@@ -62,31 +61,29 @@ def factor_of(
         case "gain":
             value = float(level.value or 1.0)
             per = "times the signal" if physical else f"{display.output_unit} per {signal.unit} of the signal"
-            return value, value, f"output {value:g} {per}, as asked"
+            return value, value, f"output {value:g} {per}, as requested"
         case "peak":
             factor = float(level.value or 1.0) * display.limit / peak if peak > 0 else 1.0
             share = f"{level.value:g} of the limit of {amount(display.limit, display.unit)}"
-            return (
-                factor,
-                factor,
-                f"times {factor:.4g}: the largest drive is {share}; the signal's own level is lost",
-            )
+            words = f"times {factor:.4g}: the largest drive is {share}; the signal's own level is lost"
+            return factor, factor, words
     if not physical:
-        known = f"its output is {'not known' if display.response is None else display.output_unit}"
+        known = "is not known" if display.response is None else f"is in {display.output_unit}"
         raise UnitError(
             f"level {level.kind} needs a signal and a display in the same physical unit; the signal is in "
-            f"{signal.unit}, and of {display.name} {known}: measure its response, or use gain=FACTOR or peak=SHARE"
+            f"{signal.unit}, the output of {display.name} {known}: measure its response, or use gain=FACTOR or "
+            "peak=SHARE"
         )
     if level.kind == "physical":
         return 1.0, 1.0, "nothing: the output is the signal, in its own unit"
-    own = sensation_level_db(signal)
-    have = sensation_level_db(output)
-    wanted = own if level.value is None else level.value
-    if not (np.isfinite(own) and np.isfinite(have)):
-        return 1.0, 1.0, "nothing: there is nothing to feel"
-    factor = float(10 ** ((wanted - have) / 20))
-    words = f"times {factor:.4g}: from {have:.1f} to {wanted:.1f} dB above the threshold"
-    return factor, float(10 ** ((wanted - own) / 20)), words
+    original = sensation_level_db(signal)
+    present = sensation_level_db(output)
+    wanted = original if level.value is None else level.value
+    if not (np.isfinite(original) and np.isfinite(present)):
+        return 1.0, 1.0, "nothing: the signal is silent"
+    factor = float(10 ** ((wanted - present) / 20))
+    words = f"times {factor:.4g}: from {present:.1f} to {wanted:.1f} dB above the threshold"
+    return factor, float(10 ** ((wanted - original) / 20)), words
 
 
 def within_limits(
@@ -100,15 +97,15 @@ def within_limits(
     scaled: list[str],
     clipped: list[str],
 ) -> tuple[NDArray[np.float64], float]:
-    """Return a drive within ``low`` to ``high``, and the factor that it was made smaller by.
+    """Return a drive within ``low`` to ``high``, and the factor by which it was reduced.
 
-    Up to ``clip_share`` of the samples are clipped; where more are over, ``over`` decides. Sentences on it are added to
+    Up to ``clip_share`` of the samples are clipped; beyond that, ``over`` decides. Sentences are appended to
     ``scaled`` and ``clipped``.
 
     Raises
     ------
     ParameterError
-        If too much is over the limit and ``over`` is ``refuse``.
+        If too much exceeds the limit and ``over`` is ``refuse``.
     """
     reach = drive / high if low >= 0 else np.maximum(drive / high, drive / low)
     share = float(np.mean(reach > 1))

@@ -1,4 +1,4 @@
-"""The constant part of a motion: gravity or an offset, which no actuator for vibration gives."""
+"""Removal of a motion's constant part: gravity or an offset, which no vibration actuator renders."""
 
 from __future__ import annotations
 
@@ -8,18 +8,13 @@ from tactogram.rendering.drive.level_scaling import MOTION
 from tactogram.signal import Signal
 
 CHANCE = 0.05
-"""Share of the vibration's rms below which a mean is not worth a word."""
+"""Share of the vibration's rms below which a mean is not reported."""
 
 
 def without_constant(signal: Signal, *, least: float = 0.0) -> tuple[Signal, str | None]:
-    """Return a motion without its mean, and a sentence where that was more than chance.
+    """Return a motion (m, m/s or m/s^2) without its mean, and a sentence if the mean was significant.
 
-    Parameters
-    ----------
-    signal : Signal
-        Of unit m, m/s or m/s^2; forces and friction are returned as they are.
-    least : float
-        A mean is left where it is, on every axis, below this share of what moves (rms).
+    Other units are returned unchanged, and so is a motion whose mean is below ``least`` times its rms on every axis.
     """
     if signal.unit not in MOTION:
         return signal, None
@@ -31,5 +26,5 @@ def without_constant(signal: Signal, *, least: float = 0.0) -> tuple[Signal, str
         return signal, None
     if not largest > CHANCE * rms:
         return vibration, None
-    words = f"a constant of up to {largest:.3g} {signal.unit} taken out: gravity or an offset, no vibration"
+    words = f"a constant of up to {largest:.3g} {signal.unit} removed: gravity or an offset, no vibration"
     return vibration, words

@@ -1,4 +1,4 @@
-"""Modulation of a carrier: within a band, with a first-order low-pass compensated, and within -1..1."""
+"""Modulation of a carrier: band limit, pre-emphasis for a first-order low-pass, and scaling to -1..1."""
 
 from __future__ import annotations
 
@@ -12,25 +12,16 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.drive.report import percent
 
 KNEE = 0.8
-"""The soft limiter leaves what is below this share of full scale as it is."""
+"""Share of full scale up to which the soft limiter changes nothing."""
 PAD_S = 0.1
-"""The ends are held so long while a filter rings: ten time constants of a transducer of Q 800."""
+"""Length by which the ends are extended while a filter rings: ten time constants of a transducer of Q 800."""
 
 
 def pre_emphasis(frequency: ArrayLike, *, cutoff_hz: float, cap_db: float) -> NDArray[np.complex128]:
-    """Return the inverse of a first-order low-pass, its magnitude at most ``cap_db``.
+    """Return the inverse of a first-order low-pass at ``cutoff_hz``, its magnitude at most ``cap_db``.
 
-    Parameters
-    ----------
-    frequency : float array, shape (bin,), Hz
-    cutoff_hz : float
-        Of the low-pass: f / (2 Q) of a transducer.
-    cap_db : float
-
-    Returns
-    -------
-    complex128 array, shape (bin,)
-        1 at 0 Hz. The phase is taken back beyond the cap, too: what comes back keeps its shape in time.
+    complex128, shape (bin,) as ``frequency`` in Hz; 1 at 0 Hz. The phase is inverted beyond the cap, too, so that the
+    result keeps its shape in time.
     """
     inverse = 1 + 1j * np.asarray(frequency, np.float64) / cutoff_hz
     return np.asarray(inverse * np.minimum(1, 10 ** (cap_db / 20) / np.abs(inverse)))
@@ -39,13 +30,7 @@ def pre_emphasis(frequency: ArrayLike, *, cutoff_hz: float, cap_db: float) -> ND
 def attained(cutoff_hz: float, *, cap_db: float | None, highest_hz: float) -> tuple[float, float]:
     """Return up to where a signal arrives flat, and where it has fallen by 3 dB, Hz; both at most ``highest_hz``.
 
-    Parameters
-    ----------
-    cutoff_hz : float
-        Of the low-pass.
-    cap_db : float or None
-        Of the pre-emphasis; None for none: nothing above 0 Hz is flat then.
-    highest_hz : float
+    Without pre-emphasis (``cap_db`` None) nothing above 0 Hz is flat.
     """
     cap = 1.0 if cap_db is None else 10 ** (cap_db / 20)
     flat, half = cutoff_hz * math.sqrt(cap**2 - 1), cutoff_hz * math.sqrt(2 * cap**2 - 1)
@@ -61,26 +46,20 @@ def shaped(
     cap_db: float | None,
     loop: bool,
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
-    """Return ``x`` within the band and pre-emphasised, and what of it will arrive.
+    """Return ``x`` within the band and pre-emphasised, float64, shape (time,), and facts.
 
     Parameters
     ----------
     x : float64 array, shape (time,)
     rate : float, Hz
     band : tuple of float, Hz
-        Edges of half a cosine, a tenth of the edge wide, outside. A low edge above 0 removes the mean.
+        Outside, edges of half a cosine, a tenth of the edge wide. A low edge above 0 removes the mean.
     cutoff_hz : float, optional
-        Of the low-pass that it will meet; None if that is not known.
+        Cut-off of the transducer's low-pass; None if unknown.
     cap_db : float, optional
-        Of the pre-emphasis; None for none.
+        Cap of the pre-emphasis; None for none.
     loop : bool
-        The end goes on with the beginning; else both ends are held.
-
-    Returns
-    -------
-    float64 array, shape (time,)
-    dict
-        ``band``, ``removed_share`` and ``transducer``, see `tactogram.rendering.families.ultrasonic.modulated`.
+        The end continues at the beginning; else both ends are held.
     """
     pad = 0 if loop else int(PAD_S * rate)
     padded = np.pad(x, pad, mode="edge")
@@ -109,8 +88,8 @@ def shaped(
             "minus_3_db_hz": half,
             "power_not_reached": float(kept[f > half].sum()) / whole if half < band[1] else 0.0,
         }
-    done = np.asarray(np.fft.irfft(spectrum * response, len(padded)), np.float64)
-    return done[pad : pad + len(x)], facts
+    filtered = np.asarray(np.fft.irfft(spectrum * response, len(padded)), np.float64)
+    return filtered[pad : pad + len(x)], facts
 
 
 def scaled_within(
@@ -122,20 +101,20 @@ def scaled_within(
     most_limited: float,
     remedy: str,
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
-    """Return ``x`` within -1..1, and how it got there.
+    """Return ``x`` scaled to -1..1, and facts.
 
     Parameters
     ----------
     x : float64 array, shape (time,)
     full_scale : float, optional
-        What becomes 1; by default what makes the largest magnitude ``share``.
+        Value that becomes 1; by default the largest magnitude becomes ``share``.
     share : float
     over : {"refuse", "limit"}
-        What to do where it is beyond 1: refuse, or limit softly.
+        For values beyond 1: refuse, or limit softly.
     most_limited : float
-        Share of the samples beyond 1 from which on that is refused, too.
+        A larger share of the samples beyond 1 is refused, too.
     remedy : str
-        What the refusal advises.
+        Advice in the error.
 
     Raises
     ------
@@ -161,14 +140,14 @@ def scaled_within(
 
 
 def soft_limited(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``x`` as it is up to `KNEE`, and nearing 1 above as a hyperbolic tangent; its slope has no step."""
+    """Return ``x`` unchanged up to `KNEE`, approaching 1 above as a hyperbolic tangent with a continuous slope."""
     size = np.abs(x)
     above = KNEE + (1 - KNEE) * np.tanh((size - KNEE) / (1 - KNEE))
     return np.asarray(np.sign(x) * np.where(size > KNEE, above, size))
 
 
 def limited(samples: NDArray[np.float64], peak: float) -> NDArray[np.float32]:
-    """Return ``samples`` as float32 of which none exceeds ``peak``: rounding must not either."""
+    """Return ``samples`` as float32 of which none exceeds ``peak``, not even by rounding."""
     most = np.float32(peak)
     if float(most) > peak:
         most = np.nextafter(most, np.float32(0))
@@ -176,7 +155,7 @@ def limited(samples: NDArray[np.float64], peak: float) -> NDArray[np.float32]:
 
 
 def _edges(f: NDArray[np.float64], band: tuple[float, float]) -> NDArray[np.float64]:
-    """Return 1 within the band, 0 from a tenth of an edge outside, half a cosine between."""
+    """Return 1 within the band, 0 from a tenth of an edge outside, half a cosine in between."""
     low, high = band
     inside = 0.5 + 0.5 * np.cos(np.pi * np.clip((f - high) / (0.1 * high), 0, 1))
     if low > 0:

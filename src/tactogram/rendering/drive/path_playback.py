@@ -1,7 +1,7 @@
-"""A texture over displacement, met along a finger's path: hysteresis, band limit by speed, hold at lift.
+"""Playback of a texture over displacement along a finger's path: hysteresis, band limit by speed, hold when lifted.
 
-What passes k cycles per mm at v mm/s is felt at v k Hz. Above a highest frequency nothing may come: it would fold back.
-So the texture is kept in steps of detail, three to the octave, and how fast the finger moves chooses among them.
+A pattern of k cycles per mm at v mm/s is felt at v k Hz. Nothing may exceed a highest frequency, since it would alias.
+So the texture is stored in steps of detail, three per octave, among which the finger's speed chooses.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
 FINE = 4
-"""A cubic spline through so many samples per sample: within 2e-3 up to 0.45 of the rate."""
+"""Samples of a cubic spline per sample of the texture: accurate to 2e-3 up to 0.45 of the rate."""
 STEPS_PER_OCTAVE = 3
 LEAST_SAMPLES = 16
-"""Of the coarsest step of detail."""
+"""Samples in the coarsest step of detail."""
 
 
 class PathPlayback:
-    """Plays a texture over displacement along a path that arrives in blocks.
+    """Playback of a texture over displacement along a path that arrives in blocks.
 
     Parameters
     ----------
     texture : Signal
         One axis, over displacement.
     rate : float, Hz
-        Of the samples that come out.
+        Rate of the output.
     highest_hz : float
-        Nothing above it comes out at a steady speed; at most 0.45 of ``rate``.
+        The output has no higher frequency at a steady speed; at most 0.45 of ``rate``.
     hysteresis_mm : float
-        A finger that turns back moves so far before the texture does: a finger at rest that trembles plays nothing.
+        A finger that turns back moves this far before the texture does: a trembling finger at rest plays nothing.
     outside : {"mirror", "hold"}
-        Beyond the ends of the texture: the same ground back again, or its last value.
+        Beyond the ends of the texture: mirrored, or its last value.
 
     Raises
     ------
@@ -66,7 +66,7 @@ class PathPlayback:
         if not (hysteresis_mm >= 0 and math.isfinite(hysteresis_mm)):
             raise ParameterError(f"hysteresis_mm must be 0 or more, got {hysteresis_mm}")
         if len(texture) < 2:
-            raise ParameterError("texture must be two samples at least, got one")
+            raise ParameterError("texture must have at least two samples, got one")
         self.rate, self.highest_hz = float(rate), float(highest_hz)
         self.hysteresis_mm, self.outside = float(hysteresis_mm), outside
         self._end = (len(texture) - 1) / texture.rate
@@ -78,55 +78,55 @@ class PathPlayback:
 
     @property
     def place_mm(self) -> float | None:
-        """Where on the texture the last sample was; None before the first touch."""
+        """Position on the texture at the last sample; None before the first touch."""
         return self._place
 
     def process(
         self, place_mm: ArrayLike | None, length: int, *, contact: bool = True
     ) -> NDArray[np.float64]:
-        """Return the next block of what the finger meets.
+        """Return the next block of the texture under the finger.
 
         Parameters
         ----------
         place_mm : float array, shape (sample,), or None
-            Along the path, evenly spread over the block, the last one at its end; None where no news came. Values
-            that are not finite count as no news.
+            Positions along the path, evenly spread over the block, the last one at its end; None without news, like
+            values that are not finite.
         length : int
-            Of the block, in samples.
+            Samples in the block.
         contact : bool
-            A lifted finger meets nothing new: place and value are held. Where it comes down again, it is at once.
+            While the finger is lifted, position and value are held; it then touches down at its new position.
 
         Returns
         -------
         float64 array, shape (time,), in the texture's unit
-            The value at place 0 before the first touch.
+            The value at position 0 before the first touch.
         """
         if length < 1:
-            raise ParameterError(f"a block has one sample at least, got {length}")
-        given = np.atleast_1d(np.asarray([] if place_mm is None else place_mm, np.float64))
-        given = given[np.isfinite(given)]
-        if len(given) == 0 or not contact:
+            raise ParameterError(f"a block must have at least one sample, got {length}")
+        news = np.atleast_1d(np.asarray([] if place_mm is None else place_mm, np.float64))
+        news = news[np.isfinite(news)]
+        if len(news) == 0 or not contact:
             self._lifted = self._lifted or not contact
             places = np.full(length, self._place or 0.0)
         else:
-            places = self._along(given, length)
+            places = self._path(news, length)
             self._lifted = False
-        return self._met(places)
+        return self._values(places)
 
-    def _along(self, given: NDArray[np.float64], length: int) -> NDArray[np.float64]:
-        """Return the place at each sample, after the hysteresis."""
-        begin = self._place
-        if begin is None or self._lifted:
-            begin = float(given[0])
+    def _path(self, news: NDArray[np.float64], length: int) -> NDArray[np.float64]:
+        """Return the position at each sample, after the hysteresis."""
+        start = self._place
+        if start is None or self._lifted:
+            start = float(news[0])
         half = self.hysteresis_mm / 2
-        followed = [begin]
-        for place in given:
-            followed.append(min(max(followed[-1], float(place) - half), float(place) + half))
-        self._place = followed[-1]
+        path = [start]
+        for place in news:
+            path.append(min(max(path[-1], float(place) - half), float(place) + half))
+        self._place = path[-1]
         at = np.arange(1, length + 1) / length
-        return np.asarray(np.interp(at, np.linspace(0, 1, len(followed)), followed))
+        return np.asarray(np.interp(at, np.linspace(0, 1, len(path)), path))
 
-    def _met(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _values(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         steps = np.abs(np.diff(places))
         speed = float(steps.max()) * self.rate if len(steps) else 0.0  # mm/s
         wanted = -1.0
@@ -136,16 +136,16 @@ class PathPlayback:
         detail = np.linspace(self._detail, wanted, len(places) + 1)[1:]
         self._detail = wanted
         folded = self._folded(places)
-        # Above a whole step n the two next coarser ones are mixed: what is asked for is never finer than allowed.
+        # Above a whole step n the two next coarser ones are mixed: the detail is never finer than allowed.
         whole = np.floor(detail).astype(int)
         part = detail - whole
-        met = np.empty(len(places))
+        values = np.empty(len(places))
         for step in np.unique(whole):
             here = whole == step
             coarse = min(step + 2, len(self._details) - 1)
             low = self._details[min(step + 1, len(self._details) - 1)](folded[here])
-            met[here] = low + part[here] * (self._details[coarse](folded[here]) - low)
-        return met
+            values[here] = low + part[here] * (self._details[coarse](folded[here]) - low)
+        return values
 
     def _folded(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         if self.outside == "hold":
@@ -155,7 +155,7 @@ class PathPlayback:
 
 
 def _details(texture: Signal) -> list[_ClampedSpline]:
-    """Return the texture in steps of detail: band-limited at its own rate, a third of an octave less, and so on."""
+    """Return the texture in steps of detail: band-limited at its own rate, a third of an octave lower, and so on."""
     steps = []
     step = 0
     while True:
@@ -172,7 +172,7 @@ def _details(texture: Signal) -> list[_ClampedSpline]:
 
 
 class _ClampedSpline:
-    """A cubic spline that keeps its end values outside: coarse grids end a little before the texture does."""
+    """Cubic spline with constant values outside: coarse grids end a little before the texture does."""
 
     def __init__(self, grid: NDArray[np.float64], values: NDArray[np.float64]) -> None:
         self._low, self._high = float(grid[0]), float(grid[-1])

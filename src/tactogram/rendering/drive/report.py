@@ -1,4 +1,4 @@
-"""Fit report: what was scaled, what was clipped, what cannot be reached."""
+"""Fit report: what was scaled, what was clipped, and what the display cannot reach."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ import numpy as np
 from tactogram.signal.signal import Signal
 
 SENTENCES = ("scaled", "clipped", "unreachable")
-"""Keys of a family's facts that hold sentences for people."""
+"""Keys of a family's facts that hold sentences."""
 
 
 @dataclass(frozen=True)
 class FitReport:
-    """Report of `fit`. Everything is JSON values.
+    """Report of `fit`; every value is JSON.
 
     Parameters
     ----------
     display, family : str
     level : mapping
-        What was asked for, see `Level.facts`.
+        The requested level, see `Level.facts`.
     signal, drive : mapping
-        Unit, rate, axes, duration, peak and rms of what came in and of what is sent.
+        Unit, rate, axes, duration, peak and rms of the input and of the drive.
     scaled : sequence of str
         Every factor that was applied, and why.
     clipped : sequence of str
         What was cut at a limit.
     unreachable : sequence of str
-        What of the signal does not come out of this display.
+        What this display cannot render of the signal.
     facts : mapping
-        The numbers behind it, by family.
+        The numbers behind them, by family.
     """
 
     display: str
@@ -47,19 +47,19 @@ class FitReport:
     facts: Mapping[str, Any] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
-        """Return it as JSON values.
+        """Return JSON values.
 
         Raises
         ------
         ValueError, TypeError
-            If a family put something else into its facts, NaN among it: a defect.
+            If a family's facts contain something else, NaN for instance: a defect.
         """
         values = {name: getattr(self, name) for name in type(self).__dataclass_fields__}
         plain: dict[str, Any] = json.loads(json.dumps(values, allow_nan=False))
         return plain
 
     def as_text(self) -> str:
-        """Return it as lines for people."""
+        """Return lines of text."""
         lines = [
             f"{self.display} ({self.family}), level {self.level['asked']}",
             f"signal: {_in_words(self.signal)}",
@@ -86,12 +86,12 @@ def signal_facts(signal: Signal) -> dict[str, Any]:
 
 
 def amount(value: float, unit: str) -> str:
-    """Return ``value`` with its unit as people read it; a ratio has none."""
+    """Return ``value`` with its unit, if any, as text."""
     return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"
 
 
 def percent(share: float) -> str:
-    """Return a share as people read it, two digits: ``100 %``, ``4.2 %``, ``0.031 %``."""
+    """Return a share as text with two digits: ``100 %``, ``4.2 %``, ``0.031 %``."""
     return f"{float(f'{100 * share:.2g}'):g} %"
 
 

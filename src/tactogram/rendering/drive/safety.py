@@ -1,4 +1,4 @@
-"""The last step before a display: no NaN, no DC where forbidden, fades, and the limits last of all."""
+"""Last step before a display: no NaN, no DC where forbidden, fades, and the limits."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tactogram.signal.signal import Signal
 
 
 def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signal, dict[str, Any]]:
-    """Return a drive that may be sent: faded in and out, without DC where that is forbidden, within the limits.
+    """Return a drive that may be sent: faded in and out, without DC where forbidden, within the limits.
 
     Parameters
     ----------
     drive : Signal
-        At the display's rate, in its unit, with its channels; a Signal holds no NaN.
+        At the display's rate, in its unit, with its channels.
     display : Display
     faded : bool
         Whether the family faded it already, by `settled`.
@@ -27,10 +27,10 @@ def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signa
     Returns
     -------
     Signal
-        As long as ``drive``. Every sample lies within ``display.floor`` and ``display.limit``.
+        Of the same length. Every sample lies within ``display.floor`` and ``display.limit``.
     dict
         ``clipped_samples`` that lay outside, ``removed_dc`` (largest of the channels, in the drive's unit), ``scaled``
-        by taking the mean out (1 unless that pushed a peak over the limit).
+        (factor after the mean was removed, 1 unless that pushed a peak over the limit).
 
     Raises
     ------
@@ -55,23 +55,23 @@ def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signa
 def settled(
     x: NDArray[np.float64], display: Display, *, faded: bool = False
 ) -> tuple[NDArray[np.float64], float]:
-    """Return a drive that begins and ends at rest, without DC where that is forbidden, and the largest mean removed.
+    """Return a drive that begins and ends at rest, without DC where forbidden, and the largest mean removed.
 
-    Where the display's rest is 0 that is linear: a family that scales its drive to a limit does so afterwards.
+    If the display's rest is 0 this is linear, so a family scales its drive to a limit afterwards.
 
     Parameters
     ----------
     x : float64 array, shape (channel, time), in the drive's unit
     display : Display
     faded : bool
-        Take the mean alone out.
+        Only remove the mean.
     """
     window = fade_window(x.shape[1], round(display.fade_ms / 1e3 * display.rate))
     if not faded:
         x = display.rest + (x - display.rest) * window
     if display.dc:
         return x, 0.0
-    # What is taken off has the window's shape, so that the drive still begins and ends at 0.
+    # The removed mean has the window's shape, so that the drive still begins and ends at 0.
     mean = x.mean(axis=1, keepdims=True)
     weight = window.mean()
     x = x - mean * window / weight if weight > 0 else np.zeros_like(x)
@@ -81,7 +81,7 @@ def settled(
 def fade_window(length: int, fade: int) -> NDArray[np.float64]:
     """Return a raised cosine from 0 to 1 over ``fade`` samples, 1, and back to 0; float64, shape (length,).
 
-    The last sample is 0 even without a fade: many devices hold what they were told last.
+    The last sample is 0 even without a fade, since many devices hold it.
     """
     fade = min(fade, length // 2)
     window = np.ones(length)
@@ -104,17 +104,16 @@ def bounds(display: Display) -> tuple[np.float32, np.float32]:
 
 
 class DriveGuard:
-    """Guard between a stream of drive blocks and a device: the same promises, block by block.
+    """Guard between a stream of drive blocks and a device: the guarantees of `safe`, block by block.
 
-    A block with a NaN or an infinity in it is a fault: instead of it and of everything after it comes a fade to rest.
-    ``missing`` gives blocks for a connection that went silent: a fade to rest, then rest. After a fault `reset` is
-    needed; after silence the next block fades in. No block leaves the limits, and none begins with a jump from the
-    last sample sent beyond what the fade allows.
+    A block with NaN or infinity is a fault: it and everything after it is replaced by a fade to rest, until `reset`.
+    ``missing`` returns blocks for a lost connection: a fade to rest, then rest; the next block fades in. No block
+    leaves the limits, and none begins with a jump from the last sample beyond what the fade allows.
 
     Parameters
     ----------
     display : Display
-        Where DC is forbidden, a first-order high-pass at ``highpass_hz`` takes it out.
+        If DC is forbidden, a first-order high-pass at ``highpass_hz`` removes it.
     highpass_hz : float, Hz
     """
 
@@ -127,7 +126,7 @@ class DriveGuard:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew, at rest: the next block fades in."""
+        """Start again at rest: the next block fades in."""
         count = len(self.display.channels)
         self.fault = None
         self._gain = 0.0
@@ -135,27 +134,27 @@ class DriveGuard:
         self._state = np.zeros((count, 1))
 
     def process(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Return the block that may be sent, float32, shape (channel, time) as ``block``, in the display's unit.
+        """Return the block to send, float32, shape (channel, time) as ``block``, in the display's unit.
 
         Raises
         ------
         ParameterError
-            If ``block`` has another shape. What is not finite is no error: it is faded to rest, see ``fault``.
+            If ``block`` has another shape. NaN and infinity are no errors but fade to rest, see ``fault``.
         """
         if block.ndim != 2 or len(block) != len(self.display.channels):
             raise ParameterError(f"block must be ({len(self.display.channels)}, time), got {block.shape}")
         if self.fault is None and not np.isfinite(block).all():
-            self.fault = "not a number in a block"
+            self.fault = "a block contains NaN or infinity"
         if self.fault is not None:
             return self.missing(block.shape[1])
         return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=1.0)
 
     def missing(self, length: int) -> NDArray[np.float32]:
-        """Return what is sent while nothing comes: a fade from the last sample to rest, shape (channel, time)."""
+        """Return a fade from the last sample to rest, for the time without blocks, shape (channel, time)."""
         return self._sent(np.repeat(self._held, length, axis=1), to=0.0)
 
     def leaving(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Return a block (channel, time) as `process`, faded to rest: what a drive still has while nothing comes."""
+        """Return a block (channel, time) faded to rest, for a drive that continues while no motion arrives."""
         if self.fault is not None or block.ndim != 2 or not np.isfinite(block).all():
             return self.missing(block.shape[-1])
         return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=0.0)

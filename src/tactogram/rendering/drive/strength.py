@@ -1,4 +1,4 @@
-"""Vibration strength over time, for displays that accept a strength only."""
+"""Vibration strength over time, for displays that accept only a strength."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from tactogram.signal.signal import Signal
 
 
 class StrengthSettings(BaseModel):
-    """Settings of displays that can only be told how strong to vibrate."""
+    """Settings of displays that accept only a strength."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     frequency_hz: float = Field(gt=0)
-    """At which it vibrates."""
+    """Frequency of its vibration."""
     output_at_full: float | None = Field(default=None, gt=0)
-    """Amplitude of the acceleration at full drive, m/s^2; None is not known."""
+    """Amplitude of the acceleration at full drive, m/s^2; None is unknown."""
     smoothing_ms: float = Field(default=20.0, gt=0)
-    """Window (Hann) over which the power of the signal is averaged, ms."""
+    """Hann window over which the signal's power is averaged, ms."""
     over: Literal["scale", "clip", "refuse"] = "scale"
-    """Where more than ``clip_share`` would be above full drive: make all of it weaker, clip, or refuse."""
+    """If more than ``clip_share`` would exceed full drive: reduce all of it, clip, or refuse."""
     clip_share: float = Field(default=0.01, ge=0, lt=1)
 
 
@@ -42,11 +42,11 @@ class Strength:
     Parameters
     ----------
     share : float64 array, shape (time,)
-        Of what the display gives at full drive, 0 to 1.
+        Of full drive's output, 0 to 1.
     scaled, clipped : list of str
-        How the level was reached, and what became of too much.
+        Sentences on the level and on what exceeded it.
     limiting : float
-        What it was made weaker by.
+        Factor by which it was reduced.
     """
 
     share: NDArray[np.float64]
@@ -56,28 +56,19 @@ class Strength:
 
 
 def strength(signal: Signal, settings: StrengthSettings, *, display: Display, level: Level) -> Strength:
-    """Return how strong ``display`` shall vibrate, at its rate.
+    """Return the strength of ``display``'s vibration for a signal, at its rate.
 
-    The strength is the amplitude of the sine that has the power of the signal around each moment. For a level of
-    sensation each frequency counts by its threshold, and the display vibrates as far above the threshold at its own
-    frequency.
-
-    Parameters
-    ----------
-    signal : Signal
-        The power of its axes is added.
-    settings : StrengthSettings
-    display : Display
-    level : Level
-        ``peak`` is a share of full drive; ``gain`` is in m/s^2 per unit of signal where the display's output is known,
-        else in parts of full drive per unit of signal.
+    The strength is the amplitude of the sine with the power of the signal around each moment, summed over axes. For a
+    sensation level each frequency is weighted by its threshold, and the display vibrates as far above the threshold at
+    its own frequency. Level ``peak`` is a share of full drive; ``gain`` is in m/s^2 per unit of signal if the
+    display's output is known, else in parts of full drive per unit of signal.
 
     Raises
     ------
     UnitError
-        If a physical level or one of sensation is asked for where signal or display has none.
+        If a physical or sensation level does not apply to signal or display.
     ParameterError
-        If too much is over full drive and the settings refuse that.
+        If too much exceeds full drive and the settings refuse that.
     """
     wanted, words = _wanted(signal, settings, display, level)
     scaled, clipped = [words], list[str]()
@@ -97,7 +88,7 @@ def strength(signal: Signal, settings: StrengthSettings, *, display: Display, le
 def _wanted(
     signal: Signal, settings: StrengthSettings, display: Display, level: Level
 ) -> tuple[NDArray[np.float64], str]:
-    """Return the strength that ``level`` asks for, above 1 where the display cannot, and in words how."""
+    """Return the strength for ``level``, above 1 where it exceeds the display, and a sentence."""
     output_at_full, frequency_hz = settings.output_at_full, settings.frequency_hz
     smoothing_ms = settings.smoothing_ms
     moving = signal.unit in MOTION and output_at_full is not None
@@ -109,23 +100,20 @@ def _wanted(
         )
     if level.kind == "sensation":
         felt = _at_rate(_amplitude(weighted(signal), smoothing_ms), signal.rate, display.rate)
-        own = sensation_level_db(signal)
-        more = 0.0 if level.value is None or not np.isfinite(own) else level.value - own
+        original = sensation_level_db(signal)
+        more = 0.0 if level.value is None or not np.isfinite(original) else level.value - original
         threshold = float(detection_threshold(frequency_hz, "m/s^2"))
         share = felt * threshold / float(output_at_full or 1.0) * 10 ** (more / 20)
-        return (
-            share,
-            f"as far above the threshold at {frequency_hz:g} Hz as the signal, {more:+.1f} dB",
-        )
+        return share, f"as far above the threshold at {frequency_hz:g} Hz as the signal, {more:+.1f} dB"
     felt = _at_rate(_amplitude(_in_band(signal, display), smoothing_ms), signal.rate, display.rate)
     full = output_at_full or 1.0
     match level.kind:
         case "physical":
-            return felt / full, f"{full:g} m/s^2 of the signal are full drive, as its output has it"
+            return felt / full, f"{full:g} m/s^2 of the signal are full drive"
         case "gain":
             value = float(level.value or 1.0)
             per = "m/s^2" if output_at_full is not None else "of full drive"
-            return felt * value / full, f"{value:g} {per} per {signal.unit} of the signal, as asked"
+            return felt * value / full, f"{value:g} {per} per {signal.unit} of the signal, as requested"
     peak = float(felt.max())
     factor = float(level.value or 1.0) / peak if peak > 0 else 1.0
     words = f"the strongest moment is {level.value:g} of full drive; the signal's own level is lost"
@@ -133,7 +121,7 @@ def _wanted(
 
 
 def _in_band(signal: Signal, display: Display) -> Signal:
-    """Return the part of a signal that is felt as vibration, as acceleration where it is a motion."""
+    """Return the part of a signal felt as vibration, as acceleration if it is a motion."""
     low, high = display.band or FELT_HZ
     if high < 0.45 * signal.rate:
         signal = bandpass(signal, low, high)
@@ -145,7 +133,7 @@ def _in_band(signal: Signal, display: Display) -> Signal:
 
 
 def _amplitude(signal: Signal, smoothing_ms: float) -> NDArray[np.float64]:
-    """Return the amplitude of the sine of the same power around each sample, float64, shape (time,)."""
+    """Return the amplitude of the sine of equal power around each sample, float64, shape (time,)."""
     length = max(1, round(smoothing_ms / 1e3 * signal.rate))
     window = np.hanning(length + 2)[1:-1]
     power = np.sum(signal.samples.astype(np.float64) ** 2, axis=0)
@@ -156,14 +144,14 @@ def _amplitude(signal: Signal, smoothing_ms: float) -> NDArray[np.float64]:
 
 
 def _at_rate(x: NDArray[np.float64], rate: float, new: float) -> NDArray[np.float64]:
-    """Return the strength in the middle of each step of the display: it is smooth, and must not become negative."""
+    """Return the strength in the middle of each step of the display, interpolated linearly so that it stays >= 0."""
     count = max(1, round(len(x) * new / rate))
     middles = (np.arange(count) + 0.5) / new
     return np.asarray(np.interp(middles, np.arange(len(x)) / rate, x))
 
 
 def correlation(a: NDArray[np.float64], b: NDArray[np.float64]) -> float | None:
-    """Return how far two strengths rise and fall together, -1 to 1; None where one is constant."""
+    """Return the correlation of two strengths, -1 to 1; None if one is constant."""
     if len(a) < 2 or a.std() < 1e-12 or b.std() < 1e-12:
         return None
     return float(np.corrcoef(a, b)[0, 1])

@@ -1,4 +1,4 @@
-"""The response of a display, measured: a sweep is played, what comes out is recorded, one is divided by the other."""
+"""Measured response of a display: a sweep is played and recorded, and the recording divided by the sweep."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.safety import fade_window
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
 LEAD_S = 0.05
-"""What is kept of the response before its first arrival, s, faded in: the band is limited, and so it rings before."""
+"""Part of the response before its first arrival, s, faded in: a band-limited response rings before it, too."""
 WIDER = (0.5, 1.4)
-"""A sweep begins an octave below the band asked for and ends half an octave above: its own ends are uncertain."""
+"""A sweep begins an octave below the wanted band and ends half an octave above, since its own ends are inaccurate."""
 LEAST_POWER = 3e-5
-"""Of the played spectrum, relative to its largest: below it nothing is divided by it any more."""
+"""Least power of the played spectrum, relative to its largest, that is divided by."""
 
 
 def exponential_sweep(
@@ -32,24 +32,24 @@ def exponential_sweep(
     band: tuple[float, float] | None = None,
     silence_s: float = 0.5,
 ) -> Signal:
-    """Return a sweep whose frequency rises exponentially, as a drive of ``display``.
+    """Return a sweep with exponentially rising frequency, as a drive of ``display``.
 
-    x(t) = A sin(2 pi f1 T / ln(f2/f1) (e^(t/T ln(f2/f1)) - 1)): each octave lasts equally long, and what a display
-    distorts comes out before the response, where it can be cut off (A. Farina, "Simultaneous measurement of impulse
+    x(t) = A sin(2 pi f1 T / ln(f2/f1) (e^(t/T ln(f2/f1)) - 1)): each octave lasts equally long, and a display's
+    distortion appears before the response, where it can be cut off (A. Farina, "Simultaneous measurement of impulse
     response and distortion with a swept-sine technique", AES Convention 108, 2000; from general knowledge of it).
 
     Parameters
     ----------
     display : Display
     seconds : float
-        Of the sweep, without the silence.
+        Length without the silence.
     level : float
-        Its amplitude, as a share of the display's limit.
+        Amplitude as a share of the display's limit.
     band : tuple of float, optional
-        What shall be measured, Hz; by default the display's band, or 10 Hz to 0.45 of its rate. The sweep goes beyond
-        it at both ends (`WIDER`), as far as the rate allows.
+        Band to be measured, Hz; by default the display's, or 10 Hz to 0.45 of its rate. The sweep exceeds it at both
+        ends (`WIDER`), as far as the rate allows.
     silence_s : float
-        Before and after the sweep, for the response to begin and to die down.
+        Before and after the sweep, while the response builds up and decays.
 
     Raises
     ------
@@ -95,10 +95,9 @@ class SweepResult:
     response : complex128 array, shape (bin,)
         Recorded over played, without the delay.
     coherence : float64 array, shape (bin,)
-        Share of the recorded power, 0 to 1, that the linear response explains.
+        Share of the recorded power that the linear response explains, 0 to 1.
     delay_s : float
-        Of the recording behind the sweep, s, taken out of the phase; between two devices without a common clock it says
-        nothing of the display.
+        Delay of the recording, s, removed from the phase; meaningless between devices without a common clock.
     unit : str
         Of the recording per unit of the drive.
     """
@@ -119,27 +118,28 @@ def identify(
     ringing_s: float = 0.25,
     repeats: tuple[Signal, ...] = (),
 ) -> SweepResult:
-    """Return the response that leads from a played sweep to what was recorded of it.
+    """Return the response between a played sweep and its recording.
 
-    The recorded spectrum is divided by the played one, where that has power; in time, what comes before the direct
-    response (distortion) and ``ringing_s`` after it (noise) is cut off; the rest is read at even steps per octave.
+    The recorded spectrum is divided by the played one where that has power; in time, everything before the direct
+    response (distortion) and later than ``ringing_s`` after it (noise) is cut off; the rest is read at even steps per
+    octave.
 
     Parameters
     ----------
     played, recorded : Signal
-        One channel and one axis, over time, at any rate. They need not begin together: the delay is found.
+        One channel and one axis, over time, at any rate. Their delay is determined.
     band : tuple of float, Hz
-        In which the response is read: that which was asked for when the sweep was made.
+        The band that the sweep was made for.
     points_per_octave : int
     ringing_s : float
-        How long the response may ring.
+        Longest ringing of the response.
     repeats : tuple of Signal
-        Further recordings of the same sweep, averaged after each is set to its own delay.
+        Further recordings of the same sweep, averaged after alignment.
 
     Raises
     ------
     ParameterError
-        If a signal has more than one axis, nothing was recorded, or the band is beyond half a rate.
+        If a signal has several axes, the recording is silent, or the band exceeds half a rate.
     """
     if len(played.axes) != 1 or any(len(r.axes) != 1 for r in (recorded, *repeats)):
         raise ParameterError("identify takes one played channel and one recorded axis; select them")
@@ -149,19 +149,19 @@ def identify(
         )
     rate = max(played.rate, recorded.rate)
     x = _at(played, rate)
-    found = [_one(x, _at(r, rate), rate, band, ringing_s) for r in (recorded, *repeats)]
+    measured = [_impulse_response(x, _at(r, rate), rate, band, ringing_s) for r in (recorded, *repeats)]
     count = max(2, 1 + round(np.log2(band[1] / band[0]) * points_per_octave))
     frequency = np.geomspace(*band, count)
-    response = np.mean([_read(h, rate, frequency, lead) for h, lead, _, _ in found], axis=0)
-    coherence = np.mean([_read_coherence(c, frequency) for _, _, c, _ in found], axis=0)
-    delay = float(np.median([d for _, _, _, d in found]))
+    response = np.mean([_read(h, rate, frequency, lead) for h, lead, _, _ in measured], axis=0)
+    coherence = np.mean([_read_coherence(c, frequency) for _, _, c, _ in measured], axis=0)
+    delay = float(np.median([d for _, _, _, d in measured]))
     return SweepResult(frequency, response, coherence, delay, f"{recorded.unit}/{played.unit}")
 
 
-def _one(
+def _impulse_response(
     x: NDArray[np.float64], y: NDArray[np.float64], rate: float, band: tuple[float, float], ringing_s: float
 ) -> tuple[NDArray[np.float64], int, tuple[NDArray[np.float64], NDArray[np.float64]], float]:
-    """Return the impulse response (its lead-in, coherence, delay) of one recording."""
+    """Return the impulse response of a recording, its lead-in, coherence and delay."""
     if not y.any():
         raise ParameterError("nothing was recorded: every sample is 0")
     size = fft.next_fast_len(len(x) + len(y), real=True)
@@ -171,10 +171,12 @@ def _one(
     impulse = fft.irfft(recorded * np.conj(played) / (power + LEAST_POWER * power.max()), size)
     place = _first_arrival(recorded * np.conj(played), frequency, band, size)
     lead = round(LEAD_S * rate)
-    kept = round(ringing_s * rate)
-    around = np.take(impulse, np.arange(place - lead, place + kept), mode="wrap")
-    window = np.concatenate([dsp.windows.hann(2 * lead)[:lead], np.ones(kept // 2)])
-    window = np.concatenate([window, dsp.windows.hann(2 * (kept - kept // 2))[kept - kept // 2 :]])
+    ringing = round(ringing_s * rate)
+    around = np.take(impulse, np.arange(place - lead, place + ringing), mode="wrap")
+    window = np.concatenate([dsp.windows.hann(2 * lead)[:lead], np.ones(ringing // 2)])
+    window = np.concatenate(
+        [window, dsp.windows.hann(2 * (ringing - ringing // 2))[ringing - ringing // 2 :]]
+    )
     h = around * window
     delay = (place if place < size / 2 else place - size) / rate
     return h, lead, _coherence(x, y, h, place - lead, rate, size), delay
@@ -183,7 +185,7 @@ def _one(
 def _first_arrival(
     cross: NDArray[np.complex128], frequency: NDArray[np.float64], band: tuple[float, float], size: int
 ) -> int:
-    """Return where the response begins, samples: the peak of the cross-correlation with a flat spectrum's envelope."""
+    """Return the first sample of the response: the peak of the whitened cross-correlation's envelope."""
     inside = (frequency >= band[0]) & (frequency <= band[1])
     flat = np.where(inside, cross / np.maximum(np.abs(cross), 1e-300), 0)
     full = np.zeros(size, np.complex128)
@@ -194,7 +196,7 @@ def _first_arrival(
 def _coherence(
     x: NDArray[np.float64], y: NDArray[np.float64], h: NDArray[np.float64], start: int, rate: float, size: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return frequency and the share of the recorded power that the response explains, smoothed over 1/12 octave."""
+    """Return frequency and the share of the recorded power explained by the response, smoothed over 1/12 octave."""
     model = np.roll(fft.irfft(fft.rfft(x, size) * fft.rfft(h, size), size), start)
     left = np.abs(fft.rfft(np.pad(y - y.mean(), (0, size - len(y))) - model)) ** 2
     whole = np.abs(fft.rfft(y - y.mean(), size)) ** 2
@@ -211,7 +213,7 @@ def _coherence(
 def _read(
     h: NDArray[np.float64], rate: float, frequency: NDArray[np.float64], lead: int
 ) -> NDArray[np.complex128]:
-    """Return the response at ``frequency``, the direct arrival at time 0."""
+    """Return the response at ``frequency``, with the direct arrival at time 0."""
     t = (np.arange(len(h)) - lead) / rate
     return np.asarray(np.exp(-2j * np.pi * frequency[:, None] * t) @ h)
 

@@ -1,9 +1,9 @@
-"""Eccentric motors (ERM) and linear resonant actuators (LRA) behind a driver that is told how strong to vibrate.
+"""Eccentric motors (ERM) and linear resonant actuators (LRA) whose driver accepts a vibration strength.
 
-The driver takes an amplitude a few hundred times a second: the real-time playback of Texas Instruments' DRV2605 and its
-kin. The register's formats and addresses are from the data sheet (SLOS825C, sec. 7.5.8 and 7.6). In closed loop the
-driver itself overdrives and brakes, and values at or below the middle are silence; in open loop full scale is the
-overdrive clamp, and negative values brake.
+The driver takes an amplitude a few hundred times a second: the real-time playback of Texas Instruments' DRV2605 and
+similar ones. Formats and addresses of the registers are from the data sheet (SLOS825C, sec. 7.5.8 and 7.6). In closed
+loop the driver itself overdrives and brakes, and values at or below the middle are silence; in open loop full scale is
+the overdrive clamp, and negative values brake.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ FULL = 127
 
 
 class Settings(StrengthSettings):
-    """The actuator, and how its driver is set."""
+    """The actuator and its driver's configuration."""
 
     actuator: Literal["erm", "lra"]
-    """An ERM's acceleration goes with the square of its speed, an LRA's with its drive."""
+    """An ERM's acceleration is proportional to the square of its speed, an LRA's to its drive."""
     loop: Literal["closed", "open"] = "closed"
-    """Who overdrives and brakes: the driver (closed), or the stream (open)."""
+    """Whether the driver (closed) or the stream (open) overdrives and brakes."""
     rise_ms: float = Field(default=30.0, gt=0)
     """Time constant of the amplitude, or of the motor's speed, ms."""
     start: float = Field(default=0.0, ge=0, lt=1)
-    """Drive, of rated, below which nothing moves; what would lie below is left silent."""
+    """Drive, as a share of rated, below which nothing moves; weaker values become silence."""
     rated_share: float = Field(default=0.7, gt=0, le=1)
-    """Open loop: rated voltage over overdrive clamp, the rest is for overdrive."""
+    """Open loop: rated voltage over overdrive clamp; the rest is for overdrive."""
     overdrive: bool = True
-    """Open loop: whether the stream overdrives and brakes, so that the actuator follows faster than it would."""
+    """Open loop: whether the stream overdrives and brakes for a faster response."""
 
 
 def drive(
@@ -52,9 +52,9 @@ def drive(
     Raises
     ------
     UnitError
-        If the level has no meaning for this signal or this actuator.
+        If the level does not apply to this signal or actuator.
     ParameterError
-        If too much is over the limit and ``over`` is ``refuse``.
+        If too much exceeds the limit and ``over`` is ``refuse``.
     """
     wanted = strength(signal, settings, display=display, level=level)
     share, scaled = wanted.share, wanted.scaled
@@ -83,11 +83,11 @@ def drive(
     unreachable = [_one_frequency(settings)]
     if facts["silent_share"]:
         unreachable.append(
-            f"{percent(facts['silent_share'])} of the time is too weak to move it and is left silent"
+            f"{percent(facts['silent_share'])} of the time is too weak to move it and is silent"
         )
     if settings.loop == "closed":
         scaled.append(
-            "overdrive and braking are the driver's own: the stream holds none, the figures count none"
+            "overdrive and braking are the driver's own: neither the stream nor the figures include them"
         )
     elif settings.overdrive:
         above, below = (percent(facts[name]) for name in ("overdriven_share", "braking_share"))
@@ -100,11 +100,11 @@ def drive(
 
 
 def setup_registers(settings: Settings) -> list[list[int]]:
-    """Return the (address, value) pairs that set a DRV2605 up for the stream, after its own calibration.
+    """Return the (address, value) pairs that configure a DRV2605 for the stream, after its own calibration.
 
-    Mode 5 is real-time playback; bit 7 of 0x1A is an LRA; bit 7 of 0x1C takes values in both directions; of 0x1D, bit 3
-    (0) is signed data, bit 5 an ERM in open loop, bit 0 an LRA in open loop. The other bits of 0x1A, 0x1C and 0x1D are
-    as after a reset: what the calibration wrote into them is to be kept instead.
+    Mode 5 is real-time playback; bit 7 of 0x1A is an LRA; bit 7 of 0x1C accepts values in both directions; of 0x1D,
+    bit 3 (0) is signed data, bit 5 an ERM in open loop, bit 0 an LRA in open loop. The other bits of 0x1A, 0x1C and
+    0x1D are those after a reset: keep what the calibration wrote there instead.
     """
     feedback = 0x36 | (0x80 if settings.actuator == "lra" else 0)
     opened = settings.loop == "open"
@@ -114,7 +114,7 @@ def setup_registers(settings: Settings) -> list[list[int]]:
 
 
 def register_bytes(drive: Signal) -> NDArray[np.uint8]:
-    """Return a drive as the bytes that are written to `PLAYBACK_REGISTER` (two's complement), uint8, shape (time,)."""
+    """Return a drive as bytes for `PLAYBACK_REGISTER` (two's complement), uint8, shape (time,)."""
     whole: NDArray[np.int8] = np.round(drive.samples[0]).astype(np.int8)
     return whole.view(np.uint8)
 
@@ -135,7 +135,7 @@ def _one_frequency(settings: Settings) -> str:
         if settings.actuator == "erm"
         else "an LRA vibrates only at"
     )
-    return f"what the frequencies are: {kind} {settings.frequency_hz:g} Hz; what remains is how strong it is"
+    return f"the frequencies: {kind} {settings.frequency_hz:g} Hz; only the strength remains"
 
 
 FAMILY = DisplayFamily(

@@ -1,4 +1,4 @@
-"""Voice coils and audio actuators: the drive is the wanted output divided by the measured response."""
+"""Linear displays (voice coils, audio actuators): the drive is the wanted output divided by the measured response."""
 
 from __future__ import annotations
 
@@ -27,38 +27,38 @@ if TYPE_CHECKING:
     from tactogram.rendering.streaming.finger_path import MotionBlock
 
 PADDING_S = 0.25
-"""Silence on both sides, s, in which a response may ring."""
+"""Silence added on both sides for a ringing response, s."""
 
 
 class Settings(BaseModel):
-    """Equalisation of a linear display's response, and the treatment of its limit."""
+    """Equalisation of a linear display's response, and treatment of its limit."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     equalise: Literal["full", "magnitude", "none"] = "full"
-    """``full`` inverts gain and phase, ``magnitude`` the gain alone, ``none`` neither: the response then only says what
-    comes out, and one gain, that at ``reference_hz``, stands for all frequencies."""
+    """``full`` inverts gain and phase, ``magnitude`` only the gain, ``none`` neither: the response then only predicts
+    the output, and its gain at ``reference_hz`` applies to all frequencies."""
     cap_db: float = Field(default=20.0, ge=0, le=60)
-    """What a frequency may be raised by, relative to the one at which the display is most effective, dB."""
+    """Largest gain of a frequency relative to the most effective one, dB."""
     reference_hz: float = Field(default=250.0, gt=0)
-    """Where the response is read without equalisation, Hz: the most sensitive frequency of touch."""
+    """Frequency of the response without equalisation, Hz: the most sensitive frequency of touch."""
     over: Literal["scale", "clip", "refuse"] = "scale"
-    """Where more than ``clip_share`` of the drive is over the limit: make all of it smaller, clip, or refuse."""
+    """If more than ``clip_share`` of the drive exceeds the limit: reduce all of it, clip, or refuse."""
     clip_share: float = Field(default=0.001, ge=0, lt=1)
-    """Share of samples that may be clipped without further ado."""
+    """Share of samples that may be clipped."""
 
 
 def drive(
     signal: Signal, settings: Settings, *, display: Display, level: Level
 ) -> tuple[Signal, dict[str, Any]]:
-    """Return the drive of a display that is linear up to its limit; see `tactogram.rendering.displays.display`.
+    """Return the drive of a display that is linear up to its limit, see `DriveFunction`.
 
     Raises
     ------
     UnitError
-        If a physical level or a sensation level is asked for where signal or display has none.
+        If a physical or sensation level does not apply to signal or display.
     ParameterError
-        If there are fewer axes than channels (and not one), or too much is over the limit and ``over`` is ``refuse``.
+        If there are fewer axes than channels (and not one), or too much exceeds the limit and ``over`` is ``refuse``.
     """
     scaled: list[str] = []
     clipped: list[str] = []
@@ -73,7 +73,7 @@ def drive(
     unit_drive = plan.drive(wanted)
     faded = display.rest == 0
     if faded:
-        # Before the level, so that what is asked for is what is sent even where the signal is loudest at its ends.
+        # Before the level, so that the level is met even if the signal is loudest at its ends.
         unit_drive, _ = settled(unit_drive, display)
     factor, aim, words = factor_of(
         level,
@@ -84,7 +84,7 @@ def drive(
     )
     scaled.append(words)
     if motion:
-        scaled.append(f"{signal.unit} turned into {display.output_unit}, frequency by frequency")
+        scaled.append(f"{signal.unit} converted to {display.output_unit}, frequency by frequency")
     samples, limiting = within_limits(
         unit_drive * factor,
         display.floor,
@@ -120,7 +120,7 @@ def drive(
 
 
 class _Plan:
-    """The way from a wanted output to the drive and, through the response, back to the output."""
+    """Conversion of a wanted output to the drive and, through the response, back to the output."""
 
     def __init__(
         self,
@@ -140,10 +140,10 @@ class _Plan:
         self.capped: tuple[float, float] | None = None
         self.needed_db = 0.0
         self.cap_db = settings.cap_db
-        # Acceleration into displacement is divided by (j w)^2; below the band nothing of it is wanted.
+        # Acceleration to displacement divides by (j w)^2; nothing below the band is wanted.
         w = 2j * np.pi * np.maximum(frequency, max(band[0], frequency[1] if len(frequency) > 1 else 1.0))
         self.motion = w**motion
-        kept = InverseResponse(
+        result = InverseResponse(
             edges(frequency, band).astype(np.complex128), np.zeros(len(frequency), np.bool_)
         )
         if display.response is not None:
@@ -151,23 +151,23 @@ class _Plan:
             self.response[0] = 0.0
             if settings.equalise == "none":
                 reference = abs(complex(display.response.at(settings.reference_hz)))
-                kept = InverseResponse(kept.gain / reference, kept.capped)
+                result = InverseResponse(result.gain / reference, result.capped)
             else:
                 full = settings.equalise == "full"
-                kept = inverse(display.response, frequency, band, cap_db=settings.cap_db, phase=full)
+                result = inverse(display.response, frequency, band, cap_db=settings.cap_db, phase=full)
                 inside = (frequency > band[0]) & (frequency < band[1])
                 size = 1 / np.abs(self.response[inside])
                 self.needed_db = float(20 * np.log10(size.max() / size.min()))
-            if kept.capped.any():
-                where = frequency[kept.capped]
+            if result.capped.any():
+                where = frequency[result.capped]
                 self.capped = (float(where.min()), float(where.max()))
-        self.inverse = kept.gain
+        self.inverse = result.gain
 
     @classmethod
     def of(
         cls, x: Signal, display: Display, settings: Settings, motion: int
     ) -> tuple[NDArray[np.complex128], _Plan]:
-        """Return the spectrum of ``x``, padded, and the plan for it."""
+        """Return the padded spectrum of ``x``, and its plan."""
         pad = round(PADDING_S * display.rate)
         size = fft.next_fast_len(len(x) + 2 * pad, real=True)
         size += size % 2
@@ -182,29 +182,29 @@ class _Plan:
         return fft.rfft(padded, axis=1), plan
 
     def drive(self, wanted: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Return the drive for a level factor of 1, float64, (channel, time)."""
+        """Return the drive for a level factor of 1, float64, shape (channel, time)."""
         return self._time(wanted * self.motion * self.inverse)
 
     def output(self, drive: NDArray[np.float64], like: Signal) -> Signal:
-        """Return what comes out for ``drive`` as the response has it: a signal in the unit of ``like``."""
+        """Return the predicted output for ``drive``, in the unit of ``like``."""
         padded = np.zeros((len(drive), self.size))
         padded[:, self.pad : self.pad + self.length] = drive
         spectrum = fft.rfft(padded, axis=1) * self.response / self.motion
         return like.with_samples(self._time(spectrum))
 
     def unreachable(self, lost_db: float) -> list[str]:
-        """Return what the band and the cap take, as sentences; ``lost_db`` is what lies outside of the band."""
-        said = []
+        """Return sentences on the band and the cap; ``lost_db`` is the power outside of the band."""
+        sentences = []
         if lost_db > 0.1:
-            said.append(
-                f"what lies outside of {self.band[0]:g} to {self.band[1]:g} Hz: {lost_db:.1f} dB of the signal's power"
+            sentences.append(
+                f"frequencies outside {self.band[0]:g} to {self.band[1]:g} Hz: {lost_db:.1f} dB of the signal's power"
             )
         if self.capped:
-            said.append(
-                f"{self.capped[0]:.0f} to {self.capped[1]:.0f} Hz in full: the response would have to be raised by up "
-                f"to {self.needed_db:.0f} dB, the cap is {self.cap_db:g} dB"
+            sentences.append(
+                f"{self.capped[0]:.0f} to {self.capped[1]:.0f} Hz in full: the response would need a gain of up to "
+                f"{self.needed_db:.0f} dB, the cap is {self.cap_db:g} dB"
             )
-        return said
+        return sentences
 
     def _time(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
         x = fft.irfft(spectrum, n=self.size, axis=1)
@@ -212,7 +212,7 @@ class _Plan:
 
 
 def reachable_band(display: Display) -> tuple[float, float]:
-    """Return the band in Hz that a display reaches: its own, where its response is known, below half its rate."""
+    """Return the band of a display in Hz: its own, within the range of its response and half its rate."""
     low, high = display.band or (0.0, np.inf)
     if display.response is not None:
         low, high = max(low, display.response.range[0]), min(high, display.response.range[1])
@@ -220,7 +220,7 @@ def reachable_band(display: Display) -> tuple[float, float]:
 
 
 def _per_channel(signal: Signal, display: Display) -> tuple[Signal, list[str]]:
-    """Return ``signal`` with one axis, or one per channel, and the names of the axes that no channel takes."""
+    """Return ``signal`` with one axis, or one per channel, and the names of the unused axes."""
     count = len(display.channels)
     if len(signal.axes) == 1:
         return signal, []
@@ -265,14 +265,14 @@ class LinearStream:
         return np.asarray(x[: self._channels], np.float64)
 
     def facts(self) -> dict[str, Any]:
-        """Return the factor and what the equaliser does."""
+        """Return the factor and the equaliser's facts."""
         return {"factor": self._factor, "equaliser": {"on": self.equalises, **self.design.facts()}}
 
 
 def _stream_design(display: Display, settings: Settings, motion: int) -> EqualiserDesign:
-    """Return a filter with the magnitude that `drive` has: band, capped inverse, unit."""
+    """Return a filter with the magnitude of `drive`: band, capped inverse, unit."""
     response, band = display.response, reachable_band(display)
-    # A file's cosine edges lie inside of the band; between them and its ends the two may differ.
+    # A file's cosine edges lie inside the band, where the two may differ.
     inner = (band[0] * 2**EDGE_OCTAVES, band[1] / 2**EDGE_OCTAVES)
     checked = inner if inner[0] < inner[1] else band
     if response is None or settings.equalise == "none":

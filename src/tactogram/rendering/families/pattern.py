@@ -1,4 +1,4 @@
-"""Phones: a vibration of one frequency that is switched on and off, or set to one of 255 strengths, step by step."""
+"""Phones: a vibration of one frequency, switched on and off or set to one of 255 strengths, step by step."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class Settings(StrengthSettings):
     """Capabilities of a phone's vibrator."""
 
     strengths: int = Field(default=255, ge=1, le=255)
-    """Steps of strength above silence: 255 with amplitude control, 1 for on and off alone."""
+    """Steps of strength above silence: 255 with amplitude control, 1 for on and off."""
     shortest_ms: float = Field(default=20.0, ge=0)
-    """Shortest on and off time of a vibrator without strengths, ms."""
+    """Shortest on and off time of a vibrator with only on and off, ms."""
     frequency_hz: float = Field(default=175.0, gt=0)
-    """At which it vibrates; phones do not tell."""
+    """Frequency of its vibration, which phones do not state."""
 
 
 def drive(
@@ -31,16 +31,16 @@ def drive(
 ) -> tuple[Signal, dict[str, Any]]:
     """Return strengths of 0 to ``settings.strengths``, one per step of the display's rate.
 
-    Without strengths, on and off alternate so that the share of time on follows the strength (error diffusion), never
-    shorter than ``shortest_ms``. ``facts`` holds the same as ``timings_ms`` and ``strengths``, neighbours of equal
-    strength joined, which is what phones take.
+    With only on and off, the share of time on follows the strength (error diffusion), with no time shorter than
+    ``shortest_ms``. ``facts`` has the same as ``timings_ms`` and ``strengths``, as phones need them, with equal
+    neighbours merged.
 
     Raises
     ------
     UnitError
-        If the level has no meaning for this signal or this phone.
+        If the level does not apply to this signal or phone.
     ParameterError
-        If too much is over the limit and ``over`` is ``refuse``.
+        If too much exceeds the limit and ``over`` is ``refuse``.
     """
     wanted = strength(signal, settings, display=display, level=level)
     share, scaled = wanted.share, wanted.scaled
@@ -58,15 +58,15 @@ def drive(
         "scaled": scaled,
         "clipped": wanted.clipped,
         "unreachable": [
-            f"what the frequencies are: a phone vibrates at its own, here taken for {settings.frequency_hz:g} Hz; what "
-            "remains is how strong it is"
+            f"the frequencies: a phone vibrates at its own, assumed to be {settings.frequency_hz:g} Hz; only the "
+            "strength remains"
         ],
     }
     return Signal(values.astype(np.float32), display.rate, display.unit, display.channels), facts
 
 
 def runs(values: NDArray[np.floating], rate: float) -> tuple[list[int], list[int]]:
-    """Return how long each run of equal values lasts, in whole ms that do not drift, and the values."""
+    """Return the length of each run of equal values, in integral ms without drift, and the values."""
     starts = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
     places = np.round(np.concatenate([starts, [len(values)]]) * 1e3 / rate).astype(int)
     return np.diff(places).tolist(), values[starts].astype(int).tolist()
@@ -75,17 +75,17 @@ def runs(values: NDArray[np.floating], rate: float) -> tuple[list[int], list[int
 def _on_off(share: NDArray[np.float64], shortest: int) -> NDArray[np.float64]:
     """Return 0 and 1 whose running mean follows ``share``, each for ``shortest`` steps or more (silence at once)."""
     values = np.zeros(len(share))
-    owed, state, lasted = 0.0, 0.0, shortest
-    for n, want in enumerate(share):
-        owed += want
-        wished = float(owed >= shortest / 2 if state == 0 else owed > 0)
-        if want == 0:
-            owed, wished, lasted = 0.0, 0.0, shortest
-        if wished != state and lasted >= shortest:
-            state, lasted = wished, 0
+    error, state, duration = 0.0, 0.0, shortest
+    for n, wanted in enumerate(share):
+        error += wanted
+        target = float(error >= shortest / 2 if state == 0 else error > 0)
+        if wanted == 0:
+            error, target, duration = 0.0, 0.0, shortest
+        if target != state and duration >= shortest:
+            state, duration = target, 0
         values[n] = state
-        owed -= state
-        lasted += 1
+        error -= state
+        duration += 1
     return values
 
 

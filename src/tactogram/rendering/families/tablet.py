@@ -1,12 +1,12 @@
-"""The tablet with strings of Saga et al.: how a vibration becomes a force on the finger, and tensions of strings.
+"""Tablet with strings of Saga et al.: a vibration as a force on the finger, and string tensions that exert it.
 
 The publication presents three-axis accelerations on a tablet whose strings pull the finger pad (Saga et al., Sec. IV),
-and does not say how three axes become its drive. Here that is a choice of the display's ``axes``:
+without stating how three axes become its drive. Here the display's ``axes`` decides:
 
 - ``dft321`` (or ``mean``, or an axis's name): one vibration, rendered along ``along``, the direction of the stroke;
-- ``channels``: x and y as they are, in the plane of the screen. Strings in that plane cannot render z.
+- ``channels``: x and y unchanged, in the plane of the screen. Strings in that plane cannot render z.
 
-What an acceleration is in force is not said there either: ``moved_mass_kg`` states it, or the level's gain does.
+The force of an acceleration is not stated either: ``moved_mass_kg`` sets it, or the level's gain.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
 CORNERS = ("upper-left", "upper-right", "lower-left", "lower-right")
-"""Names of the channels of a display with strings, by where their motors sit."""
+"""Channels of a display with strings, by the position of their motors."""
 
 
 class Settings(BaseModel):
@@ -40,15 +40,15 @@ class Settings(BaseModel):
     size_mm: tuple[float, float] = (200.0, 150.0)
     """Width and height of the rectangle that the motors span, mm."""
     finger_mm: tuple[float, float] = (100.0, 75.0)
-    """Where the finger is, from the lower left, mm; the strings' directions follow from it."""
+    """Position of the finger from the lower left, mm, which determines the strings' directions."""
     along: tuple[float, float] = (1.0, 0.0)
-    """Direction in which one axis alone is rendered; the stroke's."""
+    """Direction in which a single axis is rendered: that of the stroke."""
     pretension_n: float = Field(default=0.3, gt=0)
-    """Tension that no string falls below: a slack one jerks, N."""
+    """Least tension of a string, N: a slack one jerks."""
     moved_mass_kg: float | None = Field(default=None, gt=0)
-    """Force over acceleration, kg; None: not known, and a level is a gain in N per m/s^2, or a peak."""
+    """Force per acceleration, kg; None is unknown, and a level is a gain in N per m/s^2, or a peak."""
     over: Literal["scale", "refuse"] = "scale"
-    """Where a tension would be over the limit: make all of it smaller, or refuse."""
+    """If a tension would exceed the limit: reduce everything, or refuse."""
 
     @model_validator(mode="after")
     def _finger_is_inside(self) -> Settings:
@@ -65,14 +65,14 @@ class Settings(BaseModel):
 def drive(
     signal: Signal, settings: Settings, *, display: Display, level: Level
 ) -> tuple[Signal, dict[str, Any]]:
-    """Return the tensions of four strings, N, whose pull on the finger is the wanted force at every moment.
+    """Return the tensions of four strings, N, whose pull on the finger equals the wanted force at every moment.
 
     Raises
     ------
     UnitError
-        If a physical level is asked for without a force or a known mass, or a sensation level.
+        If a physical level lacks a force or a known mass, or the level is a sensation level.
     ParameterError
-        If the channels are not the four corners, or a tension is over the limit and ``over`` is ``refuse``.
+        If the channels are not the four corners, or a tension exceeds the limit and ``over`` is ``refuse``.
     """
     if set(display.channels) != set(CORNERS):
         raise ParameterError(
@@ -84,7 +84,7 @@ def drive(
     lost = out_of_band_db(signal, band)
     if lost > 0.1:
         unreachable.append(
-            f"what lies outside of {band[0]:g} to {band[1]:g} Hz: {lost:.1f} dB of the signal's power"
+            f"frequencies outside {band[0]:g} to {band[1]:g} Hz: {lost:.1f} dB of the signal's power"
         )
     plane, left_out = _in_plane(signal, settings)
     if left_out is not None:
@@ -145,7 +145,7 @@ def directions(settings: Settings) -> NDArray[np.float64]:
 
 
 def slackless(pull: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return tensions of sum 1 that pull the finger nowhere, the least of them as large as can be; shape (string,)."""
+    """Return tensions of sum 1 without a net force, the least as large as possible; float64, shape (string,)."""
     count = pull.shape[1]
     balance = np.vstack([np.column_stack([pull, np.zeros(2)]), [[1.0] * count + [0.0]]])
     found = linprog(
@@ -160,18 +160,20 @@ def slackless(pull: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _newtons(signal: Signal, settings: Settings, display: Display, level: Level) -> tuple[float, str]:
-    """Return what one unit of the signal is in N before limits, and how that came about."""
+    """Return the force per unit of the signal before limits, N, and a sentence."""
     match level.kind:
         case "peak":
             return 1.0, "a force in the shape of the signal"
         case "gain":
-            return float(level.value or 1.0), f"{level.value:g} N per {signal.unit} of the signal, as asked"
+            return float(
+                level.value or 1.0
+            ), f"{level.value:g} N per {signal.unit} of the signal, as requested"
         case "physical" if signal.unit == "N":
             return 1.0, "nothing: the force is the signal"
         case "physical" if signal.unit == "m/s^2" and settings.moved_mass_kg is not None:
             mass = settings.moved_mass_kg
-            return mass, f"{mass:g} N per m/s^2: the mass that is moved is {mass:g} kg, as the display says"
-    known = "does not say" if settings.moved_mass_kg is None else "says"
+            return mass, f"{mass:g} N per m/s^2: the display's moved mass is {mass:g} kg"
+    known = "does not state" if settings.moved_mass_kg is None else "states"
     raise UnitError(
         f"level {level.kind} needs a force in N, or an acceleration and the display's moved_mass_kg, which "
         f"{display.name} {known}; the signal is in {signal.unit}: use gain=FACTOR (N per unit) or peak=SHARE"
@@ -179,7 +181,7 @@ def _newtons(signal: Signal, settings: Settings, display: Display, level: Level)
 
 
 def _in_plane(signal: Signal, settings: Settings) -> tuple[Signal, str | None]:
-    """Return the two axes in the plane of the screen, and what is left out."""
+    """Return the two axes in the plane of the screen, and a sentence on the omitted ones."""
     if len(signal.axes) == 1:
         along = np.array(settings.along) / np.hypot(*settings.along)
         return signal.with_samples(along[:, None] * signal.samples, axes=("x", "y")), None
@@ -189,8 +191,8 @@ def _in_plane(signal: Signal, settings: Settings) -> tuple[Signal, str | None]:
     if not rest:
         return plane, None
     power = np.square(signal.samples - signal.samples.mean(axis=1, keepdims=True), dtype=np.float64)
-    kept = float(power[[signal.axes.index(name) for name in names]].sum())
-    share = 1 - kept / float(power.sum()) if power.any() else 0.0
+    in_plane = float(power[[signal.axes.index(name) for name in names]].sum())
+    share = 1 - in_plane / float(power.sum()) if power.any() else 0.0
     return (
         plane,
         f"axis {', '.join(rest)}: strings pull in the plane; it has {100 * share:.3g} % of the signal's power",
@@ -198,17 +200,17 @@ def _in_plane(signal: Signal, settings: Settings) -> tuple[Signal, str | None]:
 
 
 def _banded(plane: Signal, band: tuple[float, float]) -> NDArray[np.float64]:
-    """Return the samples within ``band``, its edges as a response's inverse has them; the ends are mirrored."""
+    """Return the samples within ``band``, with the edges of `response.edges`; the ends are mirrored."""
     x = plane.samples.astype(np.float64)
     x = np.concatenate([x, x[:, ::-1]], axis=1)
     frequency = np.fft.rfftfreq(x.shape[1], 1 / plane.rate).astype(np.float64)
-    kept = np.fft.irfft(np.fft.rfft(x, axis=1) * edges(frequency, band), n=x.shape[1], axis=1)
-    return np.asarray(kept[:, : len(plane)])
+    filtered = np.fft.irfft(np.fft.rfft(x, axis=1) * edges(frequency, band), n=x.shape[1], axis=1)
+    return np.asarray(filtered[:, : len(plane)])
 
 
 FAMILY = DisplayFamily(
     name="tablet",
     settings=Settings,
     drive=drive,
-    hazard="Strings pull at a finger: begin with a small share of the limit.",
+    hazard="Strings pull at a finger: start with a small share of the limit.",
 )

@@ -1,20 +1,19 @@
 """Ultrasonic displays: a vibration or a friction profile as the amplitude of a carrier at the transducer's resonance.
 
-The drive is ``A (1 + m x) sin(2 pi f t)`` with A = limit / (gain (1 + m)), so that the amplifier's output never leaves
+The drive is ``A (1 + m x) sin(2 pi f t)`` with A = limit / (gain (1 + m)), so that the amplifier's output stays within
 the limit. Friction falls as the amplitude rises, so a friction profile is inverted first. The transducer passes the
-envelope as a first-order low-pass at f / (2 Q); pre-emphasis takes that back up to a cap, at the cost of depth, and the
-facts say how far it reaches.
+envelope as a first-order low-pass at f / (2 Q); pre-emphasis compensates for it up to a cap, at the cost of depth, and
+the facts state how far it reaches.
 
 References
 ----------
 - Hatori & Takemura (2023). IEEE Access 11. Sec. III-C: carrier at the resonance (about 28.2 kHz), gain 10, "a maximum
-  voltage of 22 V". Whether that is peak or peak-to-peak is not said, nor the depth.
+  voltage of 22 V", without stating peak or peak-to-peak, or the depth.
 - Wiertlewski, Friesen & Colgate (2016). PNAS 113, 9210. doi 10.1073/pnas.1603908113: friction falls with amplitude.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     from tactogram.rendering.streaming.finger_path import MotionBlock
 
 BAND = (0.0, 1000.0)
-"""Of the envelope, Hz: the publication's signals end at 1 kHz."""
+"""Band of the envelope, Hz: the publication's signals end at 1 kHz."""
 
 
 class Settings(CarrierSettings):
@@ -47,41 +46,41 @@ class Settings(CarrierSettings):
     resonant: ClassVar[bool] = True
 
     carrier_hz: float = Field(default=28_200.0, gt=0)
-    """The transducer's resonance. Sec. III-C; resonance tracking moves it."""
+    """The transducer's resonance (Sec. III-C), which resonance tracking adjusts."""
     amplifier_gain: float = Field(default=10.0, gt=0)
     """Between generator and transducer. Sec. III-C."""
     limit_v: float = Field(default=22.0, gt=0)
     """Largest voltage at the transducer. Sec. III-C."""
     limit_is: Literal["peak", "peak-to-peak"] = "peak-to-peak"
-    """What ``limit_v`` counts. The publication does not say; the smaller voltage is the default."""
+    """Meaning of ``limit_v``, which the publication does not state; the smaller voltage is the default."""
     mapping: Literal["vibration", "friction", "suppressed-carrier"] = "vibration"
     """``vibration``: A (1 + m x). ``friction``: inverted, most amplitude where friction is least.
     ``suppressed-carrier``: A x; the envelope is then the magnitude of x, and a tone is felt at twice its frequency."""
     depth: float = Field(default=1.0, gt=0, le=1)
     """m of ``vibration``; the publication gives none."""
     friction_range: tuple[float, float] | None = None
-    """Least and largest friction coefficient of the display, for ``friction``; none: the clip's own, reported."""
+    """Smallest and largest friction coefficient of the display, for ``friction``; None: the clip's own, reported."""
     over_modulation: Literal["refuse", "limit"] = "refuse"
-    """Where x exceeds 1: refuse, or limit softly and report the share."""
+    """If x exceeds 1: refuse, or limit softly and report the share."""
     most_limited: float = Field(default=0.05, ge=0, le=1)
     """A larger share than this is refused even then."""
     q: float | None = Field(default=None, gt=0.5)
-    """Quality factor of the transducer as it is touched. Without it nothing is said of what arrives."""
+    """Quality factor of the transducer as it is touched; without it the response is unknown."""
     pre_emphasis: bool = False
-    """Take back the transducer's low-pass; needs ``q``."""
+    """Compensate for the transducer's low-pass; needs ``q``."""
     cap_db: float = Field(default=20.0, gt=0, le=60)
-    """Most that pre-emphasis raises a frequency, dB."""
+    """Largest gain of the pre-emphasis, dB."""
     loop: bool = False
-    """The clip is one period of what is played again and again: pre-emphasis goes round the seam, nothing is faded."""
+    """The clip is one period of a loop: pre-emphasis continues across the seam, and nothing is faded."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.pre_emphasis and self.q is None:
             raise ValueError("pre_emphasis needs q, the transducer's quality factor as it is touched")
         if self.friction_range is not None and not self.friction_range[0] < self.friction_range[1]:
-            raise ValueError(f"friction_range must be least and largest, got {self.friction_range}")
+            raise ValueError(f"friction_range must be smallest and largest, got {self.friction_range}")
         if self.friction_range is not None and self.mapping != "friction":
-            raise ValueError("friction_range is for the mapping friction")
+            raise ValueError("friction_range is only for the mapping friction")
         return self
 
     @property
@@ -92,33 +91,33 @@ class Settings(CarrierSettings):
 
     @property
     def signed_envelope(self) -> bool:
-        """Whether the envelope turns the carrier's sign."""
+        """Whether the envelope inverts the carrier."""
         return self.mapping == "suppressed-carrier"
 
     @property
     def modulated_depth(self) -> float:
-        """Depth m in use: friction uses the whole range of amplitudes."""
+        """Effective depth m: friction uses the whole range of amplitudes."""
         return 1.0 if self.mapping == "friction" else self.depth
 
     @property
     def carrier_v(self) -> float:
-        """Amplitude A that the signal modulates, V, 0 to peak."""
+        """Modulated amplitude A, V, 0 to peak."""
         return self.peak_v if self.signed_envelope else self.peak_v / (1 + self.modulated_depth)
 
 
 def drive(
     signal: Signal, settings: Settings, *, display: Display, level: Level
 ) -> tuple[Signal, dict[str, Any]]:
-    """Return the drive of an ultrasonic display; see `tactogram.rendering.displays.display`.
+    """Return the drive of an ultrasonic display, see `DriveFunction`.
 
-    Level ``peak=SHARE``: the clip's peak, once it is pre-emphasised, modulates so much of the depth. ``gain=FACTOR``:
-    so much of full modulation per unit of the signal. ``physical``: the mapping ``friction`` with a measured
-    ``friction_range`` alone. What such a display does to the skin in m/s^2 is not known, so nothing else is.
+    Level ``peak=SHARE``: the pre-emphasised clip's peak uses this share of the depth. ``gain=FACTOR``: parts of full
+    modulation per unit of the signal. ``physical``: only the mapping ``friction`` with a measured ``friction_range``.
+    The output on the skin in m/s^2 is unknown, so other levels are refused.
 
     Raises
     ------
     UnitError
-        If the level has no meaning here.
+        If the level does not apply.
     ParameterError
         If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
     """
@@ -126,7 +125,7 @@ def drive(
     if settings.output == "envelope" and settings.signed_envelope and display.floor > -settings.peak_v:
         raise ParameterError(
             f"{display.name}: a suppressed carrier's envelope has both signs; set lowest to {-settings.peak_v:g}, if "
-            "the generator can turn the carrier's sign"
+            "the generator can invert the carrier"
         )
     full_scale, share, words = _full_scale(level, settings, display)
     raw, facts = modulated(
@@ -140,9 +139,7 @@ def drive(
     )
     facts |= _sentences(facts, words) | {"faded": settings.loop}
     if settings.loop:
-        facts["scaled"].append(
-            "nothing faded: it is one period of a loop, and whoever plays it begins and ends it"
-        )
+        facts["scaled"].append("nothing faded: it is one period of a loop, faded by its player")
     return Signal(raw.samples, display.rate, "V", display.channels), facts
 
 
@@ -156,7 +153,7 @@ def modulated(
     band: tuple[float, float] = BAND,
     fade_s: float = 0.01,
 ) -> tuple[Signal, dict[str, Any]]:
-    """Return the generator's voltage for ``signal``, and what was done to get it.
+    """Return the generator's voltage for ``signal``, and facts.
 
     Parameters
     ----------
@@ -166,30 +163,28 @@ def modulated(
     rate : float, Hz
         Of the drive: above twice carrier and band for a waveform, above twice the band for an envelope.
     full_scale : float, optional
-        What of the signal, in its own unit, becomes x = 1; by default the clip's own peak, which is reported.
+        Value of the signal, in its own unit, that becomes x = 1; by default the clip's own peak, which is reported.
     share : float, 0 to 1
-        What x that peak becomes, where ``full_scale`` is not given.
+        x of that peak if ``full_scale`` is not given.
     band : tuple of float, Hz
-        What of the signal becomes envelope; what is outside is removed.
+        Band of the envelope; the rest of the signal is removed.
     fade_s : float
-        The amplitude comes from 0 and goes to 0 in so long (raised cosine); never for a loop.
+        Length of the fades at both ends (raised cosine); none for a loop.
 
     Returns
     -------
     drive : Signal
-        V at the generator. Its magnitude never exceeds ``settings.peak_v``. An envelope is >= 0, unless the carrier is
-        suppressed: there its sign is the carrier's.
+        V at the generator. Its magnitude never exceeds ``settings.peak_v``. An envelope is >= 0 unless the carrier is
+        suppressed, where its sign is the carrier's.
     facts : dict
-        ``mapping``, ``output``, ``carrier_hz``, ``carrier_v``, ``peak_v`` (allowed), ``highest_v`` (reached),
-        ``limit_v``, ``limit_is``, ``depth``, ``recovered_depth`` (of the signal's peak as it arrives, within the
-        attained band), ``full_scale``, ``unit``, ``friction_range``, ``over_modulated_share``, ``limited_share``,
-        ``band``, ``removed_share`` (of the power), ``transducer`` (``q``, ``cutoff_hz``, ``pre_emphasis``, ``cap_db``,
-        ``flat_to_hz``, ``minus_3_db_hz``, ``power_not_reached``; None if q is not known).
+        JSON values, among them ``highest_v``, ``recovered_depth`` (of the signal's peak as it arrives, within the
+        attained band), ``over_modulated_share``, ``removed_share`` (of the power) and ``transducer`` (None if q is
+        unknown).
 
     Raises
     ------
     UnitError
-        If friction is asked for and the unit is not 1.
+        If the mapping is friction and the unit is not 1.
     ParameterError
         If the signal has several axes or is over displacement, the rate is too low, or the signal over-modulates.
     """
@@ -205,7 +200,7 @@ def modulated(
         loop=settings.loop,
     )
     if settings.mapping == "friction":
-        # -1..1 already. With the clip's own range it shrinks where pre-emphasis made it larger; a given range stands.
+        # -1..1 already. With the clip's own range it shrinks if pre-emphasis made it larger; a given range is fixed.
         full_scale = 1.0 if settings.friction_range else max(1.0, float(np.abs(wanted).max()))
     modulating, scaling = scaled_within(
         wanted,
@@ -224,10 +219,7 @@ def modulated(
         envelope = settings.carrier_v * (1 + depth * modulating)
     if not settings.loop:
         envelope = envelope * fade_window(len(envelope), round(fade_s * rate))
-    samples = envelope
-    if settings.output == "waveform":
-        samples = envelope * np.sin(2 * np.pi * settings.carrier_hz * np.arange(len(envelope)) / rate)
-    done = limited(samples, settings.peak_v)
+    samples = limited(settings.output_of(envelope, rate), settings.peak_v)
     arriving = min(float(np.abs(x.samples).max()) / scaling["full_scale"], 1.0)
     facts: dict[str, Any] = {
         "mapping": settings.mapping,
@@ -235,7 +227,7 @@ def modulated(
         "carrier_hz": settings.carrier_hz,
         "carrier_v": settings.carrier_v,
         "peak_v": settings.peak_v,
-        "highest_v": float(np.abs(done).max()),
+        "highest_v": float(np.abs(samples).max()),
         "limit_v": settings.limit_v,
         "limit_is": settings.limit_is,
         "depth": depth,
@@ -247,7 +239,7 @@ def modulated(
     }
     if facts["transducer"] is not None:
         facts["transducer"]["q"] = settings.q
-    return Signal(done, rate, "V", ("drive",)), facts
+    return Signal(samples, rate, "V", ("drive",)), facts
 
 
 def _full_scale(level: Level, settings: Settings, display: Display) -> tuple[float | None, float, str]:
@@ -258,8 +250,8 @@ def _full_scale(level: Level, settings: Settings, display: Display) -> tuple[flo
             what = f"the display's friction, {settings.friction_range}," if known else "the clip's own range"
             return None, 1.0, f"{what} becomes the whole range of amplitudes, inverted"
         raise UnitError(
-            f"{display.name}: level {level} has no meaning for the mapping friction: use physical with friction_range "
-            "in its settings, or peak=1 without"
+            f"{display.name}: level {level} does not apply to the mapping friction: use physical with friction_range, "
+            "or peak=1 without"
         )
     match level.kind:
         case "peak":
@@ -267,21 +259,21 @@ def _full_scale(level: Level, settings: Settings, display: Display) -> tuple[flo
             return None, share, f"the largest swing is {share:g} of the depth; the signal's own level is lost"
         case "gain":
             factor = float(level.value or 1.0)
-            return 1 / factor, 1.0, f"{factor:g} of full modulation per unit of the signal, as asked"
+            return 1 / factor, 1.0, f"{factor:g} of full modulation per unit of the signal, as requested"
     raise UnitError(
-        f"{display.name}: level {level} needs to know what this display does to the skin, and nobody measured it: use "
+        f"{display.name}: level {level} needs this display's output on the skin, which was not measured: use "
         "gain=FACTOR (parts of full modulation per unit) or peak=SHARE"
     )
 
 
 def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
-    """Return what a report says of ``facts``."""
+    """Return the report's sentences on ``facts``."""
     scaled = [words]
     if facts["mapping"] != "friction":
         scaled.append(f"{amount(facts['full_scale'], facts['unit'])} of the signal is full modulation")
     elif facts["full_scale"] > 1:
         scaled.append(
-            f"the swing times {1 / facts['full_scale']:.4g}: band and pre-emphasis made its peaks larger"
+            f"the swing times {1 / facts['full_scale']:.4g}: band and pre-emphasis raised its peaks"
         )
     scaled.append(
         f"carrier of {facts['carrier_v']:.4g} V at the generator: {facts['limit_v']:g} V {facts['limit_is']} at the "
@@ -298,17 +290,17 @@ def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
         unreachable.append(
             f"{100 * facts['removed_share']:.1f} % of the power, outside {low:g} to {high:g} Hz"
         )
-    found = facts["transducer"]
-    if found is None:
-        unreachable.append("what the transducer's resonance takes away: its q is not known")
+    transducer = facts["transducer"]
+    if transducer is None:
+        unreachable.append("frequencies that the transducer's resonance attenuates: its q is not known")
         return {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
-    if found["minus_3_db_hz"] < facts["band"][1]:
-        how = f"flat to {found['flat_to_hz']:.0f} Hz, " if found["pre_emphasis"] else ""
+    if transducer["minus_3_db_hz"] < facts["band"][1]:
+        how = f"flat to {transducer['flat_to_hz']:.0f} Hz, " if transducer["pre_emphasis"] else ""
         unreachable.append(
-            f"above {found['minus_3_db_hz']:.0f} Hz in full: Q {found['q']:g} passes the envelope {how}-3 dB there; "
-            f"{100 * found['power_not_reached']:.1f} % of the power lies above"
+            f"above {transducer['minus_3_db_hz']:.0f} Hz in full: Q {transducer['q']:g} passes the envelope {how}-3 dB "
+            f"there; {100 * transducer['power_not_reached']:.1f} % of the power lies above"
         )
-    if found["pre_emphasis"]:
+    if transducer["pre_emphasis"]:
         scaled.append(
             f"pre-emphasis: the signal's peak arrives with a depth of {facts['recovered_depth']:.3g} instead of "
             f"{facts['depth']:g}"
@@ -329,28 +321,22 @@ def _check(signal: Signal, settings: Settings, rate: float, band: tuple[float, f
         raise UnitError(f"the mapping friction needs a friction coefficient, unit 1, got {signal.unit}")
     if not 0 <= band[0] < band[1] < settings.carrier_hz / 2:
         raise ParameterError(f"band must be low < high in Hz and below half the carrier, got {band}")
-    waveform = settings.output == "waveform"
-    least = 2.2 * (band[1] + (settings.carrier_hz if waveform else 0))
-    if not (math.isfinite(rate) and rate > least):
-        what = f"a waveform at {settings.carrier_hz:g} Hz" if waveform else "an envelope"
-        raise ParameterError(f"{what} up to {band[1]:g} Hz needs a rate above {least:g} Hz, got {rate:g}")
+    settings.check_rate(rate, band[1])
 
 
 def _wanted(signal: Signal, settings: Settings) -> tuple[Signal, list[float] | None]:
-    """Return what modulates: the signal, or friction turned over and brought to -1..1; and friction's range."""
+    """Return the modulating signal, for friction inverted and scaled to -1..1, and friction's range."""
     if settings.mapping != "friction":
         return signal, None
     mu: NDArray[np.float64] = signal.samples.astype(np.float64)
     low, high = settings.friction_range or (float(mu.min()), float(mu.max()))
     if high <= low:
-        raise ParameterError(
-            f"the friction coefficient is {low:g} throughout: there is nothing to play, or give friction_range"
-        )
+        raise ParameterError(f"the friction coefficient is {low:g} throughout: give friction_range")
     return signal.with_samples(1 - 2 * (mu - low) / (high - low)), [low, high]
 
 
 class UltrasonicStream:
-    """Drive of an ultrasonic display, block by block; the carrier's phase continues from block to block."""
+    """Drive of an ultrasonic display, block by block, with a continuous carrier."""
 
     runs_on = False
 
@@ -360,7 +346,7 @@ class UltrasonicStream:
             raise ParameterError(f"{display.name}: expected an ultrasonic display, got {display.family}")
         if settings.mapping != "vibration":
             raise ParameterError(
-                f"{display.name}: only the mapping vibration can be streamed so far, got {settings.mapping}"
+                f"{display.name}: only the mapping vibration can be streamed, got {settings.mapping}"
             )
         self._settings = settings
         self._full_scale = float(facts["full_scale"])
@@ -384,13 +370,13 @@ class UltrasonicStream:
         envelope = s.carrier_v * (1 + s.modulated_depth * np.clip(x, -1, 1))
         if s.output == "envelope":
             return np.asarray(envelope)
-        # Reduced to one turn, since a float loses the phase of a carrier within hours.
+        # Reduced to one period, since a float loses the carrier's phase within hours.
         phase = (self._turn * (self._sent + np.arange(x.shape[1]))) % (2 * np.pi)
         self._sent += x.shape[1]
         return np.asarray(envelope * np.sin(phase))
 
     def facts(self) -> dict[str, Any]:
-        """Return full scale, the carrier, how many samples were over-modulated, and what the equaliser does."""
+        """Return full scale, carrier, over-modulated samples and the equaliser's facts."""
         return {
             "full_scale": self._full_scale,
             "carrier_hz": self._settings.carrier_hz,
@@ -400,7 +386,7 @@ class UltrasonicStream:
 
 
 def _stream_design(display: Display, settings: Settings) -> EqualiserDesign:
-    """Return a filter with the magnitude that `modulated` has: band, and capped pre-emphasis."""
+    """Return a filter with the magnitude of `modulated`: band, and capped pre-emphasis."""
     band = display.band or BAND
     if not (settings.pre_emphasis and settings.q):
         return equaliser(display.rate, band, np.ones_like)
@@ -419,9 +405,9 @@ FAMILY = DisplayFamily(
     stream_signal=UltrasonicStream,
     equalise=lambda settings, on: settings.model_copy(update={"pre_emphasis": on}),
     response_known=_response_known,
-    measured_by="its q is wanted, which `tactogram transducer` tells from a measured admittance",
+    measured_by="set its q, which `tactogram transducer` determines from a measured admittance",
     hazard=(
-        "The transducer runs at a high voltage behind the amplifier: keep hands off its terminals, and begin with the "
+        "The transducer runs at a high voltage behind the amplifier: keep hands off its terminals, and start with the "
         "amplifier turned down."
     ),
     close_up_s=0.02,

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import display_family
-from tactogram.rendering.displays.family import StreamDrive
+from tactogram.rendering.displays.family import StreamDrive, display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.level import Level

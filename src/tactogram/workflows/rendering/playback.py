@@ -20,7 +20,7 @@ from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal

@@ -12,7 +12,7 @@ import numpy as np
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.displays.response import write_response
 from tactogram.rendering.drive.fit import Drive, fit
 from tactogram.rendering.drive.friction_calibration import calibration_of

@@ -1,12 +1,12 @@
 """Electrovibration: a friction coefficient as the amplitude of a carrier, by the square law.
 
 An electrode under an insulator attracts the finger with F_e = k_e V^2 (V rms), so that the friction coefficient seems
-to be mu_0 (1 + k_e V^2 / F_n). Only increases are possible. The envelope is the *root* of the wanted increase: a linear
-envelope would leave a second harmonic at a quarter of the first.
+to be mu_0 (1 + k_e V^2 / F_n). Only increases are possible. The envelope is the *root* of the wanted increase: a
+linear envelope would leave a second harmonic at a quarter of the first.
 
-k_e is calibrated, for a display and for a person: that of an ideal plate is wrong by orders of magnitude, and people
-differ much (Meyer, Peshkin & Colgate 2013). `rendering.drive.friction_calibration` fits it. A physical match is not
-a perceptual match: played as measured, textures felt weak and needed 3 to 5 times the gain (Grigorii et al. 2021).
+k_e is calibrated for a display and a person: that of an ideal plate is wrong by orders of magnitude, and people differ
+much (Meyer, Peshkin & Colgate 2013). `rendering.drive.friction_calibration` fits it. A physical match is not a
+perceptual match: played as measured, textures felt weak and needed 3 to 5 times the gain (Grigorii et al. 2021).
 
 References
 ----------
@@ -34,43 +34,43 @@ from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
 HIGHEST_HZ = 1000.0
-"""Of the friction, where a display gives no band: the playback of Grigorii et al. ends there."""
+"""Highest frequency of the friction if a display states no band: that of Grigorii et al."""
 
 
 class Settings(CarrierSettings):
     """Map from a friction coefficient to the voltage of an electrovibration display, at the electrode."""
 
     newton_per_v2: float = Field(gt=0, allow_inf_nan=False)
-    """k_e: attraction per square of the rms voltage, N/V^2. Calibrated; of the order of 1e-5."""
+    """k_e: attraction per square of the rms voltage, N/V^2. Calibrated; typically about 1e-5."""
     calibrated_by: str = ""
-    """Where k_e comes from (person, date, file); empty says that it was assumed, and so do the reports."""
+    """Origin of k_e (person, date, file); empty if it was assumed, which reports state."""
     calibrated_to_v_rms: float | None = Field(default=None, gt=0, allow_inf_nan=False)
-    """Largest voltage of that calibration, V rms; beyond it the square law is a guess, and the reports say so."""
+    """Largest voltage of that calibration, V rms; reports state if it is exceeded."""
     mu_0: float = Field(gt=0, allow_inf_nan=False)
     """Friction coefficient of the finger on the display without voltage."""
     normal_force_n: float = Field(default=0.5, gt=0, allow_inf_nan=False)
-    """With which the finger presses, N; assumed where nothing measures it. 0.2 to 1 N are usual."""
+    """Normal force of the finger, N; assumed if not measured. 0.2 to 1 N are usual."""
     perceptual_gain: float = Field(default=1.0, gt=0, allow_inf_nan=False)
-    """Of the friction's deviation from its mean. 1 is the physical match; 3 (fine) to 5 (coarse) felt right to people
-    (Grigorii et al. 2021)."""
+    """Gain of the friction's deviation from its mean. 1 is the physical match; 3 (fine) to 5 (coarse) felt right to
+    people (Grigorii et al. 2021)."""
     v_max: float = Field(gt=0, allow_inf_nan=False)
     """Largest voltage, 0 to peak. The amplifier must limit the current, too: no software does."""
     carrier_hz: float = Field(default=10_000.0, gt=0)
-    """Above what is felt. Grigorii & Colgate use 10 kHz and more."""
+    """Above what can be felt. Grigorii & Colgate use 10 kHz and more."""
     slew_v_per_s: float = Field(default=200_000.0, gt=0, allow_inf_nan=False)
-    """The envelope's amplitude changes no faster. 200 V/ms passes 250 Hz of 100 V at full depth."""
+    """Largest slope of the envelope. 200 V/ms passes 250 Hz of 100 V at full depth."""
     below: Literal["shift", "clip"] = "shift"
-    """Wanted friction below mu_0 cannot be: raise all of it, or clip. Either is reported."""
+    """Friction below mu_0 is impossible: raise all of it, or clip. Either is reported."""
     over: Literal["scale", "clip", "refuse"] = "scale"
-    """Wanted friction beyond v_max: make all increases smaller, clip, or refuse."""
+    """For friction that needs more than v_max: reduce all increases, clip, or refuse."""
     clip_share: float = Field(default=0.001, ge=0, lt=1)
-    """Share of the samples beyond v_max that may be clipped without further ado."""
+    """Share of the samples beyond v_max that may be clipped."""
     hysteresis_mm: float = Field(default=0.1, ge=0)
-    """Playing along a finger's path: a finger that turns back moves so far before the texture does."""
+    """Playing along a finger's path: a finger that turns back moves this far before the texture does."""
     watchdog_s: float = Field(default=0.05, gt=0, le=1)
-    """Without news of the finger for so long the voltage goes to zero."""
+    """After this time without news of the finger the voltage goes to zero."""
     release_s: float = Field(default=0.01, gt=0, le=0.1)
-    """It takes so long."""
+    """Time in which it does so."""
 
     @model_validator(mode="after")
     def _carrier_is_fast(self) -> Self:
@@ -85,29 +85,23 @@ class Settings(CarrierSettings):
 
     @property
     def mu_max(self) -> float:
-        """Largest friction coefficient that v_max gives."""
+        """Largest friction coefficient, at v_max."""
         return float(friction(self.v_max / math.sqrt(2), self))
 
 
 def friction(volts_rms: ArrayLike, settings: Settings) -> NDArray[np.float64]:
-    """Return the friction coefficient that a voltage gives by the square law: mu_0 (1 + k_e V^2 / F_n).
-
-    Parameters
-    ----------
-    volts_rms : float array, V rms at the electrode
-    settings : Settings
-    """
+    """Return the friction coefficient at a voltage (V rms at the electrode): mu_0 (1 + k_e V^2 / F_n)."""
     v = np.asarray(volts_rms, np.float64)
     return np.asarray(settings.mu_0 * (1 + settings.newton_per_v2 * v**2 / settings.normal_force_n))
 
 
 def voltage(mu: ArrayLike, settings: Settings) -> NDArray[np.float64]:
-    """Return the rms voltage that gives a friction coefficient, V at the electrode.
+    """Return the voltage (V rms at the electrode) for a friction coefficient.
 
-    0 where ``mu`` is mu_0 or less; never more than v_max as an amplitude.
+    0 if ``mu`` is mu_0 or less; at most v_max as an amplitude.
     """
     increase = np.asarray(mu, np.float64) / settings.mu_0 - 1
-    # Of a float32 coefficient less than that is rounding, and its root would be a voltage.
+    # A smaller increase is a float32's rounding, but its root would be a voltage.
     increase = np.where(increase > 2e-7, increase, 0.0)
     square = np.clip(increase * settings.normal_force_n / settings.newton_per_v2, 0, settings.v_max**2 / 2)
     return np.asarray(np.sqrt(square))
@@ -116,16 +110,16 @@ def voltage(mu: ArrayLike, settings: Settings) -> NDArray[np.float64]:
 def drive(
     signal: Signal, settings: Settings, *, display: Display, level: Level
 ) -> tuple[Signal, dict[str, Any]]:
-    """Return the drive of an electrovibration display; see `tactogram.rendering.displays.display`.
+    """Return the drive of an electrovibration display, see `DriveFunction`.
 
-    Level ``physical``: the friction coefficient itself, times the settings' perceptual gain. ``gain=FACTOR``: its
-    deviation from the mean times that, too. ``peak=SHARE``: any unit; the signal's least becomes mu_0, its largest so
-    much of v_max; its own level is lost.
+    Level ``physical``: the friction coefficient times the settings' perceptual gain. ``gain=FACTOR``: its deviation
+    from the mean also times FACTOR. ``peak=SHARE``: any unit; the signal's minimum becomes mu_0, its maximum this
+    share of v_max; its own level is lost.
 
     Raises
     ------
     UnitError
-        If the level has no meaning here.
+        If the level does not apply.
     ParameterError
         If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
     """
@@ -138,12 +132,12 @@ def drive(
         sentences["unreachable"].append(f"{share:.1f} % of the power, above {highest:g} Hz")
     if more["slewed_share"] > 1e-3:
         sentences["clipped"].append(
-            f"{percent(more['slewed_share'])} of the samples held back by {settings.slew_v_per_s:g} V/s"
+            f"{percent(more['slewed_share'])} of the samples reduced by the slew limit of {settings.slew_v_per_s:g} V/s"
         )
     rms = more["highest_v"] / math.sqrt(2)
     if settings.calibrated_to_v_rms is not None and rms > settings.calibrated_to_v_rms * (1 + 1e-3):
         sentences["scaled"].append(
-            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only, the rest is a guess"
+            f"up to {rms:.3g} V rms, but calibrated to {settings.calibrated_to_v_rms:g} V rms only: extrapolated"
         )
     return Signal(raw.samples, display.rate, "V", display.channels), {**facts, **more, **sentences}
 
@@ -151,7 +145,7 @@ def drive(
 def friction_target(
     signal: Signal, settings: Settings, level: Level
 ) -> tuple[Signal, dict[str, Any], dict[str, list[str]]]:
-    """Return the friction coefficient that the display can and shall give, over the domain of ``signal``.
+    """Return the friction coefficient to be rendered, over the domain of ``signal``, with facts and sentences.
 
     Parameters
     ----------
@@ -166,14 +160,13 @@ def friction_target(
     Signal
         Unit 1, from mu_0 to mu_max.
     facts : dict
-        ``newton_per_v2``, ``calibrated_by``, ``mu_0``, ``mu_max``, ``normal_force_n``, ``perceptual_gain``,
-        ``gain`` (in all), ``shift`` (added to the coefficient), ``increase_scaled_by``, ``below_share`` and
-        ``beyond_share`` (of the samples that were clipped), ``mu_wanted`` and ``mu_given`` (least, mean, largest).
+        JSON values, among them ``gain`` (total), ``shift`` (added to the coefficient), ``below_share`` and
+        ``beyond_share`` (of the samples that were clipped), ``mu_wanted`` and ``mu_given`` (minimum, mean, maximum).
     sentences : dict
         ``scaled``, ``clipped``, ``unreachable``, lists of str.
     """
     if len(signal.axes) != 1:
-        raise ParameterError(f"friction is one axis, got {', '.join(signal.axes)}: select one")
+        raise ParameterError(f"friction needs one axis, got {', '.join(signal.axes)}: select one")
     s = settings
     mu = signal.samples[0].astype(np.float64)
     scaled = [
@@ -215,8 +208,7 @@ def friction_target(
             unreachable.append(f"friction below {s.mu_0:g}, that of the finger on the bare display")
         if facts["increase_scaled_by"] < 1:
             unreachable.append(
-                f"friction above {s.mu_max:.3g}: of what was wanted {percent(facts['increase_scaled_by'])} of the "
-                "swing come out"
+                f"friction above {s.mu_max:.3g}: {percent(facts['increase_scaled_by'])} of the wanted swing is rendered"
             )
     target = np.clip(target, s.mu_0, s.mu_max)
     facts["mu_given"] = _least_mean_largest(target)
@@ -249,29 +241,24 @@ def modulated(
         ``slew_v_per_s``, ``slewed_share``.
     """
     if target.unit != "1":
-        raise UnitError(f"a friction coefficient has unit 1, got {target.unit}")
+        raise UnitError(f"a friction coefficient must have unit 1, got {target.unit}")
     if target.domain != "time" or len(target.axes) != 1:
         raise ParameterError(
-            "friction over displacement is played along a finger's path first, and is one axis; got "
+            "friction must be one axis over time (played along a finger's path first), got "
             f"{len(target.axes)} over {target.domain}"
         )
     s = settings
-    least = 2.2 * (highest_hz + (s.carrier_hz if s.output == "waveform" else 0))
-    if not (math.isfinite(rate) and rate > least):
-        raise ParameterError(f"{s.output} of this display needs a rate above {least:g} Hz, got {rate:g}")
+    s.check_rate(rate, highest_hz)
     mu = resample(target, rate).samples[0].astype(np.float64)
     mu, filtering = shaped(mu, rate, band=(0.0, highest_hz), cutoff_hz=None, cap_db=None, loop=False)
     wanted = math.sqrt(2) * voltage(mu, s)
     envelope = slewed(wanted, s.slew_v_per_s / rate)
-    samples = envelope
-    if s.output == "waveform":
-        samples = envelope * np.sin(2 * np.pi * s.carrier_hz * np.arange(len(envelope)) / rate)
-    done = limited(samples / s.amplifier_gain, s.peak_v)
-    return Signal(done, rate, "V", ("drive",)), {
+    samples = limited(s.output_of(envelope, rate) / s.amplifier_gain, s.peak_v)
+    return Signal(samples, rate, "V", ("drive",)), {
         "output": s.output,
         "carrier_hz": s.carrier_hz,
         "v_max": s.v_max,
-        "highest_v": float(np.abs(done).max()) * s.amplifier_gain,
+        "highest_v": float(np.abs(samples).max()) * s.amplifier_gain,
         "highest_hz": highest_hz,
         "removed_share": filtering["removed_share"],
         "slew_v_per_s": s.slew_v_per_s,
@@ -280,15 +267,7 @@ def modulated(
 
 
 def slewed(wanted: NDArray[np.float64], most: float) -> NDArray[np.float64]:
-    """Return the largest envelope that is nowhere above ``wanted`` and changes by at most ``most`` per sample.
-
-    Parameters
-    ----------
-    wanted : float64 array, shape (time,)
-        >= 0.
-    most : float
-        Per sample, in its unit.
-    """
+    """Return the largest envelope nowhere above ``wanted`` (>= 0) that changes by at most ``most`` per sample."""
     ramp = most * np.arange(len(wanted))
     rising = np.minimum.accumulate(wanted - ramp) + ramp
     falling: NDArray[np.float64] = (np.minimum.accumulate((rising + ramp)[::-1])[::-1]) - ramp

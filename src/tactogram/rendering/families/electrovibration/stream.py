@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 class ElectrovibrationStream:
-    """Plays a friction coefficient over displacement as a voltage, along a path that arrives in blocks.
+    """Voltage for a friction coefficient over displacement, along a path that arrives in blocks.
 
-    Nothing is scaled while it plays: what the display can give of the whole texture is settled before.
+    The scaling is determined in advance from the whole texture.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class ElectrovibrationStream:
     Attributes
     ----------
     facts : dict
-        What `friction_target` reports, and its sentences.
+        Facts and sentences of `friction_target`.
     """
 
     def __init__(
@@ -60,11 +60,7 @@ class ElectrovibrationStream:
         highest_hz: float = HIGHEST_HZ,
         outside: Literal["mirror", "hold"] = "mirror",
     ) -> None:
-        least = 2.2 * (highest_hz + (settings.carrier_hz if settings.output == "waveform" else 0))
-        if not (math.isfinite(rate) and rate > least):
-            raise ParameterError(
-                f"{settings.output} of this display needs a rate above {least:g} Hz, got {rate}"
-            )
+        settings.check_rate(rate, highest_hz)
         target, facts, sentences = friction_target(texture, settings, level)
         self.facts: dict[str, Any] = {**facts, **sentences}
         self.settings, self.rate = settings, float(rate)
@@ -91,8 +87,9 @@ class ElectrovibrationStream:
         Parameters
         ----------
         place_mm, length, contact
-            As `PathPlayback.process`. A lifted finger is news of it: the voltage is held. No news for longer than
-            ``settings.watchdog_s`` takes the voltage to zero within ``settings.release_s``; news bring it back as fast.
+            As `PathPlayback.process`. A lifted finger counts as news: the voltage is held. Without news for longer
+            than ``settings.watchdog_s`` the voltage goes to zero within ``settings.release_s``, and with news it
+            returns as fast.
 
         Returns
         -------
@@ -121,7 +118,7 @@ class ElectrovibrationStream:
         return limited(samples / self.settings.amplifier_gain, self.settings.peak_v)
 
     def stop(self) -> NDArray[np.float32]:
-        """Return the last block, from the present voltage to zero in ``release_s``; all later ones are zero."""
+        """Return the last block, from the present voltage to zero in ``release_s``; later ones are zero."""
         self._stopped = True
         return self.process(None, math.ceil(1 / self._release) + 1)
 
@@ -129,8 +126,8 @@ class ElectrovibrationStream:
 class SurfaceStream:
     """Drive of an electrovibration display, block by block, from the whole surface; see `ElectrovibrationStream`.
 
-    It plays the surface itself and not the engine's blocks of it: hysteresis, slew and watchdog are its own, and
-    transients of landings, which are no friction, are left out. Beyond the surface's ends it is mirrored.
+    It plays the surface itself instead of the engine's blocks: it has its own hysteresis, slew and watchdog, and omits
+    the transients of landings, which are no friction. Beyond the surface's ends it is mirrored.
     """
 
     delay_s = 0.0
@@ -153,7 +150,7 @@ class SurfaceStream:
         )
 
     def process(self, block: NDArray[np.float32], motion: MotionBlock | None = None) -> NDArray[np.float64]:
-        """Return the voltage at the generator, float64, shape (1, time); ``block`` says only how long it is."""
+        """Return the voltage at the generator, float64, shape (1, time); ``block`` determines only the length."""
         count = block.shape[1]
         if motion is None or motion.count != count:
             return np.asarray(self._stream.process(None, count)[None], np.float64)
@@ -162,5 +159,5 @@ class SurfaceStream:
         return np.asarray(self._stream.process(place[:count], count, contact=touching)[None], np.float64)
 
     def facts(self) -> dict[str, Any]:
-        """Return what was scaled and clipped of the whole surface, and what cannot be reached."""
+        """Return what was scaled, clipped and unreachable for the whole surface."""
         return {"fitted": self._stream.facts}

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from tactogram.errors import TactogramError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.friction_calibration import read_calibrations
 from tactogram.signal import Signal
 from tactogram.studio.layout import busy, heading, hint, in_background, report_errors

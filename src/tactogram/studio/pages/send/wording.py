@@ -7,7 +7,7 @@ from typing import Any
 
 from tactogram.rendering.displays.catalogue import shipped
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.families import display_family
+from tactogram.rendering.displays.family import display_family
 
 LEVELS = {
     "physical": "Physical: the output equals the signal, in its own unit. Recordings often feel weak this way.",
