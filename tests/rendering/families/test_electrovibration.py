@@ -182,7 +182,7 @@ def test_any_signal_can_be_played_at_a_share_of_the_limit():
     assert np.abs(drive.signal.samples).max() == pytest.approx(70.5, rel=0.03)
     with pytest.raises(UnitError, match="any signal takes peak=SHARE"):
         fit(x, open_display("electrovibration"), level=PHYSICAL)
-    with pytest.raises(UnitError, match="no meaning for friction"):
+    with pytest.raises(UnitError, match="does not apply to friction"):
         fit(coefficient(50), open_display("electrovibration"), level=Level("sensation", 20))
 
 

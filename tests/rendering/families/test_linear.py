@@ -66,7 +66,7 @@ def test_a_displacement_comes_out_as_its_acceleration():
     middle = slice(1000, -1000)
     error = came.samples[0, middle] - signal.samples[0, middle]
     assert np.std(error) < 0.02 * np.std(signal.samples)
-    assert any("m turned into m/s^2" in line for line in drive.report.scaled)
+    assert any("m converted to m/s^2" in line for line in drive.report.scaled)
 
 
 @pytest.mark.parametrize("level", ["sensation", "sensation=12"])

@@ -219,26 +219,16 @@ def friction_target(
 def modulated(
     target: Signal, settings: Settings, *, rate: float, highest_hz: float = HIGHEST_HZ
 ) -> tuple[Signal, dict[str, Any]]:
-    """Return the generator's voltage for a friction coefficient over time: root envelope, slew, carrier, limit.
+    """Return the generator's voltage for a friction coefficient over time, and facts.
 
-    Parameters
-    ----------
-    target : Signal
-        Over time, unit 1; what is outside mu_0 to mu_max is clipped.
-    settings : Settings
-    rate : float, Hz
-        Above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
-    highest_hz : float
-        What of the friction is faster is removed.
+    The coefficient (unit 1) is clipped to mu_0 to mu_max and low-passed at ``highest_hz``. The voltage's magnitude
+    never exceeds ``settings.peak_v``; an envelope is the carrier's amplitude, the root of two times the rms.
+    ``highest_v`` is that at the electrode, ``removed_share`` of the power, ``slewed_share`` of the samples.
 
-    Returns
-    -------
-    Signal
-        V at the generator; its magnitude never exceeds ``settings.peak_v``. An envelope is the carrier's amplitude,
-        root of two times the rms.
-    dict
-        ``output``, ``carrier_hz``, ``v_max``, ``highest_v`` (at the electrode), ``highest_hz``, ``removed_share``,
-        ``slew_v_per_s``, ``slewed_share``.
+    Raises
+    ------
+    UnitError, ParameterError
+        If it is no friction coefficient over time, or ``rate`` (Hz) is too low.
     """
     if target.unit != "1":
         raise UnitError(f"a friction coefficient must have unit 1, got {target.unit}")
@@ -275,14 +265,14 @@ def slewed(wanted: NDArray[np.float64], most: float) -> NDArray[np.float64]:
 
 
 def _gain(signal: Signal, level: Level) -> float:
-    """Return what the level multiplies the friction's deviation by."""
+    """Return the level's factor of the friction's deviation from its mean."""
     if signal.unit != "1":
         raise UnitError(
             f"level {level} needs a friction coefficient (unit 1), got {signal.unit}; any signal takes peak=SHARE"
         )
     if level.kind == "sensation":
         raise UnitError(
-            "level sensation has no meaning for friction: its threshold is not that of vibration; use physical or gain"
+            "level sensation does not apply to friction, whose threshold is not vibration's; use physical or gain"
         )
     return float(level.value or 1.0) if level.kind == "gain" else 1.0
 
@@ -290,7 +280,7 @@ def _gain(signal: Signal, level: Level) -> float:
 def _to_range(mu: NDArray[np.float64], s: Settings, share: float) -> tuple[float, float]:
     low, high = float(mu.min()), float(mu.max())
     if high <= low:
-        raise ParameterError(f"the signal is {low:g} throughout: there is nothing to play")
+        raise ParameterError(f"the signal is {low:g} throughout: it must vary")
     gain = (float(friction(share * s.v_max / math.sqrt(2), s)) - s.mu_0) / (high - low)
     return gain, s.mu_0 - gain * low
 
@@ -298,7 +288,7 @@ def _to_range(mu: NDArray[np.float64], s: Settings, share: float) -> tuple[float
 def _raised(
     target: NDArray[np.float64], s: Settings, facts: dict[str, Any], scaled: list[str], clipped: list[str]
 ) -> NDArray[np.float64]:
-    """Return the target with nothing below mu_0, shifted or clipped."""
+    """Return the target without values below mu_0, shifted or clipped."""
     low = float(target.min())
     if low >= s.mu_0:
         return target
@@ -314,7 +304,7 @@ def _raised(
 def _lowered(
     target: NDArray[np.float64], s: Settings, facts: dict[str, Any], scaled: list[str], clipped: list[str]
 ) -> NDArray[np.float64]:
-    """Return the target with nothing beyond mu_max: its increases scaled, or clipped."""
+    """Return the target without values above mu_max, its increases scaled or clipped."""
     most = s.mu_max
     share = float(np.mean(target > most * (1 + 1e-12)))
     if share > s.clip_share and s.over != "clip":
