@@ -190,7 +190,7 @@ def test_a_loop_has_no_seam():
     ("change", "match"),
     [
         ({"pre_emphasis": True}, "needs q"),
-        ({"friction_range": (0.5, 0.2), "mapping": "friction"}, "least and largest"),
+        ({"friction_range": (0.5, 0.2), "mapping": "friction"}, "smallest and largest"),
         ({"friction_range": (0.2, 0.5)}, "for the mapping friction"),
         ({"depth": 1.2}, "less than or equal to 1"),
         ({"volume": 3}, "Extra inputs"),

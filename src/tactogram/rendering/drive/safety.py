@@ -154,7 +154,7 @@ class DriveGuard:
         return self._sent(np.repeat(self._held, length, axis=1), to=0.0)
 
     def leaving(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Return a block (channel, time) faded to rest, for a drive that continues while no motion arrives."""
+        """Return a block, shape (channel, time), faded to rest: for a drive that continues without motion."""
         if self.fault is not None or block.ndim != 2 or not np.isfinite(block).all():
             return self.missing(block.shape[-1])
         return self._sent(np.clip(block.astype(np.float64), self._low, self._high), to=0.0)
