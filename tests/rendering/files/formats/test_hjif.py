@@ -167,7 +167,7 @@ def test_bands_add_up_and_are_limited():
     ("changes", "message"),
     [
         ({"band_type": "WaveletWave", "block_length": 128}, "WaveletWave bands cannot be read"),
-        ({"band_type": "Curve", "curve_type": "Bezier"}, "type Bezier are not read"),
+        ({"band_type": "Curve", "curve_type": "Bezier"}, "type Bezier cannot be read"),
         ({"effects": [{"effect_type": "Reference", "position": 0}]}, "Reference effects cannot be read"),
     ],
 )
