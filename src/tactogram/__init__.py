@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from tactogram.workflows.generation.generate import generate as generate
     from tactogram.workflows.recognition.classify import classify as classify
     from tactogram.workflows.recognition.search import search as search
-    from tactogram.workflows.streaming.settings import StreamSettings as StreamSettings
     from tactogram.workflows.streaming.stream import stream as stream
     from tactogram.workflows.training.loaded_run import load_run as load_run
     from tactogram.workflows.training.train import train as train
@@ -45,7 +44,6 @@ _PLACES = {
     "open_display": "tactogram.rendering.displays.catalogue",
     "fit": "tactogram.rendering.drive.fit",
     "stream": "tactogram.workflows.streaming.stream",
-    "StreamSettings": "tactogram.workflows.streaming.settings",
 }
 
 __all__ = list(_PLACES)

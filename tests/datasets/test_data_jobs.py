@@ -85,5 +85,5 @@ def test_a_recording_is_added_once(store, tmp_path):
 def test_which_stream_must_be_said_where_there_are_several(tmp_path):
     both = {name: Signal(np.ones(5), 10.0, "N") for name in ("force", "pull")}
     store = create_store(tmp_path / "s", [Recording(streams=both)], name="test", licence="CC0-1.0")
-    with pytest.raises(ParameterError, match="--stream must be one of force, pull"):
+    with pytest.raises(ParameterError, match="stream must be one of force, pull"):
         add_signal(store.path, tmp_path / "x.wav", material="cork")

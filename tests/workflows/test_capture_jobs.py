@@ -145,8 +145,6 @@ def test_capture_lists_its_plans(arguments, capsys):
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [
-        (["capture"], "capture needs plan"),
-        (["capture", "first-try"], "capture needs --source"),
         (
             ["capture", "first-try", "--source", "twelite:/dev/no-such-port", "--data", "D", "--yes"],
             "no-such-port",

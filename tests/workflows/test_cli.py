@@ -48,14 +48,20 @@ def test_a_usage_error_exits_2(arguments, capsys):
             ["train", "nothing", "--data", "STORE"],
             "model must be one of ar_texture, frictgan, nearest_photo, pix2pix",
         ),
-        (["train", "nothing", "--data", "STORE"], "or of a folder given by --models, got 'nothing'"),
+        (["train", "nothing", "--data", "STORE"], "or of a folder in --models, got 'nothing'"),
         (
             ["train", "stroke_cnn", "--data", "STORE", "--recipe", "x"],
             "recipe of stroke_cnn must be one of paper",
         ),
         (["train", "stroke_cnn", "--data", "STORE", "--set", "config.step=1"], "unknown key 'step'"),
-        (["evaluate", "RUN", "--judging", "step=1"], "--judging: unknown key 'step'; known here: longest_s"),
-        (["evaluate", "RUN", "--judging", "steps=0"], "--judging: steps: must be greater than 0, got 0"),
+        (
+            ["evaluate", "RUN", "--evaluation", "step=1"],
+            "--evaluation: unknown key 'step'; known here: longest_s",
+        ),
+        (
+            ["evaluate", "RUN", "--evaluation", "steps=0"],
+            "--evaluation: steps: must be greater than 0, got 0",
+        ),
         (["train", "stroke_cnn", "--data", "STORE", "--band", "20", "1000"], "165"),
         (["train", "stroke_cnn", "--data", "nowhere"], "nowhere"),
         (["evaluate", "nowhere"], "nowhere: not a run"),

@@ -13,13 +13,12 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.data.convert import convert
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.train import train
 
 RATE = 40.0  # per mm
 POLES = {"denim": 0.9, "linen": 0.3, "satin": -0.4, "terry": -0.85}
-HASTY = EvaluationSettings(steps=4, most=4)
+HASTY = {"steps": 4, "most": 4}
 
 
 def photograph(seed, size=96):
@@ -72,7 +71,7 @@ def test_a_signal_over_displacement_is_written_with_its_length(run, tmp_path):
 
 
 def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(run):
-    found = evaluate(run.folder, judging=HASTY)
+    found = evaluate(run.folder, evaluation=HASTY)
     row = found["measures"]["log_spectral_distance_db"]
     assert all(row[name] is not None for name in ("model", "floor", "ar_texture", "replay", "nearest_photo"))
     assert any("as met at 50 mm/s" in note for note in found["notes"])
@@ -81,7 +80,7 @@ def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(run):
 
 def test_one_fabric_held_out_is_judged_without_the_published_figure(fabrics, tmp_path, capsys):
     by_material = trained(fabrics, tmp_path / "run", by="material")
-    assert main(["evaluate", str(by_material.folder), "--judging", "steps=4", "--json"]) == 0
+    assert main(["evaluate", str(by_material.folder), "--evaluation", "steps=4", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["as_published"] is None
     assert "two fabrics" in found["as_published_missing"]
@@ -93,7 +92,7 @@ def test_figures_that_are_no_numbers_are_null_in_json(run, monkeypatch):
 
     nothing = {"mean": {"mse": float("nan")}, "per_material": {"denim": {"mse": float("inf")}}}
     monkeypatch.setattr(FrictGANLearner, "evaluate_as_published", lambda self, examples: nothing)
-    found = evaluate(run.folder, judging=HASTY)
+    found = evaluate(run.folder, evaluation=HASTY)
     json.dumps(found, allow_nan=False)
     assert found["as_published"]["mean"]["mse"] is None
     assert "NaN" not in (run.folder / "evaluation.json").read_text()
@@ -123,12 +122,12 @@ def test_data_of_another_kind_is_named_and_refused(run, tmp_path):
         photographs=[("denim", photograph(999))],
     )
     with pytest.raises(ParameterError, match="other: not what run was trained on: signal must be"):
-        evaluate(run.folder, data=other.path, judging=EvaluationSettings(steps=3, most=4))
+        evaluate(run.folder, data=other.path, evaluation={"steps": 3, "most": 4})
 
 
 @pytest.mark.parametrize("model", ["nearest_photo", "replay"])
 def test_recorded_friction_is_played_from_its_run_too(fabrics, tmp_path, model):
     run = train(model, fabrics, recipe="tiny", out=tmp_path / "run", accelerator="cpu")
-    found = evaluate(run.folder, judging=HASTY)["measures"]["log_spectral_distance_db"]
+    found = evaluate(run.folder, evaluation=HASTY)["measures"]["log_spectral_distance_db"]
     assert found["model"] < found["ceiling"]
     assert None not in (found["floor"], found["replay"])

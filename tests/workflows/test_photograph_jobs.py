@@ -18,7 +18,6 @@ from tactogram.signal.io import read_signal
 from tactogram.training.run import Run
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
-from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.resume import plan_of
 from tactogram.workflows.training.train import train
@@ -27,7 +26,7 @@ RATE = 1000.0
 LOOKS = {"cork": (4.0, 0.3), "felt": (1.0, 0.3), "slate": (1.0, 0.8), "tile": (4.0, 0.8)}
 """Simulated: coarseness in pixels, and brightness."""
 TOUCHES = {"cork": [1, -1.6, 0.9], "felt": [1, -0.9], "slate": [1, 0.9], "tile": [1, 0.3, 0.8]}
-HASTY = EvaluationSettings(steps=4, most=4)
+HASTY = {"steps": 4, "most": 4}
 
 
 def photograph(material, seed, size=64):
@@ -84,7 +83,7 @@ def test_photographs_are_split_and_written_down(run):
 
 
 def test_is_judged_with_photographs_it_never_saw_beside_three_baselines(run):
-    found = evaluate(run.folder, judging=HASTY)
+    found = evaluate(run.folder, evaluation=HASTY)
     assert set(found["measures"]["log_spectral_distance_db"]) == {
         "model",
         "floor",
@@ -101,7 +100,7 @@ def test_is_judged_with_photographs_it_never_saw_beside_three_baselines(run):
 
 def test_a_surface_never_touched_has_its_floor_in_its_own_recordings(looks, tmp_path):
     by_material = trained(looks, tmp_path / "run", by="material")
-    found = evaluate(by_material.folder, judging=HASTY)
+    found = evaluate(by_material.folder, evaluation=HASTY)
     assert any(note.startswith("Not trained on: ") for note in found["notes"])
     assert any(note.startswith("replay does not know every material") for note in found["notes"])
     (material,) = found["per_material"]
@@ -113,7 +112,7 @@ def test_a_surface_never_touched_has_its_floor_in_its_own_recordings(looks, tmp_
 
 def test_other_data_is_judged_unless_a_photograph_of_it_was_trained_on(run, tmp_path):
     fresh = made_store(tmp_path / "fresh", first=1000)
-    assert evaluate(run.folder, data=fresh, judging=HASTY)["data"]["split"] == "all 32 recordings"
+    assert evaluate(run.folder, data=fresh, evaluation=HASTY)["data"]["split"] == "all 32 recordings"
     mixed = create_store(
         tmp_path / "mixed",
         [recording("cork", 5000 + seed) for seed in range(2)],
@@ -122,7 +121,7 @@ def test_other_data_is_judged_unless_a_photograph_of_it_was_trained_on(run, tmp_
         photographs=[("cork", photograph("cork", k)) for k in range(10)],
     )
     with pytest.raises(LeakError, match="of its 10 photographs were trained on"):
-        evaluate(run.folder, data=mixed.path, judging=HASTY)
+        evaluate(run.folder, data=mixed.path, evaluation=HASTY)
 
 
 def test_a_picture_file_becomes_a_signal_file(run, tmp_path):
@@ -130,7 +129,7 @@ def test_a_picture_file_becomes_a_signal_file(run, tmp_path):
     (row,) = generate_files(
         run.folder, {}, tmp_path / "x.wav", seconds=1.5, seed=1, photograph=tmp_path / "photo.png"
     )
-    assert row["taken_for"] == "tile"
+    assert row["classified_as"] == "tile"
     assert (row["seconds"], row["unit"], row["simulated"]) == (1.5, "m/s^2", True)
     file = read_signal(tmp_path / "x.wav")
     assert (file.seconds, file.unit) == (1.5, "m/s^2")
@@ -157,7 +156,7 @@ def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_p
     sight = train(
         "visual_tactile_gan", looks, recipe="tiny", changes=longer, out=tmp_path / "run", accelerator="cpu"
     )
-    found = evaluate(sight.folder, judging=HASTY)
+    found = evaluate(sight.folder, evaluation=HASTY)
     pictures = found["pictures"]
     assert {"l1", "log_spectral_distance_db", "level_difference_db"} <= set(pictures["values"])
     assert set(pictures["missing"]) <= {

@@ -95,7 +95,7 @@ def test_crossval_by_rater_is_judged_by_people_who_were_not_trained_on(store, tm
 def test_crossval_refuses_what_makes_no_sense(store, tmp_path):
     with pytest.raises(ParameterError, match="must be item, rater or both"):
         crossval_ratings("rater", store, by="session", out=tmp_path)
-    with pytest.raises(ParameterError, match="--folds 7 needs as many raters, got 6"):
+    with pytest.raises(ParameterError, match="7 folds need as many raters, got 6"):
         crossval_ratings("rater", store, by="rater", folds=7, out=tmp_path)
     with pytest.raises(ParameterError, match="stroke_cnn is no predictor"):
         crossval_ratings("stroke_cnn", store, out=tmp_path)
@@ -197,7 +197,7 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
     assert set(made.signals) == set(made.targets) == set(made.straight) == {"plate1", "plate2", "plate3"}
     assert all(np.abs(one.samples).max() == 1 for one in made.straight.values())
     assert len(made.nearest["plate1"]) == 400
-    with pytest.raises(ParameterError, match="give --rater RUN"):
+    with pytest.raises(ParameterError, match="give `rater`"):
         evaluate(trained.folder)
     found = evaluate(trained.folder, rater=run)
     assert set(found["conditions"]) == {"sensor", "nearest", "run"}

@@ -13,7 +13,6 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.workflows.streaming.report import latency_lines, underrun_line
-from tactogram.workflows.streaming.settings import StreamSettings
 from tactogram.workflows.streaming.stream import stream
 from tactogram.workflows.training.train import train
 
@@ -38,8 +37,7 @@ def grating_fixture(tmp_path):
 
 
 def to_file(sources, **options):
-    settings = StreamSettings(**({"backend": "file", "seconds": 2.0} | options.pop("settings", {})))
-    return stream(sources, settings, **options)
+    return stream(sources, **({"backend": "file", "seconds": 2.0} | options))
 
 
 def test_a_run_is_streamed_to_a_display_and_to_files(textures, tmp_path):
@@ -75,7 +73,7 @@ def test_files_are_laid_out_by_the_speed_that_they_say(grating, tmp_path):
     motion = tmp_path / "motion.csv"
     motion.write_text("time_s,x_mm,force_n\n" + "".join(f"{i / 200},{i},0.5\n" for i in range(500)))
     out = tmp_path / "sent.npz"
-    to_file([grating("a.wav", 150)], settings={"motion": str(motion)}, out=out)
+    to_file([grating("a.wav", 150)], motion=str(motion), out=out)
     power = np.abs(np.fft.rfft(read_signal(out).samples[0][4000:]))
     assert np.argmax(power) * 8000 / 12_000 == pytest.approx(300, abs=2)
 
@@ -86,7 +84,7 @@ def test_a_mix_that_changes_while_it_plays(grating, tmp_path):
     out = tmp_path / "sent.npz"
     to_file(
         [grating("low.wav", 100), grating("high.wav", 400)],
-        settings={"motion": str(motion)},
+        motion=str(motion),
         mix={"low": 1.0, "high": 0.0},
         mix_to={"low": 0.0, "high": 1.0},
         out=out,
@@ -102,15 +100,21 @@ def test_a_generator_that_is_not_autoregressive_is_laid_out_too(recordings, tmp_
     run = train("replay", tmp_path / "store", recipe="tiny", split="all", out=tmp_path / "run").folder
     result = to_file([run], mix={"cork": 1.0}, speed_mm_s=100.0)
     assert result["textures"] == ["cork"]
-    with pytest.raises(ParameterError, match="--speed MM_S"):
+    with pytest.raises(ParameterError, match="give `speed_mm_s`"):
         to_file([run], mix={"cork": 1.0})
 
 
 @pytest.mark.parametrize("backend", ["null", "clock", "osc"])
 def test_backends_without_hardware(textures, backend):
-    settings = StreamSettings(backend=backend, seconds=0.2, to="127.0.0.1:9" if backend == "osc" else "")
     lines = []
-    result = stream([textures], settings, mix={"cork": 1.0}, status=lambda line, now: lines.append(line))
+    result = stream(
+        [textures],
+        backend=backend,
+        seconds=0.2,
+        to="127.0.0.1:9" if backend == "osc" else "",
+        mix={"cork": 1.0},
+        status=lambda line, now: lines.append(line),
+    )
     assert result["latency"]["compute"]["count"] > 0
     assert result["backend"] == backend
     assert any("compute p50" in line for line in lines)
@@ -120,15 +124,16 @@ def test_backends_without_hardware(textures, backend):
     ("options", "says"),
     [
         ({"mix": {"velvet": 1.0}}, "no texture velvet; there are cork"),
-        ({"display": "voice-coil"}, "give --display and --level, or neither"),
+        ({"display": "voice-coil"}, "give `display` and `level`, or neither"),
         ({"display": "phone", "level": "peak=1"}, "render a file"),
-        ({"display": "audio", "level": "peak=1", "settings": {"equalise": True}}, "response is not known"),
-        ({"settings": {"equalise": False}}, "give --display and --level, or leave out --equalise"),
-        ({"settings": {"block_ms": 6.0}}, "at most 5 ms"),
-        ({"settings": {"seconds": 0.0}}, "seconds must be > 0"),
-        ({"settings": {"seed": -1}}, "seed must be >= 0"),
-        ({"settings": {"backend": "audio"}}, "say which --display"),
-        ({"settings": {"motion": "osc"}}, "does not keep the time"),
+        ({"display": "audio", "level": "peak=1", "equalise": True}, "response is not known"),
+        ({"equalise": False}, "give `display` and `level`, or omit `equalise`"),
+        ({"block_ms": 6.0}, "block_ms must be > 0 and at most 5"),
+        ({"seconds": 0.0}, "seconds must be > 0"),
+        ({"seed": -1}, "seed must be at least 0"),
+        ({"backend": "audio"}, "give its `display`"),
+        ({"backend": "tape"}, "backend must be one of null, file"),
+        ({"motion": "osc"}, "is not in real time"),
         ({"out": Path("sent.xyz")}, "suffix must be one of .wav"),
         ({"figure": Path("sent.pdf")}, "must be .png"),
         ({"out": Path(__file__) / "sent.wav"}, "cannot be written"),
@@ -172,9 +177,9 @@ def test_underruns_say_whose_they_are_and_what_helps():
     assert line(1.0, underruns=0) == "underruns: 0"
     assert line(1.0).startswith("underruns: 7 of 1000 blocks")
     assert "other programs" in line(1.0)
-    assert "--realtime" in line(1.0)
+    assert "try real-time priority" in line(1.0)
     assert "not granted" in line(1.0, asked=True)
-    assert "--realtime" not in line(1.0, asked=True, granted=True)
+    assert "try" not in line(1.0, asked=True, granted=True)
     assert "fewer textures" in line(9.0)
 
 
@@ -185,7 +190,8 @@ def test_friction_is_streamed_to_an_electrovibration_display(textures, tmp_path)
     out = tmp_path / "sent.npz"
     result = tactogram.stream(
         tmp_path / "mu.npz",
-        StreamSettings(backend="file", seconds=1.0),
+        backend="file",
+        seconds=1.0,
         display="electrovibration",
         level="physical",
         out=out,

@@ -14,7 +14,7 @@ from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.study.answers import open_answers
 from tactogram.workflows.study.sessions import begin_session, log_played, origin_folder
 from tactogram.workflows.study.simulation import effect_of, simulate_study
-from tactogram.workflows.study.stimuli import StudyStimuli, signal_sha256, stronger
+from tactogram.workflows.study.stimuli import StudyStimuli, stronger
 from tactogram.workflows.study.studies import study_folder
 
 STUDY = """
@@ -124,7 +124,7 @@ def test_what_is_played_is_rendered_at_the_staircases_level(study_file, tmp_path
     plain, weaker = (stimuli.played(PresentedStimulus("A", buzz, gain)) for gain in (0.0, -20.0))
     ratio = np.abs(weaker.drive.signal.samples).max() / np.abs(plain.drive.signal.samples).max()
     assert ratio == pytest.approx(0.1, rel=1e-3)
-    assert plain.sha256 == signal_sha256(plain.drive.signal) != weaker.sha256
+    assert plain.sha256 == plain.drive.signal.sha256 != weaker.sha256
     assert stimuli.played(PresentedStimulus("B", None)).drive is None
     with SessionStore(tmp_path / "session", study) as store:
         code = store.enrol().code

@@ -17,7 +17,7 @@ from tactogram.training import load_state
 from tactogram.workflows.data.stores import add_signal
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.generation.generate import generate, generate_files, parse_mix
+from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.loaded_run import load_run
@@ -264,13 +264,6 @@ def test_a_classifier_does_not_generate_nor_a_voice_classify(run, voice, texture
         next(generate(run.folder, {"material": "cork"}))
     with pytest.raises(ParameterError, match="ar_texture is not a classifier"):
         classify(voice, texture("cork", 0))
-
-
-def test_mixes_are_read():
-    assert parse_mix("a b=0.5, c=1") == {"a b": 0.5, "c": 1.0}
-    for text in ("a", "a=x", "=1", "a=1,a=2"):
-        with pytest.raises(ParameterError, match="--mix"):
-            parse_mix(text)
 
 
 def test_what_is_added_to_the_data_later_does_no_harm(store, tmp_path, tiny, texture):

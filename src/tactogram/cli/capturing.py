@@ -1,112 +1,67 @@
-"""Verbs that record: sessions by a plan, and what a trained classifier makes of a sensor as it comes."""
-
-from __future__ import annotations
+"""Verbs that record sessions, classify a sensor's signal live, and import its logs."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
-from tactogram.cli.options import Verbs, models_option
-from tactogram.cli.printing import Arguments, columns, print_result, text_of
+from tactogram.cli.printing import Printer, columns, text_of
+from tactogram.cli.verbs import Verb
+from tactogram.workflows.capture.requests import CaptureRequest, LiveRequest, LogRequest
+from tactogram.workflows.request import Option, Request
 
 if TYPE_CHECKING:
     from tactogram.capture.live.recognition import WindowClassification
     from tactogram.workflows.capture.live import LiveClassifier
 
-SOURCE = "twelite:/dev/ttyUSB0, serial:PORT, lsl:NAME, audio:NAME, ni:Dev1/ai0:2, digilent:, log:FILE, played:STORE"
+
+@dataclass(frozen=True)
+class _SourcesRequest(Request):
+    find_s: Annotated[float, Option("time to search for streams on the network", "S", "--find")] = 0.5
 
 
-def add_verbs(verbs: Verbs) -> None:
-    """Add what each verb takes."""
-    add = verbs.add("capture", capture)
-    add("plan", metavar="PLAN", nargs="?", help="a session plan: a TOML file, or one of --list")
-    add("--list", action="store_true", help="list the plans that come with the package")
-    add("--source", metavar="ADDRESS", help=f"what is recorded: {SOURCE}")
-    add("--data", metavar="DIR", help="the store; made with the first take")
-    add(
-        "--session",
-        default="",
-        metavar="NAME",
-        help="name of the session (default: the plan and the subject)",
-    )
-    add("--subject", metavar="CODE", help="who strokes, as a code, since the store keeps it")
-    add("--set", action="append", default=[], metavar="KEY=VALUE", help="change a value of the plan")
-    add("--recognise", metavar="RUN", help="classifier that recognises each take")
-    add(
-        "--yes",
-        action="store_true",
-        help="ask no questions: accept good takes, redo bad ones, skip after three",
-    )
-    add("--silent", action="store_true", help="no metronome")
-    models_option(add)
+def _capture(request: CaptureRequest, show: Printer) -> None:
+    from tactogram.workflows.capture.session import capture
 
-    add = verbs.add("live", live)
-    add("run_folder", metavar="RUN")
-    add("--source", required=True, metavar="ADDRESS", help=SOURCE)
-    add("--window", type=float, metavar="S", help="length of a window (default: the network's input)")
-    add(
-        "--hop",
-        type=float,
-        metavar="S",
-        help="time from one window to the next (default: a quarter of a window)",
-    )
-    add("--rate", type=float, metavar="HZ", help="the source's rate, where it states none")
-    add("--seconds", type=float, metavar="S", help="stop after this time (default: at Ctrl-C)")
-    models_option(add)
+    result = capture(**vars(request))
+    show(result, _session_text(result))
 
 
-def capture(a: Arguments) -> None:
-    """Record a session by a plan, or continue one; every accepted take is stored at once."""
-    from tactogram.errors import ParameterError
-    from tactogram.recipe import parse_changes
-    from tactogram.workflows.capture.session import capture, plans
+def _plans(show: Printer) -> None:
+    from tactogram.workflows.capture.session import plans
 
-    if a.list:
-        found = plans()
-        print_result(a, found, columns(list(found.items())))
-        return
-    for name in ("plan", "source", "data"):
-        if getattr(a, name) is None:
-            raise ParameterError(
-                f"capture needs {name if name == 'plan' else '--' + name}; --list names the plans"
-            )
-    changes = parse_changes(a.set) | ({"subject": a.subject} if a.subject else {})
-    result = capture(
-        a.plan,
-        a.source,
-        a.data,
-        session=a.session,
-        changes=changes,
-        yes=a.yes,
-        recognise=a.recognise,
-        sound=not a.silent,
-    )
-    print_result(a, result, _session_text(result))
+    titles = plans()
+    show(titles, columns(list(titles.items())))
 
 
-def live(a: Arguments) -> None:
-    """Classify what a sensor touches, live."""
+def _live(request: LiveRequest, show: Printer) -> None:
     from tactogram.workflows.capture.live import live
 
-    with _shown(a) as (begin, show):
-        result = live(
-            a.run_folder,
-            a.source,
-            window=a.window,
-            hop=a.hop,
-            rate=a.rate,
-            seconds=a.seconds,
-            show=show,
-            begin=begin,
-        )
-    print_result(a, {"summary": result} if a.json else result, _live_text(result))
+    with _window_printer(request, show) as (begin, show_window):
+        result = live(**vars(request) | {"show": show_window, "begin": begin})
+    show({"summary": result} if show.json else result, _live_text(result))
+
+
+def _sources(request: _SourcesRequest, show: Printer) -> None:
+    from tactogram.capture import find_sources
+
+    sources = find_sources(find_s=request.find_s)
+    rows = [(one["address"] or f"({one['kind']})", one["missing"] or one["what"]) for one in sources]
+    show(sources, columns(rows))
+
+
+def _capture_log(request: LogRequest, show: Printer) -> None:
+    from tactogram.workflows.capture.logs import capture_log
+
+    result = capture_log(**vars(request))
+    show(result, _log_text(result))
 
 
 @contextmanager
-def _shown(
-    a: Arguments,
-) -> Iterator[tuple[Callable[[LiveClassifier], None], Callable[[WindowClassification], None]]]:
-    """Give what shows windows: JSON lines on stdout, a panel on a terminal's stderr, or lines there."""
+def _window_printer(
+    request: LiveRequest, show: Printer
+) -> Iterator["tuple[Callable[[LiveClassifier], None], Callable[[WindowClassification], None]]"]:
+    """Yield callbacks for the first and each window: JSON lines on stdout, a panel or lines on stderr."""
     import json
     import sys
 
@@ -115,28 +70,28 @@ def _shown(
 
     latencies = Latencies()
 
-    def begin(listener: LiveClassifier) -> None:
-        facts = f"window {listener.window_s:.2f} s of {len(listener.loaded.kind.materials)} materials"
+    def begin(classifier: "LiveClassifier") -> None:
+        facts = f"window {classifier.window_s:.2f} s of {len(classifier.loaded.kind.materials)} materials"
         sys.stderr.write(f"listening: {facts}; Ctrl-C ends it\n")
 
-    def as_json(guess: WindowClassification) -> None:
+    def as_json(guess: "WindowClassification") -> None:
         sys.stdout.write(json.dumps(guess.facts(), ensure_ascii=False) + "\n")
         sys.stdout.flush()
 
-    def as_line(guess: WindowClassification) -> None:
+    def as_line(guess: "WindowClassification") -> None:
         sys.stderr.write(line(guess) + "\n")
 
-    if a.json or not sys.stderr.isatty():
-        yield begin, as_json if a.json else as_line
+    if show.json or not sys.stderr.isatty():
+        yield begin, as_json if show.json else as_line
         return
     from rich.console import Console
     from rich.live import Live
 
     with Live(console=Console(stderr=True), auto_refresh=False) as display:
 
-        def as_panel(guess: WindowClassification) -> None:
+        def as_panel(guess: "WindowClassification") -> None:
             latencies.add(guess)
-            display.update(panel(guess, latencies, title=a.source), refresh=True)
+            display.update(panel(guess, latencies, title=request.source), refresh=True)
 
         yield begin, as_panel
 
@@ -167,3 +122,41 @@ def _live_text(result: dict[str, Any]) -> str:
             f"p99 {text_of(latency['p99_ms'])} ms, max {text_of(latency['max_ms'])} ms"
         )
     return "\n".join(lines)
+
+
+def _log_text(result: dict[str, Any]) -> str:
+    lines = [f"{result['path']}{', simulated' if result['simulated'] else ''}"]
+    for one in result["sensors"]:
+        facts, rate = one["facts"], one["facts"]["rate"]
+        measured = (
+            "not measured" if rate is None else f"{rate['hz']:.6g} Hz ({rate['low']:.6g}–{rate['high']:.6g})"
+        )
+        share = facts["lost"] / max(1, facts["lost"] + facts["samples"])
+        lines.append(
+            f"{one['name']}: {one['seconds']:.4g} s of {'/'.join(one['axes'])} in {one['unit']} at "
+            f"{one['rate']:.6g} Hz, measured {measured}"
+        )
+        lines.append(
+            f"  lost {facts['lost']} samples ({100 * share:.2g} %), rejected {text_of(facts['rejected']) or 0}"
+        )
+        if one["filled"] is not None:
+            lines.append(f"  filled {text_of(one['filled'])}")
+        else:
+            lines.append(f"  {len(one['signals'])} pieces between gaps, {one['short']} shorter ones left out")
+        lines += [f"  {signal['file']}" for signal in one["signals"] if signal["file"]]
+    if "data" in result:
+        lines.append(f"{result['data']}: {result['added']} added, {result['recordings']} recordings")
+    return "\n".join(lines)
+
+
+VERBS = {
+    "capture": Verb(
+        CaptureRequest,
+        _capture,
+        folders=("models",),
+        listing=("list the plans that come with the package", _plans),
+    ),
+    "live": Verb(LiveRequest, _live, folders=("models",)),
+    "sources": Verb(_SourcesRequest, _sources),
+    "capture-log": Verb(LogRequest, _capture_log),
+}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -14,44 +16,71 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one verb; return 0, or 1 after a line on stderr where something was wrong.
+    r"""Run one verb; return its exit status, 1 after a line on stderr for an error.
 
-    Usage errors exit with 2, as argparse does; what was interrupted, or asked to stop, with 130.
+    Usage errors exit with 2, as argparse does; an interrupted verb returns 130. File names that are not UTF-8 are
+    decoded by Python as surrogates; stdout and stderr show these as ``\udcff``, which JSON reads back.
     """
-    arguments = make_parser().parse_args(argv)
-    for option in ("models", "designs"):
-        if folders := getattr(arguments, option, None):
-            # Whatever loads a run or a session finds them: it names its model or design, not where that lies.
-            variable = f"TACTOGRAM_{option.upper()}"
-            known = os.environ.get(variable)
-            os.environ[variable] = os.pathsep.join([*folders, *([known] if known else [])])
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    words = sys.argv[1:] if argv is None else argv
+    arguments = make_parser(words).parse_args(words)
     try:
-        if out := getattr(arguments, "out", None):
-            _check_out(out)
-        return arguments.run(arguments) or 0
-    except StoppedError as error:
-        sys.stderr.write(f"tactogram: {error}\n")
-        return 130
-    except TactogramError as error:
-        sys.stderr.write(f"tactogram: {error}\n")
-        return 1
+        return _run(arguments)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except StoppedError as error:
+        message, status = str(error), 130
+    except KeyboardInterrupt:
+        message, status = "interrupted", 130
+    except TactogramError as error:
+        message, status = _in_options(str(error), arguments), 1
     except OSError as error:
         # No permission, no space, a file where a folder is needed: the system's words say enough.
-        sys.stderr.write(f"tactogram: {error}\n")
-        return 1
+        message, status = str(error), 1
     except MemoryError as error:
-        sys.stderr.write(f"tactogram: not enough memory: {error or 'take less at once'}\n")
-        return 1
-    except KeyboardInterrupt:
-        sys.stderr.write("tactogram: interrupted\n")
-        return 130
+        message, status = f"not enough memory: {error or 'take less at once'}", 1
+    except ValueError as error:
+        if "embedded null" not in str(error):
+            raise
+        message, status = "a path holds a null byte; give one without", 1
+    sys.stderr.write(f"tactogram: {message}\n")
+    return status
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    from tactogram.cli.printing import Printer
+    from tactogram.cli.verbs import FOLDERS, UsageError, request_of
+
+    verb, show = arguments.verb, Printer(json=arguments.json)
+    if getattr(arguments, "list", False):
+        verb.listing[1](show)
+        return 0
+    for option in FOLDERS:
+        if folders := getattr(arguments, option, None):
+            # Whatever loads a run or a session finds its model or design by name here.
+            variable = f"TACTOGRAM_{option.upper()}"
+            known = os.environ.get(variable)
+            os.environ[variable] = os.pathsep.join([*folders, *([known] if known else [])])
+    if out := getattr(arguments, "out", None) or getattr(arguments, "table", None):
+        _check_out(out)
+    try:
+        return verb.run(request_of(verb, arguments), show) or 0
+    except UsageError as error:
+        arguments.usage_error(str(error))
+        return 2
+
+
+def _in_options(message: str, arguments: argparse.Namespace) -> str:
+    from tactogram.cli.verbs import with_options
+
+    return with_options(message, arguments.verb)
 
 
 def _check_out(out: str) -> None:
-    """Refuse an ``--out`` that cannot be written to, whatever the verb: what it makes may take hours."""
+    """Refuse an ``--out`` that cannot be written, whatever the verb: its results may take hours to compute."""
     from pathlib import Path
 
     from tactogram.signal.io.writable import check_writable

@@ -1,88 +1,54 @@
 """Verbs on files of signals."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Annotated, Any
 
-from tactogram.cli.options import Verbs, signal_arguments, signal_options
-from tactogram.cli.printing import Arguments, columns, lines_of, print_result, text_of
-
-
-def add_verbs(verbs: Verbs) -> None:
-    """Add what each verb takes."""
-    add = verbs.add("convert", convert)
-    add("source", metavar="A", nargs="?", help="a signal, a haptic file, or a folder of them")
-    add("target", metavar="B", nargs="?", help="a file, by suffix; a folder if A is one")
-    add("--list", action="store_true", help="list the formats")
-    add("--check", action="store_true", help="only validate A, and list what is wrong with it")
-    add(
-        "--format",
-        "--to",
-        help="format of B, one of --list: if several share its suffix (.json), or for a folder",
-    )
-    add("--axis", metavar="NAME|dft321|mean", help="write one axis")
-    signal_options(add)
-    add("--columns", help="columns to read from a table, e.g. ax,ay,az")
-    add("--time", metavar="COLUMN", help="the table's column of time stamps")
-    add("--sheet", help="the sheet of an .xlsx file")
-    add(
-        "--full-scale",
-        type=float,
-        metavar="X",
-        help="value of 1 in a haptic B, or of integer full scale in A, in the signal's unit",
-    )
-    add("--modality", help='of HJIF and formats like it, e.g. "Vibrotactile Texture" (default: by unit)')
-    add("--play-at", type=float, metavar="MM_S", help="finger speed for a signal over displacement")
-    add("--resample", type=float, metavar="HZ", help="rate of B")
-    add("--subtype", help="sample format of B, e.g. PCM_16, PCM_24, FLOAT")
+from tactogram.cli.printing import Printer, columns, lines_of, text_of
+from tactogram.cli.verbs import UsageError, Verb
+from tactogram.workflows.data.requests import ConversionRequest
+from tactogram.workflows.request import Argument, Option
 
 
-def convert(a: Arguments) -> int:
-    """Convert a signal from one file format to another, a folder of them, or check a haptic file."""
-    from pathlib import Path
+@dataclass(frozen=True)
+class _ConvertRequest(ConversionRequest):
+    target: Annotated[Path | str, Argument("a file, by suffix; a folder if A is one", "B")] = ""
+    _: KW_ONLY
+    check: Annotated[bool, Option("only validate A, and list what is wrong with it")] = False
 
-    from tactogram.errors import ParameterError
+
+def _convert(request: _ConvertRequest, show: Printer) -> int:
     from tactogram.workflows.data import convert as jobs
     from tactogram.workflows.progress import shown
 
-    if a.list:
-        formats = jobs.list_formats()
-        rows = [(name, facts["suffix"], facts["title"], facts["holds"]) for name, facts in formats.items()]
-        print_result(a, formats, columns([("name", "suffix", "", "holds"), *rows]))
-        return 0
-    if a.source is None:
-        raise ParameterError("convert needs A and B; --check takes A alone, --list neither")
-    if a.check:
-        if a.target is not None:
-            raise ParameterError("--check takes one file and writes none; omit B")
-        facts = jobs.check(a.source, format=a.format)
-        print_result(a, facts, _checked_text(facts))
+    options = vars(request)
+    if options.pop("check"):
+        if request.target:
+            raise UsageError("--check takes one file and writes none; omit B")
+        facts = jobs.check(request.source, format=request.format)
+        show(facts, _checked_text(facts))
         return 0 if facts["valid"] else 1
-    if a.target is None:
-        raise ParameterError("convert needs A and B; --check takes A alone, --list neither")
-    options = {
-        **signal_arguments(a),
-        "columns": a.columns.split(",") if a.columns else None,
-        "time": a.time,
-        "sheet": a.sheet,
-        "full_scale": a.full_scale,
-        "play_at": a.play_at,
-        "resample_to": a.resample,
-        "subtype": a.subtype,
-        "axis": a.axis,
-        "modality": a.modality,
-    }
-    if not Path(a.source).is_dir():
-        facts = jobs.convert(a.source, a.target, format=a.format, **options)
-        print_result(a, facts, _converted_text(facts))
+    if not request.target:
+        raise UsageError("needs A and B; --check takes A alone, --list neither")
+    if not Path(request.source).is_dir():
+        facts = jobs.convert(**options)
+        show(facts, _converted_text(facts))
         return 0
-    if a.format is None:
-        raise ParameterError("a folder needs --to FORMAT, one of --list")
+    if request.format is None:
+        raise UsageError("a folder needs --to FORMAT, one of --list")
     with shown() as progress:
-        facts = jobs.convert_folder(a.source, a.target, format=a.format, progress=progress, **options)
-    print_result(a, facts, _folder_text(facts))
+        facts = jobs.convert_folder(progress=progress, **options)
+    show(facts, _folder_text(facts))
     return 1 if facts["failed"] else 0
+
+
+def _formats(show: Printer) -> None:
+    from tactogram.workflows.data.convert import list_formats
+
+    formats = list_formats()
+    rows = [(name, facts["suffix"], facts["title"], facts["holds"]) for name, facts in formats.items()]
+    show(formats, columns([("name", "suffix", "", "holds"), *rows]))
 
 
 def _checked_text(facts: Mapping[str, Any]) -> str:
@@ -95,8 +61,8 @@ def _checked_text(facts: Mapping[str, Any]) -> str:
 
 def _converted_text(facts: Mapping[str, Any]) -> str:
     written = facts.get("written") or {}
-    own = {name: value for name, value in facts.items() if name != "written"}
-    lines = [lines_of(own), lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss")})]
+    other = {name: value for name, value in facts.items() if name != "written"}
+    lines = [lines_of(other), lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss")})]
     if loss := written.get("loss"):
         by_axis = loss if isinstance(next(iter(loss.values())), Mapping) else {"": loss}
         for axis, values in by_axis.items():
@@ -123,3 +89,6 @@ def _folder_text(facts: Mapping[str, Any]) -> str:
     failed = [f"failed: {why}" for why in facts["failed"].values()]
     end = f"{len(facts['files'])} written, {len(facts['failed'])} failed, {facts['left_out']} of no known format"
     return "\n".join([columns(rows), *failed, end])
+
+
+VERBS = {"convert": Verb(_ConvertRequest, _convert, listing=("list the formats", _formats))}

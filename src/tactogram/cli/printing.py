@@ -11,9 +11,20 @@ from typing import Any
 Arguments = argparse.Namespace
 
 
+class Printer:
+    """Prints the result of a verb: as JSON where ``--json`` is given, else as text."""
+
+    def __init__(self, *, json: bool) -> None:
+        self.json = json
+
+    def __call__(self, result: Any, text: str) -> None:
+        """Print one of the two."""
+        sys.stdout.write((json.dumps(result, ensure_ascii=False) if self.json else text) + "\n")
+
+
 def print_result(a: Arguments, result: Any, text: str) -> None:
     """Print ``result`` as JSON where ``--json`` was given, else ``text``."""
-    sys.stdout.write((json.dumps(result, ensure_ascii=False) if a.json else text) + "\n")
+    Printer(json=a.json)(result, text)
 
 
 def accuracies(result: Mapping[str, Any]) -> str:

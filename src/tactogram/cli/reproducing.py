@@ -1,61 +1,64 @@
 """Verbs on published tables and figures."""
 
-from __future__ import annotations
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
 
-from tactogram.cli.options import Verbs, models_option
-from tactogram.cli.printing import Arguments, columns, print_result, text_of
-
-
-def add_verbs(verbs: Verbs) -> None:
-    """Add what each verb takes."""
-    add = verbs.add("reproduce", reproduce)
-    add("experiment", metavar="EXPERIMENT", nargs="?")
-    add("--list", action="store_true", help="list the experiments")
-    add("--recipe", default="bench", help="bench (hours at most on 2 cores) or paper (default %(default)s)")
-    add(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="option of the experiment, e.g. model=ar_texture",
-    )
-    add(
-        "--out",
-        metavar="DIR",
-        help="folder for its results (default runs/EXPERIMENT); results of an interrupted or smaller run are "
-        "reused",
-    )
-
-    models_option(verbs.add("table", table))
+from tactogram.cli.printing import Printer, columns, text_of
+from tactogram.cli.verbs import Verb
+from tactogram.workflows.request import Argument, Option, Request
 
 
-def reproduce(a: Arguments) -> None:
-    """Run the experiment behind a published table or figure."""
-    from tactogram.experiments.catalogue import experiments
+@dataclass(frozen=True)
+class _ReproduceRequest(Request):
+    name: Annotated[str | None, Argument(metavar="EXPERIMENT")] = None
+    recipe: Annotated[str, Option("bench (hours at most on 2 cores) or paper")] = "bench"
+    options: Annotated[
+        Mapping[str, Any] | None,
+        Option("option of the experiment, e.g. model=ar_texture", "KEY=VALUE", "--set"),
+    ] = None
+    out: Annotated[
+        str | None,
+        Option(
+            "folder for its results (default runs/EXPERIMENT); results of an interrupted or smaller run are reused",
+            "DIR",
+        ),
+    ] = None
 
-    if a.list or a.experiment is None:
-        found = experiments()
-        print_result(a, found, columns(list(found.items())))
+
+@dataclass(frozen=True)
+class _TableRequest(Request):
+    pass
+
+
+def _reproduce(request: _ReproduceRequest, show: Printer) -> None:
+    if request.name is None:
+        _experiments(show)
         return
     from tactogram.experiments.reproduce import reproduce
-    from tactogram.recipe import parse_changes
     from tactogram.workflows.progress import shown
 
     with shown() as progress:
-        result = reproduce(
-            a.experiment, recipe=a.recipe, out=a.out, options=parse_changes(a.set), progress=progress
-        )
-    print_result(a, result, result["text"])
+        result = reproduce(**vars(request) | {"progress": progress})
+    show(result, result["text"])
 
 
-def table(a: Arguments) -> None:
-    """Show every model's published results beside ours."""
+def _experiments(show: Printer) -> None:
+    from tactogram.experiments.catalogue import experiments
+
+    found = experiments()
+    show(found, columns(list(found.items())))
+
+
+def _table(request: _TableRequest, show: Printer) -> None:
     from tactogram.workflows.table import table
 
     rows = table()
-    shown_rows = [
-        (r["model"], r["what"], text_of(r["published"]), text_of(r["ours"]), r["data"]) for r in rows
-    ]
-    print_result(
-        a, {"rows": rows}, columns([("model", "what", "published", "ours", "our data"), *shown_rows])
-    )
+    cells = [(r["model"], r["what"], text_of(r["published"]), text_of(r["ours"]), r["data"]) for r in rows]
+    show({"rows": rows}, columns([("model", "what", "published", "ours", "our data"), *cells]))
+
+
+VERBS = {
+    "reproduce": Verb(_ReproduceRequest, _reproduce, listing=("list the experiments", _experiments)),
+    "table": Verb(_TableRequest, _table, folders=("models",)),
+}

@@ -1,35 +1,38 @@
 """Verbs for a first look: the demo, the installation check, the list of models."""
 
-from __future__ import annotations
+from dataclasses import dataclass
+from typing import Annotated
 
-from tactogram.cli.options import Verbs, models_option
-from tactogram.cli.printing import Arguments, accuracies, columns, print_result, text_of
-
-
-def add_verbs(verbs: Verbs) -> None:
-    """Add what each verb takes."""
-    add = verbs.add("demo", demo)
-    add("--out", default="runs/demo", help="folder for everything it makes (default %(default)s)")
-    add("--seed", type=int, default=0)
-
-    add = verbs.add("doctor", doctor)
-    add(
-        "--device",
-        metavar="NAME",
-        help="test one device: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse",
-    )
-
-    add = verbs.add("models", models)
-    models_option(add)
+from tactogram.cli.printing import Printer, accuracies, columns, text_of
+from tactogram.cli.verbs import Verb
+from tactogram.workflows.request import Option, Request
 
 
-def demo(a: Arguments) -> None:
-    """Simulate, classify, search, generate and evaluate surfaces, and write a report."""
+@dataclass(frozen=True)
+class _DemoRequest(Request):
+    out: Annotated[str, Option("folder for everything it makes")] = "runs/demo"
+    seed: Annotated[int, Option()] = 0
+
+
+@dataclass(frozen=True)
+class _DoctorRequest(Request):
+    device: Annotated[
+        str | None,
+        Option("test one device: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse", "NAME"),
+    ] = None
+
+
+@dataclass(frozen=True)
+class _ModelsRequest(Request):
+    pass
+
+
+def _demo(request: _DemoRequest, show: Printer) -> None:
     from tactogram.workflows.demo import demo
     from tactogram.workflows.progress import shown
 
     with shown() as progress:
-        result = demo(a.out, seed=a.seed, progress=progress)
+        result = demo(request.out, seed=request.seed, progress=progress)
     unmet = result["none_of_these"]
     text = [
         f"simulated strokes classified correctly: {accuracies(result)}",
@@ -39,15 +42,14 @@ def demo(a: Arguments) -> None:
         f"report with pictures and sounds (open it in a browser): {result['report']}",
         "to explore the same in the browser: tactogram studio",
     ]
-    print_result(a, result, "\n".join(text))
+    show(result, "\n".join(text))
 
 
-def doctor(a: Arguments) -> None:
-    """Check the installation: what is installed, what is missing and what for, and the compute device."""
+def _doctor(request: _DoctorRequest, show: Printer) -> None:
     from tactogram.workflows.doctor import doctor
 
-    if a.device:
-        _device(a)
+    if request.device:
+        _device(request.device, show)
         return
     facts = doctor()
     lines = [f"tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}"]
@@ -60,13 +62,13 @@ def doctor(a: Arguments) -> None:
         state = f"missing {', '.join(extra['missing'])}" if extra["missing"] else "installed"
         lines.append(f"extra {name} ({extra['for']}): {state}")
     lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
-    print_result(a, facts, "\n".join(lines))
+    show(facts, "\n".join(lines))
 
 
-def _device(a: Arguments) -> None:
+def _device(name: str, show: Printer) -> None:
     from tactogram.workflows.rendering.devices import try_device
 
-    facts = try_device(a.device)
+    facts = try_device(name)
     lines = [f"{facts['device']}: {facts['state']}: {facts['line']}"]
     lines += [f"  {name}: {text_of(value)}" for name, value in facts["facts"].items()]
     lines += [
@@ -75,20 +77,26 @@ def _device(a: Arguments) -> None:
         for path in facts["paths"]
     ]
     lines.append(f"  tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}")
-    print_result(a, facts, "\n".join(lines))
+    show(facts, "\n".join(lines))
 
 
-def models(a: Arguments) -> None:
-    """List the models."""
+def _models(request: _ModelsRequest, show: Printer) -> None:
     from tactogram.models import available
 
-    found = {
-        name: m.model_dump(mode="json", exclude={"folder", "package", "name"})
-        | {"recipes": list(m.recipes())}
-        for name, m in available(a.models).items()
+    models = {
+        name: model.model_dump(mode="json", exclude={"folder", "package", "name"})
+        | {"recipes": list(model.recipes())}
+        for name, model in available().items()
     }
     rows = [
         (name, str(m["year"]), f"{'+'.join(m['needs']) or '-'} -> {m['gives']}", m["title"])
-        for name, m in found.items()
+        for name, m in models.items()
     ]
-    print_result(a, found, columns(rows))
+    show(models, columns(rows))
+
+
+VERBS = {
+    "demo": Verb(_DemoRequest, _demo),
+    "doctor": Verb(_DoctorRequest, _doctor),
+    "models": Verb(_ModelsRequest, _models, folders=("models",)),
+}

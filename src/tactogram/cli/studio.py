@@ -1,65 +1,64 @@
 """The verb that opens the studio in the browser."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
-from tactogram.cli.options import Add, Verbs, designs_option, models_option
-from tactogram.cli.printing import Arguments, lines_of
+from tactogram.cli.printing import Printer, lines_of
+from tactogram.cli.verbs import Verb
+from tactogram.workflows.request import Option, Request
 
 if TYPE_CHECKING:
     from tactogram.studio.server.listening import ListeningPort
 
 
-def add_verbs(verbs: Verbs) -> None:
-    """Add what each verb takes."""
-    add = verbs.add("studio", studio)
-    server_options(add)
-    add(
-        "--folder",
-        default=".",
-        metavar="DIR",
-        help="the workspace: folder of runs, data and studies (default: the current one)",
+@dataclass(frozen=True, kw_only=True)
+class ServerOptions(Request):
+    """Address of a server, its encryption, and whether a browser opens."""
+
+    port: Annotated[int, Option("port; 0 takes a free one")] = 8123
+    host: Annotated[
+        str,
+        Option("address to listen on, 0.0.0.0 for all; beyond this machine a token is drawn and printed"),
+    ] = "127.0.0.1"
+    https: Annotated[
+        bool,
+        Option(
+            "encrypt with a certificate that is created and kept in the workspace; tablets need it for audio, camera "
+            "and clipboard"
+        ),
+    ] = False
+    certificate: Annotated[str | None, Option("encrypt with a certificate of your own (PEM)", "FILE")] = None
+    key: Annotated[str | None, Option("the certificate's key (PEM; default: in the same file)", "FILE")] = (
+        None
     )
-    models_option(add)
-    designs_option(add)
+    open_browser: Annotated[bool, Option("do not open a browser", flag="--no-open")] = True
 
 
-def server_options(add: Add) -> None:
-    """Add where a server listens, how it is encrypted, and whether a browser opens."""
-    add("--port", type=int, default=8123, help="port; 0 takes a free one (default %(default)s)")
-    add(
-        "--host",
-        default="127.0.0.1",
-        help="address to listen on, 0.0.0.0 for all; beyond this machine a token is drawn and printed "
-        "(default %(default)s)",
-    )
-    add(
-        "--https",
-        action="store_true",
-        help="encrypt with a certificate that is created and kept in the workspace; tablets need it for audio, "
-        "camera and clipboard",
-    )
-    add("--certificate", metavar="FILE", help="encrypt with a certificate of your own (PEM)")
-    add("--key", metavar="FILE", help="the certificate's key (PEM; default: in the same file)")
-    add("--no-open", action="store_true", help="do not open a browser")
+@dataclass(frozen=True)
+class _StudioRequest(ServerOptions):
+    folder: Annotated[
+        str,
+        Option("the workspace: folder of runs, data and studies (default: the current one)", "DIR"),
+    ] = "."
 
 
-def bound_port(a: Arguments) -> AbstractContextManager[ListeningPort]:
-    """Return the port that `server_options` ask for, taken until the end of the ``with``."""
+def bound_port(request: ServerOptions) -> "AbstractContextManager[ListeningPort]":
+    """Return the requested port, bound until the end of the ``with``."""
     from tactogram.extras import imported
 
     imported("nicegui", extra="studio", what="the studio")
     from tactogram.studio.server.listening import open_port
 
-    return open_port(a.host, a.port, https=a.https, certificate=a.certificate, key=a.key)
+    return open_port(
+        request.host, request.port, https=request.https, certificate=request.certificate, key=request.key
+    )
 
 
 def shown_qr_code(address: str) -> str:
-    """Return a QR code to be added to what is printed; none where that goes elsewhere, or has no room or letters."""
+    """Return a QR code to append to the printed text; empty off a terminal, or if it does not fit."""
     from tactogram.studio.server.qr_code import terminal_qr_code
 
     if not sys.stdout.isatty():
@@ -72,21 +71,19 @@ def shown_qr_code(address: str) -> str:
     return f"\n{code}" if code else ""
 
 
-def studio(a: Arguments) -> int:
-    """Open the studio in the browser: generate, touch, train, send, and run studies."""
-    with bound_port(a) as port:
+def _studio(request: _StudioRequest, show: Printer) -> None:
+    with bound_port(request) as port:
         from tactogram.studio.application import ServerAnnouncement, serve
         from tactogram.studio.context import Studio
 
-        def ready(answering: ServerAnnouncement) -> None:
-            told = {
-                "studio": answering.address,
-                "certificate, SHA-256": answering.certificate_sha256,
-            }
-            code = "" if port.loopback else shown_qr_code(answering.address)
-            sys.stdout.write(f"{lines_of(told)}{code}\n")
+        def ready(server: ServerAnnouncement) -> None:
+            facts = {"studio": server.address, "certificate, SHA-256": server.certificate_sha256}
+            code = "" if port.loopback else shown_qr_code(server.address)
+            sys.stdout.write(f"{lines_of(facts)}{code}\n")
             sys.stdout.flush()
             sys.stderr.write("Ctrl-C ends it\n")
 
-        serve(Studio.at(a.folder), port, open_browser=not a.no_open, ready=ready)
-    return 0
+        serve(Studio.at(request.folder), port, open_browser=request.open_browser, ready=ready)
+
+
+VERBS = {"studio": Verb(_StudioRequest, _studio, folders=("models", "designs"))}

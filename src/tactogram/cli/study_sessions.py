@@ -1,24 +1,68 @@
-"""Verbs for a running session: `study progress`, `note`, `abort`, `end`."""
-
-from __future__ import annotations
+"""Verbs on the session of a study: `study progress`, `note`, `abort`, `end`, `withdraw`, `export`."""
 
 import shlex
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import wraps
+from typing import Annotated, Any
 
-from tactogram.cli.options import Verb, Verbs
-from tactogram.cli.printing import Arguments, columns, lines_of, print_result
+from tactogram.cli.printing import Printer, columns, lines_of
+from tactogram.cli.verbs import Verb
+from tactogram.workflows.request import Argument, Option, Request
 
 
-def with_salvage_command(verb: Verb) -> Verb:
+@dataclass(frozen=True)
+class _SessionRequest(Request):
+    folder: Annotated[str, Argument("folder of the session", "DIR")]
+
+
+@dataclass(frozen=True)
+class _ParticipantRequest(_SessionRequest):
+    code: Annotated[str, Argument("code of the participant", "CODE")]
+
+
+@dataclass(frozen=True)
+class _AbortRequest(_ParticipantRequest):
+    undo: Annotated[bool, Option("let the participant continue")] = False
+
+
+@dataclass(frozen=True)
+class _EndRequest(_SessionRequest):
+    undo: Annotated[bool, Option("let the study continue")] = False
+
+
+@dataclass(frozen=True)
+class _NoteRequest(_SessionRequest):
+    text: Annotated[str, Argument("text of the note; no names of people", "TEXT")]
+    participant: Annotated[
+        str | None, Option("participant the note is about (default: the whole study)", "CODE")
+    ] = None
+
+
+@dataclass(frozen=True)
+class _ExportRequest(_SessionRequest):
+    table: Annotated[str | None, Option("a tidy table: .csv, .tsv or .parquet", "F", "--out")] = None
+    bids: Annotated[str | None, Option("a BIDS folder, which must be new", "DIR")] = None
+    salvage: Annotated[
+        bool,
+        Option("damaged session: write every answer that can still be read into the table of --out"),
+    ] = False
+
+
+Run = Callable[[Any, Printer], int | None]
+
+
+def with_salvage_command(run: Run) -> Run:
     """Wrap a verb so that the error of a damaged session names the command that exports its readable answers."""
 
-    @wraps(verb)
-    def wrapped(a: Arguments) -> int | None:
+    @wraps(run)
+    def wrapped(request: Any, show: Printer) -> int | None:
         from tactogram.errors import DataError
         from tactogram.study.session.salvage import DamagedSessionError
 
         try:
-            return verb(a)
+            return run(request, show)
         except DamagedSessionError as error:
             if not error.readable:
                 raise
@@ -28,33 +72,12 @@ def with_salvage_command(verb: Verb) -> Verb:
     return wrapped
 
 
-def add_session_verbs(study: Verbs) -> None:
-    """Add what each verb takes."""
-    add = study.add("progress", progress)
-    add("folder", metavar="DIR", help="folder of the session")
-
-    add = study.add("note", note)
-    add("folder", metavar="DIR", help="folder of the session")
-    add("text", metavar="TEXT", help="text of the note; no names of people")
-    add("--participant", metavar="CODE", help="participant the note is about (default: the whole study)")
-
-    add = study.add("abort", abort)
-    add("folder", metavar="DIR", help="folder of the session")
-    add("code", metavar="CODE", help="code of the participant")
-    add("--undo", action="store_true", help="let the participant continue")
-
-    add = study.add("end", end)
-    add("folder", metavar="DIR", help="folder of the session")
-    add("--undo", action="store_true", help="let the study continue")
-
-
 @with_salvage_command
-def progress(a: Arguments) -> None:
-    """Show the progress of each participant in a session."""
+def _progress(request: _SessionRequest, show: Printer) -> None:
     from tactogram.study.session.states import status_counts, status_label
     from tactogram.workflows.study.sessions import session_progress
 
-    facts = session_progress(a.folder)
+    facts = session_progress(request.folder)
     rows = [("code", "status", "trials", "last answer", "")]
     rows += [
         (
@@ -68,33 +91,59 @@ def progress(a: Arguments) -> None:
     ]
     ended = f"; ended {facts['ended']}" if facts["ended"] else ""
     count = len(facts["participants"])
-    stand = status_counts(one["status"] for one in facts["participants"])
-    who = f"{count} participant{'' if count == 1 else 's'}{f', {stand}' if stand else ''}"
-    print_result(a, facts, f"{facts['study']}: {who}; {facts['answers']} answers{ended}\n{columns(rows)}")
+    states = status_counts(one["status"] for one in facts["participants"])
+    who = f"{count} participant{'' if count == 1 else 's'}{f', {states}' if states else ''}"
+    show(facts, f"{facts['study']}: {who}; {facts['answers']} answers{ended}\n{columns(rows)}")
 
 
 @with_salvage_command
-def note(a: Arguments) -> None:
-    """Add an experimenter's note to a session."""
+def _note(request: _NoteRequest, show: Printer) -> None:
     from tactogram.workflows.study.sessions import write_note
 
-    facts = write_note(a.folder, a.text, code=a.participant)
-    print_result(a, facts, lines_of(facts))
+    show(facts := write_note(request.folder, request.text, code=request.participant), lines_of(facts))
 
 
 @with_salvage_command
-def abort(a: Arguments) -> None:
-    """End a participant's session now; the answers so far are kept."""
+def _abort(request: _AbortRequest, show: Printer) -> None:
     from tactogram.workflows.study.sessions import abort_participant
 
-    facts = abort_participant(a.folder, a.code, undo=a.undo)
-    print_result(a, facts, lines_of(facts))
+    show(facts := abort_participant(**vars(request)), lines_of(facts))
 
 
 @with_salvage_command
-def end(a: Arguments) -> None:
-    """End a study: nobody can join, and unfinished participants cannot continue."""
+def _end(request: _EndRequest, show: Printer) -> None:
     from tactogram.workflows.study.sessions import end_session
 
-    facts = end_session(a.folder, undo=a.undo)
-    print_result(a, facts, lines_of(facts))
+    show(facts := end_session(**vars(request)), lines_of(facts))
+
+
+@with_salvage_command
+def _export(request: _ExportRequest, show: Printer) -> None:
+    from tactogram.workflows.study.export import export_study
+
+    show(facts := export_study(**vars(request)), lines_of(facts))
+    if request.salvage:
+        least = "" if facts["lost_is_exact"] else "at least "
+        sys.stderr.write(f"tactogram: {least}{facts['lost']} rows of answers are lost\n")
+
+
+@with_salvage_command
+def _withdraw(request: _ParticipantRequest, show: Printer) -> None:
+    from tactogram.workflows.study.sessions import withdraw
+
+    facts = withdraw(**vars(request))
+    text = (
+        f"deleted: {facts['answers_deleted']} answers and the code; {facts['participants_left']} participants left\n"
+        "earlier exports still hold them: delete those, and export again"
+    )
+    show(facts, text)
+
+
+VERBS = {
+    "study export": Verb(_ExportRequest, _export, folders=("designs",)),
+    "study withdraw": Verb(_ParticipantRequest, _withdraw, folders=("designs",)),
+    "study progress": Verb(_SessionRequest, _progress, folders=("designs",)),
+    "study note": Verb(_NoteRequest, _note, folders=("designs",)),
+    "study abort": Verb(_AbortRequest, _abort, folders=("designs",)),
+    "study end": Verb(_EndRequest, _end, folders=("designs",)),
+}

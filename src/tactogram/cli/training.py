@@ -1,137 +1,106 @@
 """Verbs that train and evaluate models, and pack runs."""
 
-from __future__ import annotations
+from dataclasses import KW_ONLY, dataclass
+from typing import Annotated, Any
 
-from typing import Any
-
-from tactogram.cli.options import Verbs, models_option, training_arguments, training_options
-from tactogram.cli.printing import Arguments, accuracies, columns, lines_of, print_result, text_of
+from tactogram.cli.printing import Printer, accuracies, columns, lines_of, text_of
 from tactogram.cli.stopping import catch_stop_signals
+from tactogram.cli.verbs import UsageError, Verb
+from tactogram.workflows.evaluation.requests import EvaluationRequest
+from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.training.requests import CrossvalRequest, TrainingOptions
 
 
-def add_verbs(verbs: Verbs) -> None:
-    """Add what each verb takes."""
-    add = verbs.add("train", train)
-    add("model", metavar="MODEL", nargs="?", help="omit with --resume RUN")
-    training_options(add, data_required=False)
-    add("--out", metavar="RUN", help="the run's folder (default runs/MODEL-RECIPE-ID)")
-    add(
-        "--resume",
-        nargs="?",
-        const="",
-        metavar="RUN",
-        help="continue RUN with its own settings; without RUN, the run in --out if its settings are the same",
-    )
-    add("--devices", type=int, default=1, help="number of GPUs (default %(default)s)")
+@dataclass(frozen=True)
+class _TrainRequest(TrainingOptions):
+    """A `TrainingRequest`, or a run to resume with its own settings."""
 
-    add = verbs.add("crossval", crossval)
-    add("model", metavar="MODEL")
-    training_options(add, more_by="; for a predictor of ratings: item, rater or both")
-    add("--folds", type=int, default=10, help="default %(default)s")
-    add("--only-folds", type=int, metavar="N", help="run only the first N of them")
-    add("--repeats", type=int, default=3, help="for a predictor of ratings: how often folds are redrawn")
-    add("--out", metavar="DIR", help="folder for figures and report (default under runs)")
-
-    add = verbs.add("evaluate", evaluate)
-    add("run_folder", metavar="RUN")
-    models_option(add)
-    add("--data", metavar="DIR", help="data set to evaluate on (default: the run's own test part)")
-    add("--unknown", action="store_true", help="also use the materials that were left out of training")
-    add(
-        "--judging",
-        action="append",
-        metavar="KEY=VALUE",
-        default=[],
-        help="for a generator: steps, window_s, longest_s, most or seed of the reference models",
-    )
-    add("--rater", metavar="RUN", help="for a generator conditioned on words: the rater model that scores it")
-
-    verbs = verbs.group("run", "pack a run into one file, or unpack one")
-    add = verbs.add("export", run_export)
-    add("source", metavar="RUN")
-    add("--out", required=True, metavar="FILE")
-    add = verbs.add("import", run_import)
-    add("source", metavar="FILE")
-    add("--out", required=True, metavar="RUN")
+    model: Annotated[str | None, Argument("omit with --resume RUN", "MODEL")] = None
+    _: KW_ONLY
+    data: Annotated[str | None, Option("store made by `data import` or `data simulate`", "DIR")] = None
+    resume: Annotated[
+        str | None,
+        Option(
+            "continue RUN with its own settings; without RUN, the run in --out if its settings are the same",
+            "RUN",
+            const="",
+        ),
+    ] = None
+    devices: Annotated[int, Option("number of GPUs")] = 1
 
 
-def train(a: Arguments) -> None:
-    """Train a model on a data set, or continue a run."""
+@dataclass(frozen=True)
+class _PackRequest(Request):
+    source: Annotated[str, Argument(metavar="RUN")]
+    out: Annotated[str, Option(metavar="FILE")]
+
+
+@dataclass(frozen=True)
+class _UnpackRequest(Request):
+    source: Annotated[str, Argument(metavar="FILE")]
+    out: Annotated[str, Option(metavar="RUN")]
+
+
+def _train(request: _TrainRequest, show: Printer) -> None:
     from tactogram.workflows.progress import shown
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
 
-    taken = training_arguments(a)
-    machine = {"accelerator": taken["accelerator"], "devices": a.devices}
-    if a.resume:
-        _only_resumes(a)
-    elif not (a.model and a.data):
-        a.usage_error("needs MODEL and --data DIR, or --resume RUN to go on with a run")
+    if request.resume:
+        _refuse_settings(request)
+    elif not (request.model and request.data):
+        raise UsageError("needs MODEL and --data DIR, or --resume RUN to continue a run")
     with catch_stop_signals() as stop, shown() as progress:
-        if a.resume:
-            folders = taken["model_folders"]
-            run = resume(
-                a.resume, data=a.data, model_folders=folders, progress=progress, stop=stop, **machine
-            )
+        values = vars(request) | {"progress": progress, "stop": stop}
+        if request.resume:
+            names = ("data", "accelerator", "devices", "model_folders", "progress", "stop")
+            run = resume(request.resume, **{name: values[name] for name in names})
         else:
-            more = {"out": a.out, "resume": a.resume is not None}
-            run = train(a.model, a.data, **taken | machine | more, progress=progress, stop=stop)
+            run = train(**values | {"resume": request.resume is not None})
     facts = run.facts()
     validation, notes = facts["validation"], facts.get("notes", [])
     result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": validation, "notes": notes}
     lines = [f"run: {run.folder}"]
     if validation:
         lines.append("validation: " + ", ".join(f"{name} {value:.3f}" for name, value in validation.items()))
-    print_result(a, result, "\n".join([*lines, *(f"note: {note}" for note in notes)]))
+    show(result, "\n".join([*lines, *(f"note: {note}" for note in notes)]))
 
 
-def _only_resumes(a: Arguments) -> None:
-    """Refuse what a run that goes on has said already."""
-    said = {"MODEL": a.model, "--out": a.out, "--set": a.set, "--band": a.band, "--where": a.where}
-    said |= {"--split": a.split, "--recipe": a.recipe != "quick", "--by": a.by != "recording"}
-    said |= {"--label": a.label != "material"}
-    if given := [name for name, value in said.items() if value]:
-        a.usage_error(
-            f"--resume {a.resume} continues the run with its own settings: omit {', '.join(given)}, or start another "
-            "run with --out"
+def _refuse_settings(request: _TrainRequest) -> None:
+    """Refuse settings that a resumed run has already."""
+    default = _TrainRequest()
+    names = ("model", "out", "changes", "band", "where", "split", "recipe", "by", "label")
+    options = {"model": "MODEL", "changes": "--set"}
+    changed = [
+        options.get(name, f"--{name}") for name in names if getattr(request, name) != getattr(default, name)
+    ]
+    if changed:
+        raise UsageError(
+            f"--resume {request.resume} continues the run with its own settings: omit {', '.join(changed)}, or start "
+            "another run with --out"
         )
 
 
-def crossval(a: Arguments) -> None:
-    """Cross-validate a classifier, by recording, or a predictor of ratings, by item or rater."""
+def _crossval(request: CrossvalRequest, show: Printer) -> None:
     from tactogram.models import find
-    from tactogram.workflows.evaluation.crossval import crossval
     from tactogram.workflows.progress import shown
 
-    if find(a.model, a.models).task == "prediction":
-        _crossval_ratings(a)
+    if find(request.model).task == "prediction":
+        _crossval_ratings(request, show)
         return
+    from tactogram.workflows.evaluation.crossval import crossval
+
     with shown() as progress:
-        result = crossval(
-            a.model,
-            a.data,
-            **training_arguments(a),
-            folds=a.folds,
-            only_folds=a.only_folds,
-            out=a.out,
-            progress=progress,
-        )
-    print_result(a, result, f"{accuracies(result)}\nsplit: {result['split']}\nreport: {result['report']}")
+        result = crossval(**vars(request) | {"progress": progress})
+    show(result, f"{accuracies(result)}\nsplit: {result['split']}\nreport: {result['report']}")
 
 
-def evaluate(a: Arguments) -> None:
-    """Evaluate a run on recordings that it was not trained on."""
-    from tactogram.recipe import parse_changes
-    from tactogram.validation import validated
+def _evaluate(request: EvaluationRequest, show: Printer) -> None:
     from tactogram.workflows.evaluation.evaluate import evaluate
-    from tactogram.workflows.evaluation.reference_models import EvaluationSettings
     from tactogram.workflows.progress import shown
 
-    judging = validated(EvaluationSettings, parse_changes(a.judging, option="--judging"), where="--judging")
     with shown() as progress:
-        result = evaluate(
-            a.run_folder, data=a.data, unknown=a.unknown, judging=judging, rater=a.rater, progress=progress
-        )
+        result = evaluate(**vars(request) | {"progress": progress})
     if "window_accuracy" in result:
         lines = [accuracies(result)]
     elif "per_word" in result:
@@ -155,21 +124,19 @@ def evaluate(a: Arguments) -> None:
         alone = result.get("pictures", {}).get("values", {}) | published.get("mean", {})
         lines += [f"{name}: {text_of(value)}" for name, value in alone.items()]
         lines += [result["as_published_missing"]] if "as_published_missing" in result else []
-    print_result(a, result, "\n".join([*lines, f"report: {result['report']}"]))
+    show(result, "\n".join([*lines, f"report: {result['report']}"]))
 
 
-def run_export(a: Arguments) -> None:
-    """Pack a run into one .zip file."""
+def _export(request: _PackRequest, show: Printer) -> None:
     from tactogram.workflows.training.run_archive import export_run
 
-    print_result(a, facts := export_run(a.source, a.out), lines_of(facts))
+    show(facts := export_run(request.source, request.out), lines_of(facts))
 
 
-def run_import(a: Arguments) -> None:
-    """Unpack a run from a .zip file."""
+def _import(request: _UnpackRequest, show: Printer) -> None:
     from tactogram.workflows.training.run_archive import import_run
 
-    print_result(a, facts := import_run(a.source, a.out), lines_of(facts))
+    show(facts := import_run(request.source, request.out), lines_of(facts))
 
 
 def _images_lines(result: Any) -> list[str]:
@@ -192,26 +159,20 @@ def _images_lines(result: Any) -> list[str]:
     return [*lines, f"evaluated on: {result['data']['split']}"]
 
 
-def _crossval_ratings(a: Arguments) -> None:
+def _crossval_ratings(request: CrossvalRequest, show: Printer) -> None:
     from tactogram.errors import ParameterError
     from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
     from tactogram.workflows.progress import shown
 
-    if a.split or a.only_folds:
+    if request.split or request.only_folds:
         raise ParameterError(
             "--split and --only-folds are for classifiers; a predictor takes --folds and --repeats"
         )
-    taken = ("by", "where", "recipe", "changes", "accelerator", "model_folders")
-    arguments = {name: value for name, value in training_arguments(a).items() if name in taken}
     with shown() as progress:
-        result = crossval_ratings(
-            a.model, a.data, **arguments, folds=a.folds, repeats=a.repeats, out=a.out, progress=progress
-        )
+        result = crossval_ratings(**vars(request) | {"progress": progress})
     of = " of simulated raters" if result["data"]["simulated"] else ""
     head = f"mean absolute error{of}, points of a scale of {result['scale'][0]:g} to {result['scale'][1]:g}"
-    print_result(
-        a, result, f"{head}\n{_words_text(result)}\nsplit: {result['split']}\nreport: {result['report']}"
-    )
+    show(result, f"{head}\n{_words_text(result)}\nsplit: {result['split']}\nreport: {result['report']}")
 
 
 def _words_text(result: dict[str, Any]) -> str:
@@ -223,3 +184,12 @@ def _words_text(result: dict[str, Any]) -> str:
         for word, row in (*result["per_word"].items(), ("mean", result["mean"]))
     ]
     return columns(rows)
+
+
+VERBS = {
+    "train": Verb(_TrainRequest, _train),
+    "crossval": Verb(CrossvalRequest, _crossval),
+    "evaluate": Verb(EvaluationRequest, _evaluate, folders=("models",)),
+    "run export": Verb(_PackRequest, _export),
+    "run import": Verb(_UnpackRequest, _import),
+}

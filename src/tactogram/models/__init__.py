@@ -191,7 +191,7 @@ def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
     models = available(folders)
     if name not in models:
         raise ParameterError(
-            f"model must be one of {', '.join(models)}, or of a folder given by --models, got {name!r}"
+            f"model must be one of {', '.join(models)}, or of a folder in `model_folders`, got {name!r}"
         )
     return models[name]
 

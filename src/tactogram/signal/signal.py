@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -82,6 +83,13 @@ class Signal:
         if self.domain != "time":
             raise ParameterError("a signal over displacement has no duration; use length_mm")
         return len(self) / self.rate
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the samples (little-endian float32, axis by axis), rate and unit."""
+        digest = hashlib.sha256(f"{self.rate!r} {self.unit}\n".encode())
+        digest.update(np.ascontiguousarray(self.samples, dtype="<f4").tobytes())
+        return digest.hexdigest()
 
     @property
     def extent(self) -> float:

@@ -29,7 +29,6 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
-from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
@@ -39,7 +38,7 @@ MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
 """The surface that is left out of training, to see whether "none of these" is said."""
 PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 100
-JUDGING = EvaluationSettings(steps=200)
+EVALUATION = {"steps": 200}
 MIX = ("tile", "carpet")
 NAMED = (
     "recording_accuracy",
@@ -79,7 +78,7 @@ def demo(
     classifier = trained("stroke_cnn", CLASSIFIER_STEPS)
     named = evaluate(classifier, unknown=True, progress=progress)
     generator = trained("texture_gan", GENERATOR_STEPS)
-    voice, voice_sections = evaluate_run(generator, judging=JUDGING, progress=progress)
+    voice, voice_sections = evaluate_run(generator, evaluation=EVALUATION, progress=progress)
     mixes = mix_ladder(generator, *MIX, steps=5, signals=4, seconds=3.0, seed=seed, progress=progress)
     for step, signal in enumerate(mixes.shown):
         name = f"{step}-{mixes.caption(step).replace(', ', '-').replace(' ', '-')}.wav"
@@ -124,7 +123,7 @@ def _fresh(folder: Path) -> Path:
     check_writable(folder, folder=True)
     if folder.exists() and any(folder.iterdir()):
         if not (folder / MARK).exists():
-            raise RunError(f"{folder}: holds something else than an earlier demo; give another --out")
+            raise RunError(f"{folder}: is not an earlier demo; choose another folder")
         for inner in folder.iterdir():
             if inner.is_dir():
                 shutil.rmtree(inner)
@@ -228,7 +227,7 @@ def _how(seed: int) -> str:
         f"tactogram train stroke_cnn --data data {others} --set config.steps={CLASSIFIER_STEPS} --set seed={seed} "
         f"--out stroke_cnn; tactogram evaluate stroke_cnn --unknown; "
         f"tactogram train texture_gan --data data {others} --set config.steps={GENERATOR_STEPS} --set seed={seed} "
-        f"--out texture_gan; tactogram evaluate texture_gan --judging steps={JUDGING.steps}; "
+        f"--out texture_gan; tactogram evaluate texture_gan --evaluation steps={EVALUATION['steps']}; "
         f"tactogram mix texture_gan {' '.join(MIX)} --steps 5 --signals 4 --seconds 3 --seed {seed}. "
         "Sounds are played at full scale: their level is lost in the loudspeaker, not in the files beside this report."
     )

@@ -79,7 +79,7 @@ def test_log_without_times_needs_a_rate(log, tmp_path):
         )
     )
 
-    with pytest.raises(DataError, match="give --rate"):
+    with pytest.raises(DataError, match="give `rate`"):
         capture_log(plain, out=tmp_path / "out.csv")
     assert not (tmp_path / "out.csv").exists()
     assert capture_log(plain, rate=330)["sensors"][0]["rate"] == 330
@@ -92,7 +92,7 @@ def test_a_gap_longer_than_may_be_filled_writes_nothing(log, tmp_path):
 
 
 def test_what_is_asked_for_wrongly_is_refused(log, tmp_path):
-    with pytest.raises(ParameterError, match="give --material"):
+    with pytest.raises(ParameterError, match="give `material`"):
         capture_log(log, data=tmp_path / "store")
     with pytest.raises(ParameterError, match="sender must be one of 81013C85, got '8123'"):
         capture_log(log, sender="8123")

@@ -64,7 +64,7 @@ def test_ratings_come_out_as_a_table_that_goes_in_again(store, tmp_path, capsys,
 
 def test_ratings_of_a_store_without_any_are_not_written(store, tmp_path, capsys):
     assert main(["data", "ratings", str(store), "--out", str(tmp_path / "out.csv")]) == 1
-    assert "has no ratings; `data rate` puts a table of them into it" in capsys.readouterr().err
+    assert "has no ratings; add a table of them (`data rate`)" in capsys.readouterr().err
     assert not (tmp_path / "out.csv").exists()
 
 
@@ -84,7 +84,7 @@ def test_two_tables_become_one(store, tmp_path):
 def test_earlier_ratings_go_only_when_it_is_said(store, tmp_path):
     table = wide(tmp_path / "r.csv", ["plate01"])
     first = rate_store(store, [table])
-    with pytest.raises(DataError, match="--replace"):
+    with pytest.raises(DataError, match="`replace`"):
         rate_store(store, [wide(tmp_path / "q.csv", ["plate02", "plate03"])])
     assert open_store(store).sha256 == first["sha256"]
     again = rate_store(store, [tmp_path / "q.csv"], replace=True)

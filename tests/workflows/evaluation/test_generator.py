@@ -16,7 +16,7 @@ from tactogram.workflows.training import loaded_run
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 
-QUICK, HASTY = EvaluationSettings(steps=60), EvaluationSettings(steps=4, most=4)
+QUICK, HASTY = {"steps": 60}, {"steps": 4, "most": 4}
 COLUMNS = {"model", "floor", "ceiling", "nearest_other", "ar_texture", "replay"}
 
 
@@ -36,14 +36,14 @@ def voice(trained):
 
 @pytest.fixture(scope="module")
 def figures(voice):
-    return evaluate(voice, judging=QUICK)
+    return evaluate(voice, evaluation=QUICK)
 
 
 def judged(loaded):
     """The result alone: no page is written."""
     store, split = loaded_run.test_part(loaded.run)
     train, test = (Examples(store, part, loaded.as_trained) for part in (split.train, split.test))
-    return evaluate_generator(loaded, list(test), train, judging=HASTY)[0]
+    return evaluate_generator(loaded, list(test), train, settings=EvaluationSettings(**HASTY))[0]
 
 
 def test_every_figure_stands_beside_floor_ceiling_and_baselines(figures, voice):
@@ -123,7 +123,7 @@ def test_one_material_has_no_ceiling_and_says_so(trained, store):
     split = json.loads((run / "split.json").read_text())
     split["test"] = split["test"][:1]
     (run / "split.json").write_text(json.dumps(split))
-    figures = evaluate(run, judging=HASTY)
+    figures = evaluate(run, evaluation=HASTY)
     row = figures["measures"]["log_spectral_distance_db"]
     assert row["floor"] > 0
     assert row["ceiling"] is None
@@ -134,7 +134,7 @@ def test_one_material_has_no_ceiling_and_says_so(trained, store):
 
 def test_other_data_is_judged_beside_the_runs_own(voice, recordings, tmp_path):
     create_store(tmp_path / "new", recordings(("tile", "cork"), 2, first=70), name="new", licence="-")
-    figures = evaluate(voice, data=tmp_path / "new", judging=HASTY)
+    figures = evaluate(voice, data=tmp_path / "new", evaluation=HASTY)
     assert set(figures["per_material"]) == {"cork", "tile"}
     assert figures["measures"]["log_spectral_distance_db"]["ceiling"] is not None
 
@@ -170,7 +170,7 @@ def test_sound_at_a_high_rate_and_one_axis(tmp_path):
     )
     create_store(tmp_path / "s", made, name="s", licence="-")
     run = train("replay", tmp_path / "s", recipe="quick", out=tmp_path / "r", accelerator="cpu")
-    figures = evaluate(run.folder, judging=QUICK)
+    figures = evaluate(run.folder, evaluation=QUICK)
     assert "coherence_distance" not in figures["measures"]
     assert figures["measures"]["recognised_accuracy"]["floor"] == 1
     assert "Everything was judged at 2500 Hz, which holds what is felt." in figures["notes"]
@@ -179,12 +179,12 @@ def test_sound_at_a_high_rate_and_one_axis(tmp_path):
 
 def test_what_is_missing_is_said_in_a_line(trained, store, recordings, tmp_path):
     alone = trained("ar_texture", split="all")
-    with pytest.raises(ParameterError, match="kept no recordings for testing; give --data"):
+    with pytest.raises(ParameterError, match="kept no recordings for testing; give `data`"):
         evaluate(alone)
     shutil.copytree(store, tmp_path / "gone")
     run = train("ar_texture", tmp_path / "gone", recipe="tiny", out=tmp_path / "r", accelerator="cpu")
     shutil.rmtree(tmp_path / "gone")
     create_store(tmp_path / "new", recordings(("tile",), 2, first=90), name="new", licence="-")
     with pytest.raises(RunError, match="judged beside the recordings it was trained on"):
-        evaluate(run.folder, data=tmp_path / "new", judging=HASTY)
+        evaluate(run.folder, data=tmp_path / "new", evaluation=HASTY)
     assert not (run.folder / "evaluation.json").exists()

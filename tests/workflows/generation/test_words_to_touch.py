@@ -17,7 +17,7 @@ from tactogram.signal.io import read_image, read_image_metadata, read_metadata, 
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
-from tactogram.workflows.generation.generate import generate, parse_words
+from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.generation.word_scores import ask, rated_means
 from tactogram.workflows.generation.words_to_touch import generate_from_words
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
@@ -91,16 +91,8 @@ def rater(kind=None):
     return run("judge", Judge(), kind, "scores", needs=())
 
 
-def test_words_are_read_from_text():
-    assert parse_words("rough=6, sticky=2.5") == {"rough": 6.0, "sticky": 2.5}
-    with pytest.raises(ParameterError, match="--words needs NAME=SCORE"):
-        parse_words("rough:6")
-    with pytest.raises(ParameterError, match="--words names 'rough' twice"):
-        parse_words("rough=6,rough=5")
-
-
 def test_missing_words_are_asked_for_by_name():
-    with pytest.raises(ParameterError, match="a score is needed of sleek, sticky: name them in --words"):
+    with pytest.raises(ParameterError, match="scores are missing for sleek, sticky: give them in `words`"):
         ask([pictures()], {"rough": 6})
 
 
@@ -132,7 +124,7 @@ def test_like_takes_measured_means_and_words_go_before_them():
     asked = ask([vibrations(), pictures()], {"sleek": 3}, like="image1")
     assert asked.scores == pytest.approx({"rough": 1.0, "sleek": 3.0, "sticky": 7.0})
     assert dict(asked.given) == {"sleek": 3.0}
-    with pytest.raises(ParameterError, match="--like must be one of plate01, image1, image2; got 'plate99'"):
+    with pytest.raises(ParameterError, match="like must be one of plate01, image1, image2; got 'plate99'"):
         ask([vibrations(), pictures()], like="plate99")
 
 
@@ -193,7 +185,7 @@ def test_a_recording_goes_to_the_run_that_starts_from_one(tmp_path):
     assert touch.model.asked[0]["vibration"].unit == "V"
     assert "vibration" not in sight.model.asked[0]
     assert made["scores"][0]["vibration_from"] == "sensor.wav"
-    with pytest.raises(ParameterError, match="--vibration: no run goes by one"):
+    with pytest.raises(ParameterError, match="`vibration`: no run starts from one"):
         generate_from_words([sight], tmp_path / "x", rest="mean", vibration=tmp_path / "sensor.wav")
 
 
@@ -203,7 +195,7 @@ def test_a_rater_scores_what_it_knows(tmp_path):
     assert list(said) == ["vibration"]
     assert said["vibration"]["by"] == "a rater model of simulated raters"
     assert said["vibration"]["scores"] == dict.fromkeys(WORDS, 6.0)
-    with pytest.raises(ParameterError, match="--rater: judge knows none of what was made"):
+    with pytest.raises(ParameterError, match="`raters`: judge can score none of the results"):
         generate_from_words([pictures()], tmp_path / "x", rest="mean", raters=[rater()])
     assert not (tmp_path / "x").exists()
 
@@ -212,9 +204,9 @@ def test_a_rater_scores_what_it_knows(tmp_path):
     ("runs", "out", "message"),
     [
         ([pictures(), pictures()], "pair", "runs must give one image and one vibration, got image and image"),
-        ([pictures(), vibrations()], "pair.png", "--out must be a folder for 2 runs"),
-        ([pictures()], "x.wav", "--out for images must be a folder or end in .png"),
-        ([vibrations()], "x.png", "--out for signals must be a folder or end in .wav"),
+        ([pictures(), vibrations()], "pair.png", "out must be a folder for 2 runs"),
+        ([pictures()], "x.wav", "`out` for images must be a folder or end in .png"),
+        ([vibrations()], "x.png", "`out` for signals must be a folder or end in .wav"),
         ([pictures(), vibrations(("rough", "dry"))], "pair", "runs must be of the same words: sight has"),
         ([rater()], "pair", "judge: judge_model is not conditioned on words"),
     ],
@@ -264,7 +256,7 @@ def test_the_command_gives_an_image_and_says_what_it_filled(image_run, tmp_path,
     assert read_image(out).size == (16, 16)
     assert read_image_metadata(out)["scores"]["rough"] == 6.0
     assert main(["generate", str(image_run), "--words", "rough=6", "--out", out]) == 1
-    assert "a score is needed of sleek, sticky" in capsys.readouterr().err
+    assert "scores are missing for sleek, sticky" in capsys.readouterr().err
     assert main(["generate", str(image_run), "--rest", "mean", "--speed", "10", "--out", out]) == 1
     assert "--speed is not for models conditioned on words" in capsys.readouterr().err
 
@@ -294,13 +286,13 @@ def test_words_of_the_studies_go_by_any_of_their_spellings(name):
 @pytest.mark.parametrize("out", ["x.jpg", "x.mp3", "file", "file/pair"])
 def test_no_folder_is_made_of_what_looks_like_a_file(tmp_path, out):
     (tmp_path / "file").write_text("taken")
-    with pytest.raises(ParameterError, match=r"--out must be a folder, or a file that ends in \.png; got"):
+    with pytest.raises(ParameterError, match=r"out must be a folder, or a file that ends in \.png; got"):
         generate_from_words([pictures()], tmp_path / out, rest="mean")
     assert [place.name for place in tmp_path.iterdir()] == ["file"]
 
 
 def test_a_length_is_not_for_images_alone(tmp_path):
-    with pytest.raises(ParameterError, match="--seconds is for signals"):
+    with pytest.raises(ParameterError, match="`seconds` is for signals"):
         generate_from_words([pictures()], tmp_path / "x", rest="mean", seconds=2.0)
     generate_from_words([vibrations(), pictures()], tmp_path / "pair", rest="mean", seconds=2.0)
 
@@ -334,13 +326,13 @@ def test_a_generator_of_images_is_judged_by_what_they_differ_by_and_a_rater(
 
 
 def test_what_does_not_judge_images_is_refused_in_a_line(image_run, image_rater):
-    with pytest.raises(ParameterError, match="judged on the ratings of its own data; leave --data away"):
+    with pytest.raises(ParameterError, match="evaluated on the ratings of its own data; omit `data`"):
         evaluate(image_run, data=load_run(image_run).run.data["path"])
     with pytest.raises(ParameterError, match="--unknown is for models that name materials"):
         evaluate(image_run, unknown=True)
     with pytest.raises(ParameterError, match="tactile_image_cgan is not a predictor of scores"):
         evaluate(image_run, rater=image_run)
-    with pytest.raises(ParameterError, match="--rater judges generators conditioned on words; rater is none"):
+    with pytest.raises(ParameterError, match="`rater` scores generators conditioned on words; rater is none"):
         evaluate(image_rater, rater=image_rater)
     with pytest.raises(ParameterError, match="crossval is for classifiers and predictors of ratings"):
         crossval("tactile_image_cgan", image_run)

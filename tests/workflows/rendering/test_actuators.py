@@ -95,7 +95,7 @@ def test_beyond_the_calibrated_voltage_the_report_says_that_it_is_a_guess(fricti
         ("voice-coil", "anna", {}, "for an electrostatic display, this one is linear"),
         ("electrovibration", None, {}, "holds anna, ben: name the person"),
         ("electrovibration", "carl", {}, "person must be one of anna, ben"),
-        ("electrovibration", "ben", {"electrovibration.mu_0": 0.2}, "leave out --set or --calibration"),
+        ("electrovibration", "ben", {"electrovibration.mu_0": 0.2}, "omit `changes` or `calibration`"),
     ],
 )
 def test_a_calibration_that_does_not_fit_is_refused(friction, display, person, changes, message):
@@ -116,7 +116,7 @@ def test_a_person_needs_a_calibration(friction, run):
     done = run("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
                "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
     assert done.returncode == 1
-    assert "give --calibration FILE" in done.stderr
+    assert "--person chooses among the people of --calibration" in done.stderr
 
 
 def test_nothing_is_written_where_nothing_can_be_said(tmp_path):
@@ -224,7 +224,7 @@ def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_pat
     with pytest.raises(ParameterError, match="channel: must be less than or equal to 2, got 7"):
         play(drive, "ultrasonic-envelope", channel=7)
     for seconds in (0, -1, float("nan")):
-        with pytest.raises(ParameterError, match="--loop must be a number of seconds > 0"):
+        with pytest.raises(ParameterError, match="loop_s must be"):
             play(drive, "ultrasonic-envelope", loop_s=seconds)
     with pytest.raises(ParameterError, match="is not a drive"):
         play(tmp_path / "x.csv", "ultrasonic-envelope")

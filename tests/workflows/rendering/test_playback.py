@@ -14,7 +14,6 @@ from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.workflows.rendering.playback import Playback, full_scale_of, outputs, play_drive
-from tactogram.workflows.study.stimuli import signal_sha256
 
 AUDIO = open_display("audio")
 
@@ -79,7 +78,7 @@ def test_the_null_device_plays_all_of_it_and_says_what():
     facts = playing.run()
     assert (facts["state"], facts["simulated_device"], facts["strength"]) == ("ended", True, 0.5)
     assert facts["seconds"] == pytest.approx(0.3, abs=0.02)
-    assert facts["sha256"] == signal_sha256(drive)
+    assert facts["sha256"] == drive.sha256
 
 
 def test_a_loop_is_as_long_as_asked():
@@ -92,7 +91,7 @@ def test_a_loop_is_as_long_as_asked():
         ("string-tablet", "audio", "driven in N"),
         ("phone", "audio", "strengths"),
         ("ultrasonic", "null", "500000"),
-        ("voice-coil", "audio", "--full-scale"),
+        ("voice-coil", "audio", "`full_scale`"),
     ],
 )
 def test_what_a_sound_card_cannot_play_is_said(name, device, why):
@@ -142,7 +141,7 @@ def test_the_command_line_plays_a_file(tmp_path, capsys):
     assert code == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["state"], facts["strength"]) == ("ended", 0.3)
-    assert facts["sha256"] == play_drive(tmp_path / "drive.npz", "audio")["sha256"]
+    assert facts["sha256"] == play_drive(tmp_path / "drive.npz", "audio", device="null")["sha256"]
 
 
 def test_an_interrupted_playback_is_waited_for_until_it_has_faded(tmp_path, monkeypatch):
@@ -158,6 +157,6 @@ def test_an_interrupted_playback_is_waited_for_until_it_has_faded(tmp_path, monk
     # Ignored, where a shell began the tests with &.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        assert play_drive(tmp_path / "drive.npz", "audio")["faded"]
+        assert play_drive(tmp_path / "drive.npz", "audio", device="null")["faded"]
     finally:
         signal.signal(signal.SIGINT, before)

@@ -99,7 +99,7 @@ def test_a_drive_never_replaces_its_signal(capsys, recording):
     ("speed", "message"),
     [
         ("0", "a speed must be > 0 mm/s"),
-        ("nan", "a speed must be > 0 mm/s"),
+        ("nan", "--speed must be a finite number, got nan"),
         ("1e-9", "a speed must be 1e-07 to 1e+08 mm/s for this signal"),
     ],
 )
@@ -176,10 +176,10 @@ def test_a_measured_response_is_what_the_next_drive_is_equalised_by(capsys, tmp_
 
 def test_a_response_needs_to_know_the_axis_and_the_band(capsys, tmp_path, recording):
     assert main(["response", str(recording), str(recording), "--out", str(tmp_path / "r.csv")]) == 1
-    assert "give --band LO HI" in capsys.readouterr().err
+    assert "give --band" in capsys.readouterr().err
     band = ["--band", "20", "400"]
     assert main(["response", str(recording), str(recording), "--out", str(tmp_path / "r.csv"), *band]) == 1
-    assert "give --axis NAME" in capsys.readouterr().err
+    assert "choose one with --axis" in capsys.readouterr().err
 
 
 def test_too_little_memory_is_one_line(capsys, monkeypatch):

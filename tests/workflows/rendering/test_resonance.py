@@ -14,7 +14,7 @@ from tactogram.rendering.transducer.resonance_tracking import TrackingError
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 from tactogram.workflows.rendering import resonance
 from tactogram.workflows.rendering.actuators import transducer
-from tactogram.workflows.rendering.resonance import TrackSettings, track
+from tactogram.workflows.rendering.resonance import track
 
 
 def test_a_drifting_resonance_is_followed_and_logged(tmp_path, capsys):
@@ -62,7 +62,7 @@ def test_a_sweep_with_a_lost_point_locks_and_its_log_gives_the_same_circuit(tmp_
         return voltage, current
 
     monkeypatch.setattr(SimulatedBench, "take", lossy)
-    found = track("ultrasonic-envelope", TrackSettings(steps=1), out=log)
+    found = track("ultrasonic-envelope", steps=1, out=log)
     assert (found["lost"], found["repeated"], found["locks"]) == (1, 3, 1)
     assert main(["transducer", str(log), "--json"]) == 0
     read = json.loads(capsys.readouterr().out)
@@ -94,12 +94,13 @@ class Device(SimulatedBench):
 def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_hz, tmp_path, monkeypatch):
     device, wanted = Device(Transducer(resonance_hz=resonance_hz, q=100, r1_ohm=300.0)), []
     monkeypatch.setattr(resonance, "DigilentRecorder", lambda *opened, name: device)
-    settings = TrackSettings(generator="digilent:7", steps=5, share=0.5)
 
     def follow():
         return track(
             "ultrasonic-envelope",
-            settings,
+            generator="digilent:7",
+            steps=5,
+            share=0.5,
             amps_per_volt=0.1,
             out=tmp_path / "log.csv",
             opened=lambda one: wanted.append(one) or device,
@@ -121,21 +122,21 @@ def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_
 
 
 @pytest.mark.parametrize(
-    ("settings", "options", "says"),
+    ("options", "says"),
     [
-        ({"generator": "voice"}, {}, "generator must be digilent"),
-        ({"source": "ni:Dev1/ai0:1"}, {}, "has its own converter"),
-        ({"share": 1.5}, {}, "share must be"),
-        ({"steps": 0}, {}, "steps must be"),
-        ({"seed": -1}, {}, "seed must be"),
-        ({}, {"out": "track.wav"}, "suffix must be .csv"),
-        ({}, {"out": "/dev/null/track.csv"}, "cannot be written"),
-        ({"generator": "digilent"}, {}, "--amps-per-volt must be known"),
-        ({}, {"display": "ultrasonic"}, "must make the carrier"),
-        ({}, {"changes": {"velocity.x": 1}}, "must be a key of tracking"),
-        ({}, {"changes": {"bench.rate": 20_000}}, "20000 samples/s are too few"),
+        ({"generator": "voice"}, "generator must be digilent"),
+        ({"source": "ni:Dev1/ai0:1"}, "has its own converter"),
+        ({"share": 1.5}, "share must be"),
+        ({"steps": 0}, "steps must be"),
+        ({"seed": -1}, "seed must be"),
+        ({"out": "track.wav"}, "suffix must be .csv"),
+        ({"out": "/dev/null/track.csv"}, "cannot be written"),
+        ({"generator": "digilent"}, "amps_per_volt must be known"),
+        ({"display": "ultrasonic"}, "must make the carrier"),
+        ({"changes": {"velocity.x": 1}}, "must be a key of tracking"),
+        ({"changes": {"bench.rate": 20_000}}, "20000 samples/s are too few"),
     ],
 )
-def test_what_does_not_fit_is_refused_in_one_line(settings, options, says):
+def test_what_does_not_fit_is_refused_in_one_line(options, says):
     with pytest.raises(ParameterError, match=says):
-        track(**({"display": "ultrasonic-envelope"} | options), settings=TrackSettings(**settings))
+        track(**({"display": "ultrasonic-envelope"} | options))

@@ -37,7 +37,7 @@ def test_a_run_says_all_that_its_training_is_of(run):
 def test_a_run_that_does_not_say_its_split_is_refused_in_one_line(unfinished):
     (unfinished.folder / "split.json").unlink()
     with pytest.raises(
-        RunError, match=r"no split.json\); go on with `tactogram train stroke_cnn --data DIR … --out"
+        RunError, match=r"no split.json\); continue it with `tactogram train stroke_cnn --data DIR … --out"
     ):
         resume(unfinished.folder)
 
@@ -45,11 +45,11 @@ def test_a_run_that_does_not_say_its_split_is_refused_in_one_line(unfinished):
 def test_data_that_has_changed_or_gone_is_refused(unfinished, store, tmp_path):
     data = unfinished.data["path"]
     changed(unfinished, path=str(tmp_path / "gone"))
-    with pytest.raises(RunError, match="its data is not at .*gone; give --data"):
+    with pytest.raises(RunError, match="its data is not at .*gone; give `data`"):
         resume(unfinished.folder)
     assert plan_of(unfinished, data=store).identity == unfinished.data["run_id"]
     changed(unfinished, path=data, sha256="0" * 64)
-    with pytest.raises(RunError, match="not the data set as it was when the run began"):
+    with pytest.raises(RunError, match="has changed since the run began"):
         resume(unfinished.folder)
 
 

@@ -3,47 +3,35 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tactogram.capture import open_source
-from tactogram.capture.live.recognition import Classification, Latencies, WindowClassification, guesses
+from tactogram.capture.live.recognition import Classification, Latencies, guesses
 from tactogram.capture.session.feed import Feed
-from tactogram.capture.stream.monitor import BlockListener, TappedSource
+from tactogram.capture.stream.monitor import TappedSource
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import window_of
 from tactogram.signal import Signal
+from tactogram.workflows.capture.requests import LiveRequest
+from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
 from tactogram.workflows.training.surface_index import KEPT, SurfaceIndex
 
 CONTEXT_S = 0.5
-"""What is heard before a window where the run's recipe has a band-pass: it settles there, not in the window. At the
-window's end it cannot, since the samples after it have not come yet."""
+"""Signal before a window in which the band-pass of a run's recipe settles. At the window's end it cannot: the samples
+after it have not arrived yet."""
 CALIBRATED_ON = 300
-"""Windows of recordings kept apart that "none of these" is set by, at most: a second or two at the start."""
+"""Largest number of validation windows that set the threshold of "none of these": a second or two at the start."""
 
 
 class LiveClassifier:
     """A classifier run as a function of a recorded window; see `tactogram.capture.live.recognition.ClassifyWindow`.
 
-    Parameters
-    ----------
-    loaded : LoadedRun
-    window_s : float, optional
-        What is judged; by default the length of the network's own input.
-
-    Attributes
-    ----------
-    window_s : float
-    context_s : float
-        What must be heard before it.
-    threshold : float or None
-        Cosine distance beyond which a window is none of these; None if the run has no search index.
-    calibrated_on : int
-        Windows that the threshold follows from; 0 if it is that of whole recordings.
+    ``window_s`` is by default the length of the network's input, and ``context_s`` the signal needed before it.
+    ``threshold`` is the cosine distance beyond which a window is none of these (None if the run has no search index),
+    ``calibrated_on`` the number of windows that set it (0 if it is that of whole recordings).
 
     Raises
     ------
@@ -55,14 +43,14 @@ class LiveClassifier:
         self._classifier = loaded.classifier
         if loaded.kind.domain != "time":
             raise ParameterError(
-                f"{loaded.run.name}: was trained on signals over displacement, which no sensor gives"
+                f"{loaded.run.name}: was trained on signals over displacement, which no sensor delivers"
             )
         self.loaded, rate = loaded, loaded.kind.rate
-        # Two more than the network needs: a rate that is a little off must not make a window too short.
+        # Two spare samples: a slightly wrong rate must not make a window too short.
         least = window_of(loaded.config) + 2
         if window_s is None and least == 2:
             raise ParameterError(
-                f"{loaded.facts.name} does not say how long its input is; give --window SECONDS"
+                f"{loaded.facts.name} does not state the length of its input: give `window`, in seconds"
             )
         self.window_s = least / rate if window_s is None else window_s
         if round(self.window_s * rate) < least:
@@ -79,7 +67,7 @@ class LiveClassifier:
         self._warm_up()
 
     def __call__(self, signal: Signal) -> Classification:
-        """Return what a window, with its context before it, sounds like."""
+        """Classify a window, given with its context."""
         prepared = self.loaded.prepare(signal)
         window = prepared.cut(max(0, len(prepared) - round(self.window_s * prepared.rate)))
         probabilities = self._classifier.probabilities(window)
@@ -93,7 +81,7 @@ class LiveClassifier:
         return float(index.nearest(self.loaded.embedder.embed(window), 1)[0]["distance"])
 
     def _calibrate(self, index: SurfaceIndex) -> None:
-        """Set the threshold on windows of recordings that were not trained on, as long as those that will be heard.
+        """Set the threshold on windows of validation recordings.
 
         That of the run is of whole recordings, whose embeddings are means over many windows and lie nearer together.
         """
@@ -117,7 +105,7 @@ class LiveClassifier:
         self.threshold, self.calibrated_on = found[rank - 1], len(found)
 
     def _warm_up(self) -> None:
-        """Judge noise: the first pass through a network takes many times as long as any other."""
+        """Classify noise: the first pass through a network takes many times as long as any other."""
         kind = self.loaded.kind
         noise = np.random.default_rng(0).standard_normal((len(kind.axes), round(self.window_s * kind.rate)))
         window = Signal(noise.astype(np.float32), kind.rate, kind.unit, kind.axes)
@@ -128,74 +116,40 @@ class LiveClassifier:
 
 
 def _recorded_rate(loaded: LoadedRun) -> float | None:
-    """Return the rate of the recordings that a run was trained on, None where they were resampled."""
+    """Return the rate of a run's training recordings, None where they were resampled."""
     return loaded.kind.rate if loaded.recipe.prepare.rate == "own" else None
 
 
-def live(
-    run: Path | str | LoadedRun,
-    address: str,
-    *,
-    window: float | None = None,
-    hop: float | None = None,
-    rate: float | None = None,
-    seconds: float | None = None,
-    show: Callable[[WindowClassification], None] | None = None,
-    begin: Callable[[LiveClassifier], None] | None = None,
-    heard: BlockListener | None = None,
-) -> dict[str, Any]:
-    """Say what a sensor feels, window by window, until it ends, somebody interrupts, or ``seconds`` are over.
-
-    Parameters
-    ----------
-    run : path or LoadedRun
-        A classifier.
-    address : str
-        See `tactogram.capture.open_source`.
-    window : float, optional
-        Seconds that are judged at a time; by default the length of the network's input.
-    hop : float, optional
-        Seconds from one window to the next; by default a quarter of the window.
-    rate : float, optional
-        What the source's rate should be, Hz, where it does not say; by default that of the recordings that the run was
-        trained on, where they were not resampled. What is measured counts once it contradicts it.
-    seconds : float, optional
-    show : callable, optional
-        Called with each window.
-    begin : callable, optional
-        Called once before the first.
-    heard : callable, optional
-        Called with the source and each block as it is read; see `TappedSource`.
+@takes(LiveRequest)
+def live(request: LiveRequest) -> dict[str, Any]:
+    """Classify a sensor's signal window by window until it ends, is interrupted, or ``seconds`` are over.
 
     Returns
     -------
     dict
         ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material), ``none_of_these`` (windows,
-        or None if it cannot be told), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from the arrival of a window's
-        last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``, ``calibrated_on``,
-        ``source`` (its facts), ``simulated``, ``interrupted``.
+        or None without a search index), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from the arrival of a
+        window's last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``,
+        ``calibrated_on``, ``source`` (its facts), ``simulated``, ``interrupted``.
 
     Raises
     ------
     ParameterError
-        If the run is no classifier, or windows and hop make no sense.
+        If the run is no classifier, or the window is too short for it.
     """
-    loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    listener = LiveClassifier(loaded, window_s=window)
-    hop_s = listener.window_s / 4 if hop is None else hop
-    if not hop_s > 0:
-        raise ParameterError(f"hop must be > 0 s, got {hop_s:g}")
+    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
+    classifier = LiveClassifier(loaded, window_s=request.window)
+    hop_s = classifier.window_s / 4 if request.hop is None else request.hop
+    span_s = classifier.window_s + classifier.context_s
     latencies, named, counts = Latencies(), Counter[str](), Counter[str]()
     interrupted = False
-    opened = open_source(address)
-    with opened if heard is None else TappedSource(opened, heard) as source:
-        feed = Feed(source, reference_rate=rate or source.rate or _recorded_rate(loaded))
-        if begin is not None:
-            begin(listener)
+    opened = open_source(request.source)
+    with opened if request.heard is None else TappedSource(opened, request.heard) as source:
+        feed = Feed(source, reference_rate=request.rate or source.rate or _recorded_rate(loaded))
+        if request.begin is not None:
+            request.begin(classifier)
         try:
-            for guess in guesses(
-                feed, listener, window_s=listener.window_s + listener.context_s, hop_s=hop_s, seconds=seconds
-            ):
+            for guess in guesses(feed, classifier, window_s=span_s, hop_s=hop_s, seconds=request.seconds):
                 latencies.add(guess)
                 counts["windows"] += 1
                 counts["skipped"] += guess.skipped
@@ -203,21 +157,21 @@ def live(
                     counts["judged"] += 1
                     counts["none"] += bool(guess.heard.none_of_these)
                     named[max(guess.heard.probabilities, key=guess.heard.probabilities.__getitem__)] += 1
-                if show is not None:
-                    show(guess)
+                if request.show is not None:
+                    request.show(guess)
         except KeyboardInterrupt:
             interrupted = True
         facts = source.facts()
     return {
         **{name: counts[name] for name in ("windows", "judged", "skipped")},
         "materials": dict(named.most_common()),
-        "none_of_these": None if listener.threshold is None else counts["none"],
+        "none_of_these": None if classifier.threshold is None else counts["none"],
         "latency": latencies.facts(),
-        "window_s": listener.window_s,
+        "window_s": classifier.window_s,
         "hop_s": hop_s,
-        "context_s": listener.context_s,
-        "threshold": listener.threshold,
-        "calibrated_on": listener.calibrated_on,
+        "context_s": classifier.context_s,
+        "threshold": classifier.threshold,
+        "calibrated_on": classifier.calibrated_on,
         "source": facts,
         "simulated": loaded.simulated or bool(facts.get("simulated")),
         "interrupted": interrupted,

@@ -1,4 +1,4 @@
-"""Recording sessions: the plan, the source, the store and, where asked for, a classifier that listens along."""
+"""Recording sessions: the plan, the source, the store and optionally a classifier of each take."""
 
 from __future__ import annotations
 
@@ -23,109 +23,77 @@ from tactogram.capture.session.metronome import (
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.capture.session.session import Recognise, RecordingSession, session_folder
 from tactogram.capture.source import PlanFollower
-from tactogram.capture.stream.monitor import BlockListener, TappedSource
+from tactogram.capture.stream.monitor import TappedSource
 from tactogram.datasets import open_store
 from tactogram.errors import TactogramError
 from tactogram.extras import device_errors, imported
 from tactogram.signal import Signal
+from tactogram.workflows.capture.requests import CaptureRequest
+from tactogram.workflows.request import takes
 
 
 def plans() -> dict[str, str]:
-    """Return the session plans that come with the package: a line on each, by name."""
+    """Return the titles of the session plans that come with the package, by name."""
     return {name: SessionPlan.load(name).title for name in shipped_plans()}
 
 
-def capture(
-    plan: Path | str,
-    address: str,
-    data: Path | str,
-    *,
-    session: str = "",
-    changes: Mapping[str, Any] | None = None,
-    yes: bool = False,
-    answers: TextIO | None = None,
-    recognise: Path | str | None = None,
-    sound: bool = True,
-    console: Console | None = None,
-    metronome: Metronome | None = None,
-    heard: BlockListener | None = None,
-) -> dict[str, Any]:
-    """Run a session plan, or go on with one; every accepted take is in the store before the next one begins.
-
-    Parameters
-    ----------
-    plan : path or str
-        A TOML file, or one of `plans` by name.
-    address : str
-        What is recorded; see `tactogram.capture.open_source`.
-    data : path
-        The store; made with the first take.
-    session : str, optional
-        What the session is called; by default as the plan says, else the plan's own name and the subject.
-    changes : mapping, optional
-        Values of the plan that differ from its file, by key.
-    yes : bool
-        Ask nobody: begin every take, accept a good one, make a bad one again, and skip it after three.
-    answers : text file, optional
-        Where answers come from if there is no terminal; by default stdin.
-    recognise : path, optional
-        A classifier run that says what each take sounds like.
-    sound : bool
-        Whether the metronome may be heard; else it is silent.
-    console : Console, optional
-        Where the session is shown and asked, if not on the terminal.
-    metronome : Metronome, optional
-        What beats instead of a loudspeaker.
-    heard : callable, optional
-        Called with the source and each block as it is read; see `TappedSource`.
+@takes(CaptureRequest)
+def capture(request: CaptureRequest) -> dict[str, Any]:
+    """Run or continue a recording session; every accepted take is stored before the next one begins.
 
     Returns
     -------
     dict
-        ``store``, ``session``, ``folder`` (diary and raw logs), ``accepted``, ``redone``, ``skipped``, ``left``,
+        ``store``, ``session``, ``folder`` (journal and raw logs), ``accepted``, ``redone``, ``skipped``, ``left``,
         ``stopped``, ``recordings`` (in the store), ``sha256`` of the store, ``simulated``, ``source`` (its facts).
     """
-    known = dict(changes or {})
-    values = SessionPlan.load(plan, changes=known)
-    store = Path(data)
-    name = session or values.session or "-".join(filter(None, (Path(plan).stem, values.subject)))
+    subject = {"subject": request.subject} if request.subject else {}
+    values = SessionPlan.load(request.plan, changes={**(request.changes or {}), **subject})
+    store = Path(request.data)
+    stem = Path(request.plan).stem
+    name = request.session or values.session or "-".join(filter(None, (stem, values.subject)))
     folder = session_folder(store, name)
-    listening = None if recognise is None else _listening(recognise)
+    recognise = None if request.recognise is None else _recogniser(request.recognise)
     with ExitStack() as stack:
         journal = stack.enter_context(Journal(folder))
         log = _next_log(folder)
         try:
-            opened = open_source(with_log(address, log))
-            source = stack.enter_context(opened if heard is None else TappedSource(opened, heard))
+            opened = open_source(with_log(request.source, log))
+            source = stack.enter_context(
+                opened if request.heard is None else TappedSource(opened, request.heard)
+            )
         except BaseException:
-            # It was made before the device did not open, and holds nothing.
+            # The log was made before the device failed to open, and is empty.
             log.unlink(missing_ok=True)
             raise
+        console = request.console
         if console is None:
-            console = stack.enter_context(_console(yes, answers))
+            console = stack.enter_context(_console(request.yes, request.answers))
+        metronome = request.metronome
         if metronome is None:
-            metronome = _metronome(console) if sound and values.metronome else SilentMetronome()
+            audible = request.sound and values.metronome
+            metronome = _metronome(console) if audible else SilentMetronome()
         run = RecordingSession(
             values, store, name, source, console, journal,
-            metronome=metronome, recognise=listening, on_trial=_on_trial(opened), log=log.name if log.exists() else "",
+            metronome=metronome, recognise=recognise, on_trial=_on_trial(opened), log=log.name if log.exists() else "",
         )  # fmt: skip
         result = run.run()
         facts = source.facts()
-    there = open_store(store) if store.exists() else None
+    written = open_store(store) if store.exists() else None
     return {
         "store": str(store),
         "session": name,
         "folder": str(folder),
         **result,
-        "recordings": 0 if there is None else len(there),
-        "sha256": None if there is None else there.sha256,
+        "recordings": 0 if written is None else len(written),
+        "sha256": None if written is None else written.sha256,
         "simulated": bool(facts.get("simulated")),
         "source": facts,
     }
 
 
 def with_log(address: str, log: Path) -> str:
-    """Return an address whose source keeps every byte in ``log``, where it is of a kind that has bytes to keep."""
+    """Return an address whose source writes every byte to ``log``, if its kind reads bytes."""
     _, _, options = parse_address(address)
     if not hasattr(options, "log") or options.log is not None:
         return address
@@ -133,13 +101,13 @@ def with_log(address: str, log: Path) -> str:
 
 
 def _next_log(folder: Path) -> Path:
-    """Return a name that is free: a log is of one connection, so each run of a session has its own."""
+    """Return a free name: a log is of one connection, so each run of a session has its own."""
     numbers = [int(path.stem.partition("-")[2]) for path in folder.glob("raw-[0-9]*.log")]
     return folder / f"raw-{max(numbers, default=0) + 1:03d}.log"
 
 
-def _listening(run: Path | str) -> Recognise:
-    # Torch is imported for this alone: a session without it begins at once.
+def _recogniser(run: Path | str) -> Recognise:
+    # Imports torch: a session without a classifier begins at once.
     from tactogram.workflows.training.loaded_run import load_run
 
     loaded = load_run(run)
@@ -152,7 +120,7 @@ def _listening(run: Path | str) -> Recognise:
 
 
 def _console(yes: bool, answers: TextIO | None) -> Any:
-    """Return a context that gives a console: a panel with keys on a terminal, lines elsewhere."""
+    """Return the context of a console: a panel with keys on a terminal, lines elsewhere."""
     keys = importlib.util.find_spec("termios") is not None  # Windows has none: answers are lines there
     if keys and not yes and answers is None and sys.stdin.isatty() and sys.stderr.isatty():
         from tactogram.capture.session.terminal import TerminalConsole
@@ -162,9 +130,9 @@ def _console(yes: bool, answers: TextIO | None) -> Any:
 
 
 def _metronome(console: Console) -> Metronome:
-    """Return what beats: a loudspeaker where there is one, else the terminal's bell, else nothing."""
+    """Return a metronome on a loudspeaker if there is one, else the terminal's bell, else silence."""
     try:
-        sounddevice = imported("sounddevice", extra="devices", what="a metronome that is heard")
+        sounddevice = imported("sounddevice", extra="devices", what="an audible metronome")
         with device_errors("loudspeaker", library="sounddevice"):
             sounddevice.query_devices(kind="output")
     except TactogramError as error:
@@ -181,5 +149,5 @@ def _metronome(console: Console) -> Metronome:
 
 
 def _on_trial(source: Source) -> Callable[[Any], None] | None:
-    """Return what tells a simulated device what to stroke; None for real ones."""
+    """Return a callback that tells a simulated device its next stroke; None for real ones."""
     return source.on_trial if isinstance(source, PlanFollower) else None

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,62 +15,26 @@ from tactogram.signal.displacement import played
 from tactogram.signal.io import READABLE, WRITABLE, read_file, write_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
+from tactogram.workflows.data.requests import ConversionRequest
 from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.request import takes
 
 SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
-"""Formats of signals by name, beside `haptic_formats`."""
+"""Formats of signals by name, in addition to `haptic_formats`."""
 
 
-def convert(
-    source: Path | str,
-    target: Path | str,
-    *,
-    format: str | None = None,
-    unit: str | None = None,
-    rate: float | None = None,
-    axes: Sequence[str] | None = None,
-    columns: Sequence[str] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    full_scale: float | None = None,
-    play_at: float | None = None,
-    resample_to: float | None = None,
-    subtype: str | None = None,
-    axis: str | None = None,
-    modality: str | None = None,
-) -> dict[str, Any]:
-    """Write the signal in ``source`` to ``target``, in the format of its suffix; metadata goes along.
+@takes(ConversionRequest)
+def convert(request: ConversionRequest) -> dict[str, Any]:
+    """Write a signal in the format of the target's suffix, with its metadata.
 
-    Haptic files (`tactogram.rendering.files`) are read and written, too. What they hold is parts of full scale,
-    mostly an envelope instead of samples: what was scaled and what is lost is in the result, and in the file.
-
-    Parameters
-    ----------
-    source, target : Path
-        As in `tactogram.signal.io.read_signal` and `write_signal`, or a haptic file. ``target`` is replaced if it is
-        there, once all is written, and may be ``source``.
-    format : str, optional
-        Of ``target``, where several haptic formats share its suffix. Any other must agree with it.
-    unit, rate, axes, columns, time, sheet : optional
-        What ``source`` does not say, as in `read_signal`; of a haptic file ``rate`` is that of the carrier.
-    full_scale : float, optional
-        Of a haptic ``target`` what 1 stands for; else what 1.0 in a WAV or FLAC ``source`` does. In the signal's unit.
-    play_at : float, mm/s, optional
-        Speed of a finger that moves over a signal over displacement: ``target`` is what it meets, over time.
-    resample_to : float, Hz, optional
-        Rate of ``target``; by default that of the signal.
-    subtype : str, optional
-        Sample format of ``target``, as in `write_signal`.
-    axis : str, optional
-        Write one axis: a name, ``dft321`` or ``mean``. Formats that hold one take DFT321 of three, else the mean.
-    modality : str, optional
-        Of a haptic format that distinguishes modalities; by default by unit.
+    Haptic files (`tactogram.rendering.files`) are read and written, too. They hold parts of full scale, mostly an
+    envelope instead of samples: the scale and the loss are in the result, and in the file.
 
     Returns
     -------
     dict
         ``source``, ``target``, ``samples``, ``rate_hz`` (``rate_per_mm`` over displacement), ``unit``, ``axes``,
-        ``rms`` (in ``unit``), ``timing`` (what time stamps in ``source`` say, see
+        ``rms`` (in ``unit``), ``timing`` (of the time stamps in ``source``, see
         `signal.timing.SamplingTiming`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
         ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`).
 
@@ -81,39 +43,41 @@ def convert(
     DataError, ParameterError
         As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`; nothing is written then.
     """
-    source, target = Path(source), Path(target)
-    kind = format_for(target, _haptic_name(format, target))
-    if kind is not None and subtype is not None:
-        raise ParameterError(f"--subtype is of WAV and FLAC; {kind.title} has none")
-    reading = {"unit": unit, "rate": rate, "axes": axes, "columns": columns, "time": time, "sheet": sheet}
+    source, target = Path(request.source), Path(request.target)
+    kind = format_for(target, _haptic_name(request.format, target))
+    if kind is not None and request.subtype is not None:
+        raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
+    reading = request.reading | {
+        "columns": request.columns,
+        "time": request.time,
+        "sheet": request.sheet,
+    }
     if kind is None:
-        reading["full_scale"] = full_scale
+        reading["full_scale"] = request.full_scale
     signal, metadata, timing, read = _read(source, reading)
-    if play_at is not None:
-        if not (play_at > 0 and math.isfinite(play_at)):
-            raise ParameterError(f"--play-at must be a speed > 0 mm/s, got {play_at:g}")
-        signal = played(signal, play_at, resample_to or signal.rate * play_at)
-        metadata["played_at_mm_s"] = play_at
-    elif resample_to is not None:
-        signal = resample(signal, resample_to)
+    if request.play_at is not None:
+        signal = played(signal, request.play_at, request.resample_to or signal.rate * request.play_at)
+        metadata["played_at_mm_s"] = request.play_at
+    elif request.resample_to is not None:
+        signal = resample(signal, request.resample_to)
     written, how = None, None
     if kind is not None:
         written = write_haptic(
             target,
             signal,
             format=kind.name,
-            axis=axis,
-            full_scale=full_scale,
-            modality=modality,
+            axis=request.axis,
+            full_scale=request.full_scale,
+            modality=request.modality,
             metadata=metadata,
         )
         how = written["reduced_by"]
     else:
-        if modality is not None:
-            raise ParameterError(f"modality is for haptic formats, {target.name} is none; leave it out")
-        if axis is not None:
-            signal, how = to_one_axis(signal, axis)
-        write_signal(target, signal, metadata=metadata, subtype=subtype)
+        if request.modality is not None:
+            raise ParameterError(f"`modality` is for haptic formats, {target.name} is none; omit it")
+        if request.axis is not None:
+            signal, how = to_one_axis(signal, request.axis)
+        write_signal(target, signal, metadata=metadata, subtype=request.subtype)
     facts = {
         "source": str(source),
         "target": str(target),
@@ -137,23 +101,16 @@ def convert_folder(
     progress: ProgressCallback = silent,
     **options: Any,
 ) -> dict[str, Any]:
-    """Convert every file of a folder, and of the folders in it, that can be read.
+    """Convert every readable file of a folder, and of the folders in it; ``options`` are those of `convert`.
 
-    Parameters
-    ----------
-    source, target : Path
-        Folders; ``target`` gets the same names with the suffix of ``format``.
-    format : str
-        A suffix of `WRITABLE` without its dot, or a haptic format.
-    progress : Progress
-    options
-        As `convert`, for every file.
+    ``target`` gets the same names with the suffix of ``format``: a suffix of `WRITABLE` without its dot, or a haptic
+    format.
 
     Returns
     -------
     dict
-        ``source``, ``target``, ``format``, ``files`` (as `convert`, each), ``failed`` (by file, why; the others are
-        written), ``left_out`` (how many files are of no format that is known).
+        ``source``, ``target``, ``format``, ``files`` (as `convert`, each), ``failed`` (the error by file; the others
+        are written), ``left_out`` (number of files of no known format).
 
     Raises
     ------
@@ -208,9 +165,9 @@ def list_formats() -> dict[str, dict[str, str]]:
 
 
 def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
-    """Return whether a file is valid: ``file``, ``format``, ``valid``, ``problems`` (a line each).
+    """Validate a file; return ``file``, ``format``, ``valid``, ``problems`` (a line each).
 
-    Haptic files as `tactogram.rendering.files.check_file`; others are read, and the first thing that is wrong is said.
+    Of haptic files `tactogram.rendering.files.check_file` lists all problems; of others only the first is found.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -230,7 +187,7 @@ def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
 
 
 def _haptic_name(format: str | None, target: Path) -> str | None:
-    """Return the name of the haptic format to write; None where the suffix says it, or the format is not haptic."""
+    """Return the name of the haptic format to write; None where the suffix implies it, or the format is not haptic."""
     if format is None:
         return None
     suffix = _suffix_of(format)
@@ -253,7 +210,7 @@ def _suffix_of(format: str) -> str:
 def _read(
     source: Path, options: dict[str, Any]
 ) -> tuple[Signal, dict[str, Any], dict[str, Any] | None, dict[str, Any] | None]:
-    """Return signal, metadata, timing and, of a haptic file, how it was read."""
+    """Return signal, metadata, timing and, of a haptic file, the facts of reading it."""
     if source.suffix.lower() not in haptic_suffixes():
         file = read_file(source, **options)
         metadata = file.metadata
@@ -263,7 +220,7 @@ def _read(
         return file.signal, metadata, timing, None
     useless = [name for name in ("unit", "columns", "time", "sheet", "full_scale") if options.get(name)]
     if useless:
-        raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; leave it out")
+        raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
     haptic = read_haptic(source, rate=options["rate"])
     signal = haptic.signal.select(*options["axes"]) if options["axes"] else haptic.signal
     return signal, haptic.metadata | {"read_from": haptic.facts}, None, haptic.facts

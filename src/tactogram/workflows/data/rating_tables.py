@@ -1,8 +1,8 @@
-"""Tables of ratings: into a store, and out of it."""
+"""Tables of ratings, added to a store and exported from it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from dataclasses import replace as replace_field
 from pathlib import Path
@@ -12,67 +12,49 @@ from tactogram.datasets import add_ratings, item_of, joined, open_store
 from tactogram.datasets.ratings.ratings import scale_of
 from tactogram.datasets.ratings.table import Form, RatingColumns, read_table, write_table
 from tactogram.errors import DataError, ParameterError
+from tactogram.workflows.data.requests import RatingRequest
+from tactogram.workflows.request import takes
 
 SETTINGS = ("words", "ignore", "item", "encoding")
 
 
-def rate_store(
-    path: Path | str,
-    files: Sequence[Path | str],
-    *,
-    scale: str = "7-point",
-    settings: Mapping[str, Any] | None = None,
-    replace: bool = False,
-) -> dict[str, Any]:
-    """Put tables of ratings into a store; it is changed at once, or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        A store.
-    files : sequence of Path
-        Tables of one scale and the same words (`tactogram.datasets.ratings.table`): they become one.
-    scale : str
-        As `tactogram.datasets.ratings.ratings.scale_of` takes it.
-    settings : mapping, optional
-        How to read the tables: ``column.rater``, ``column.WORD``, … (the table's heading of it), ``words`` and
-        ``ignore`` (names separated by commas), ``item`` (``plate{:0>2}``, or one for each file, divided by commas),
-        ``encoding``.
-    replace : bool
-        Whether ratings that are there already may go.
+@takes(RatingRequest)
+def rate_store(request: RatingRequest) -> dict[str, Any]:
+    """Add tables of ratings to a store: all of them, or none.
 
     Returns
     -------
     dict
         ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``, ``blank`` (cells
-        without a score, by rater), ``unrated`` (items of the store that nobody rated), ``sha256`` (of the store).
+        without a score, by rater), ``unrated`` (items of the store without ratings), ``sha256`` (of the store).
 
     Raises
     ------
     ParameterError
-        For a setting that is none, or no file.
+        For an unknown setting, or no file.
     DataError
         As `tactogram.datasets.ratings.table.read_table` and `tactogram.datasets.add_ratings`.
     """
+    path, files = request.path, request.files
     store = open_store(path)
     if not files:
         raise ParameterError("a table of ratings must be given, got none")
-    if store.facts.ratings is not None and not replace:
-        # Said before tables are read, which may take a while.
+    if store.facts.ratings is not None and not request.replace:
+        # Before tables are read, which may take a while.
         raise DataError(
-            f"{path} has ratings already ({store.facts.ratings.rows} scores); --replace puts these in their place"
+            f"{path} has ratings already ({store.facts.ratings.rows} scores); `replace` puts these in their place"
         )
-    chosen, columns = scale_of(scale), _columns(settings or {}, len(files))
+    chosen, columns = scale_of(request.scale), _columns(request.settings or {}, len(files))
     tables = [
         read_table(Path(file), scale=chosen, columns=how) for file, how in zip(files, columns, strict=True)
     ]
     ratings = joined([table.ratings for table in tables])
-    rated = add_ratings(store, ratings, replace=replace)
+    rated = add_ratings(store, ratings, replace=request.replace)
     blank: dict[str, int] = {}
     for table in tables:
         for rater, count in table.blank.items():
             blank[rater] = blank.get(rater, 0) + count
-    there = {item_of(info) for info in rated.index} | set(rated.facts.photographs)
+    items = {item_of(info) for info in rated.index} | set(rated.facts.photographs)
     return {
         "path": str(path),
         "files": [str(file) for file in files],
@@ -83,7 +65,7 @@ def rate_store(
         "raters": len(ratings.raters),
         "scores": len(ratings),
         "blank": blank,
-        "unrated": sorted(name for name in there if name and name not in ratings),
+        "unrated": sorted(name for name in items if name and name not in ratings),
         "sha256": rated.sha256,
     }
 
@@ -91,14 +73,7 @@ def rate_store(
 def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") -> dict[str, Any]:
     """Write the ratings of a store as a table that `rate_store` reads again.
 
-    Parameters
-    ----------
-    path : Path
-        A store with ratings.
-    out : Path
-        ``.csv``, ``.tsv`` or ``.parquet``; written beside and renamed.
-    form : {"long", "wide"}
-        A row per score, or a row per rater and item with a column per word.
+    The file is ``.csv``, ``.tsv`` or ``.parquet``. The wide form has a row per rater and item and a column per word.
 
     Returns
     -------
@@ -114,7 +89,7 @@ def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") ->
     """
     ratings = open_store(path).ratings
     if ratings is None:
-        raise DataError(f"{path} has no ratings; `data rate` puts a table of them into it")
+        raise DataError(f"{path} has no ratings; add a table of them (`data rate`)")
     write_table(Path(out), ratings, form=form)
     return {
         "file": str(out),
@@ -134,7 +109,7 @@ def _columns(settings: Mapping[str, Any], files: int) -> list[RatingColumns]:
             raise ParameterError(f"a setting must be column.NAME, {', '.join(SETTINGS)}, got {key!r}")
     items = _names(settings.get("item", "{}"))
     if len(items) not in (1, files):
-        raise ParameterError(f"item must be said once, or once for each of {files} files, got {len(items)}")
+        raise ParameterError(f"item must be given once, or once for each of {files} files, got {len(items)}")
     known = RatingColumns(
         named=named,
         words=_names(settings.get("words")),

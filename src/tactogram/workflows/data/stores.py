@@ -1,11 +1,10 @@
-"""Data sets: what can be imported, importing, looking at, checking and adding to a store."""
+"""Data sets: import, and inspection, check and extension of a store."""
 
 from __future__ import annotations
 
-import math
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +23,13 @@ from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
+from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.request import takes
 
 
 def list_sets() -> dict[str, Any]:
-    """Return what can be imported and what can be simulated.
+    """Return the data sets that can be imported and simulated.
 
     Returns
     -------
@@ -46,28 +47,22 @@ def list_sets() -> dict[str, Any]:
     }
 
 
-def import_store(
-    set_name: str,
-    path: Path | str,
-    out: Path | str,
-    *,
-    options: Mapping[str, Any] | None = None,
-    skip_bad: bool = False,
-    workers: int | None = None,
-    progress: ProgressCallback = silent,
-) -> dict[str, Any]:
+@takes(ImportRequest)
+def import_store(request: ImportRequest) -> dict[str, Any]:
     """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned."""
-
-    def show(done: int, total: int) -> None:
-        progress("reading", done, total)
-
     return import_dataset(
-        set_name, Path(path), Path(out), options=options, skip_bad=skip_bad, workers=workers, progress=show
+        request.set_name,
+        Path(request.path),
+        Path(request.out),
+        options=request.options,
+        skip_bad=request.skip_bad,
+        workers=request.workers,
+        progress=partial(request.progress, "reading"),
     )
 
 
 def store_info(path: Path | str) -> dict[str, Any]:
-    """Return what a store holds.
+    """Return a description of a store.
 
     Returns
     -------
@@ -114,7 +109,7 @@ def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dic
         ``path``, ``recordings``, ``sha256``, ``ok``, and ``problems``, one line each.
     """
     store = open_store(path)
-    found = problems(store, progress=lambda done, total: progress("checking", done, total))
+    found = problems(store, progress=partial(progress, "checking"))
     return {
         "path": str(path),
         "recordings": len(store),
@@ -131,84 +126,59 @@ def compact_store(path: Path | str, *, progress: ProgressCallback = silent) -> d
     -------
     dict
         ``path``, ``recordings``, ``sha256`` (it stays as it was), ``shards_before``, ``shards``, ``bytes_before``,
-        ``bytes`` (of the shards), ``rewritten`` (old shards that went into new ones) and ``cleared`` (files that a
-        killed process had left).
+        ``bytes`` (of the shards), ``rewritten`` (old shards merged into new ones) and ``cleared`` (files left by a
+        killed process).
     """
-    found = compact(path, progress=lambda done, total: progress("checking", done, total))
+    found = compact(path, progress=partial(progress, "checking"))
     return {"path": str(path), "sha256": open_store(path).sha256, **asdict(found)}
 
 
-def add_signal(
-    path: Path | str,
-    file: Path | str,
-    *,
-    material: str,
-    stream: str | None = None,
-    unit: str | None = None,
-    rate: float | None = None,
-    axes: tuple[str, ...] | None = None,
-    photograph: Path | str | None = None,
-    simulated: bool = False,
-    **known: Any,
-) -> dict[str, Any]:
-    """Put the signal in ``file`` into a store as a recording of ``material``; it is on the disk when this returns.
+@takes(AdditionRequest)
+def add_signal(request: AdditionRequest) -> dict[str, Any]:
+    """Add a signal file to a store as a recording; it is on the disk when this returns.
 
-    Parameters
-    ----------
-    path, file : Path
-    material : str
-    stream : str, optional
-        What it is; by default the store's only stream.
-    unit, rate, axes : optional
-        As in `tactogram.signal.io.read_signal`, where the file does not say; the unit is by default that of
-        the store's stream.
-    photograph : path, optional
-        A picture of what was touched.
-    simulated : bool
-        That a formula or a model made it. A file that says so of itself is taken at its word.
-    **known
-        Further fields of `RecordingInfo`: ``speed_mm_s``, ``force_n``, ``contactor``, …
+    The unit is by default that of the store's stream. A file that says it is simulated is taken as simulated.
 
     Returns
     -------
     dict
-        ``path``, ``id``, ``material``, ``added`` (False if it was there), ``recordings``, ``sha256``, ``sha256_before``
-        (runs that were trained on the store keep to the recordings they name), ``simulated`` (of this recording), and
-        ``mixed``: whether simulated and measured recordings stand beside each other in the store now.
+        ``path``, ``id``, ``material``, ``added`` (False for a duplicate), ``recordings``, ``sha256``,
+        ``sha256_before`` (runs trained on the store keep the recordings they name), ``simulated`` (of this recording),
+        and ``mixed``: whether the store now has both simulated and measured recordings.
 
     Raises
     ------
     ParameterError
-        If the store has several streams and none was named, or a number cannot be what it says.
+        If the store has several streams and ``stream`` is None.
     """
-    store, file = open_store(path), Path(file)
+    store, file, stream = open_store(request.path), Path(request.file), request.stream
     if stream is None:
         if len(store.streams) != 1:
-            raise ParameterError(f"--stream must be one of {', '.join(store.streams)}, got none")
+            raise ParameterError(f"stream must be one of {', '.join(store.streams)}, got none")
         [stream] = store.streams
+    unit = request.unit
     if unit is None and stream in store.streams:
         unit = store.streams[stream].unit
-    for name, value in known.items():
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ParameterError(f"{name} must be finite, got {value}")
-        if name in ("speed_mm_s", "force_n") and value is not None and value < 0:
-            raise ParameterError(f"{name} must be at least 0, got {value:g}")
-    read = read_file(file, unit=unit, rate=rate, axes=axes)
+    read = read_file(file, **request.reading | {"unit": unit})
     recording = Recording(
         streams={stream: read.signal},
-        material=material,
+        material=request.material,
         source=file.name,
         history=("added by hand",),
-        # What a model trained on simulated data made, or the simulator, stays simulated.
-        simulated=simulated or str(read.metadata.get("simulated", "")).lower() == "true",
-        image=None if photograph is None else read_image(photograph),
-        **known,
+        # The output of a simulator, or of a model trained on simulated data, stays simulated.
+        simulated=request.simulated or str(read.metadata.get("simulated", "")).lower() == "true",
+        image=None if request.photograph is None else read_image(request.photograph),
+        speed_mm_s=request.speed_mm_s,
+        force_n=request.force_n,
+        contactor=request.contactor,
+        session=request.session,
+        subject=request.subject,
     )
     bigger = add_recordings(store, [recording], durable=True)
     return {
-        "path": str(path),
+        "path": str(request.path),
         "id": recording.id,
-        "material": material,
+        "material": request.material,
         "added": len(bigger) > len(store),
         "recordings": len(bigger),
         "sha256": bigger.sha256,
@@ -219,7 +189,7 @@ def add_signal(
 
 
 def _ratings_info(ratings: Ratings) -> dict[str, Any]:
-    # Brings the statistics, which take longer to import than most stores to look at.
+    # Imports statistics, which takes longer than reading most stores.
     from tactogram.workflows.data.rating_summary import ratings_info
 
     return ratings_info(ratings)

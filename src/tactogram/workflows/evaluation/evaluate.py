@@ -17,54 +17,40 @@ from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, PictureGenerator, PublishedEvaluator
 from tactogram.signal.io.writable import check_writable
+from tactogram.validation import validated
 from tactogram.workflows.evaluation.generator import evaluate_generator
 from tactogram.workflows.evaluation.pictures import evaluate_run_pictures, generates_pictures
 from tactogram.workflows.evaluation.ratings import evaluate_predictor
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings
+from tactogram.workflows.evaluation.requests import EvaluationRequest
 from tactogram.workflows.evaluation.word_images import evaluate_images, generates_images
 from tactogram.workflows.evaluation.word_signals import evaluate_rated_surfaces
-from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
 from tactogram.workflows.training.surface_index import SurfaceIndex, calibration_text
 
 
-def evaluate(
-    run: Path | str | LoadedRun,
-    *,
-    data: Path | str | None = None,
-    unknown: bool = False,
-    judging: EvaluationSettings | None = None,
-    rater: Path | str | None = None,
-    progress: ProgressCallback = silent,
-) -> dict[str, Any]:
-    """Judge ``run`` and write ``evaluation.json`` and ``report.html`` into it.
+@takes(EvaluationRequest)
+def evaluate(request: EvaluationRequest) -> dict[str, Any]:
+    """Evaluate a run and write ``evaluation.json`` and ``report.html`` into it.
 
-    Parameters
-    ----------
-    run : path or LoadedRun
-    data : path, optional
-        A store: every recording of it is used, classes are matched by name. By default the test part of what
-        the run was trained on.
-    unknown : bool
-        Judge "none of these" on the materials that the run left out; only of a classifier, and without ``data``.
-    judging : Judging, optional
-        How much is spent on judging a generator.
-    rater : path, optional
-        A run of a predictor of ratings, by which a generator conditioned on words is judged. One of signals needs it;
-        one of images is asked without it only what its images differ by.
+    With ``unknown``, a classifier's "none of these" is also tested on the materials left out of its training. A
+    generator of signals conditioned on words needs ``rater``; one of images is otherwise only measured by differences
+    of its images.
 
     Returns
     -------
     dict
         ``data`` (name, sha256, split, simulated), ``report``, and: for a classifier ``window_accuracy``,
-        ``recording_accuracy`` and what `ClassificationResult.as_dict` gives, with ``none_of_these``; for a
-        generator what `GenerationResult.as_dict` gives: ``measures`` and ``per_material`` with the columns
+        ``recording_accuracy`` and the others of `ClassificationResult.as_dict`, with ``none_of_these``; for a
+        generator those of `GenerationResult.as_dict`: ``measures`` and ``per_material`` with the columns
         ``model``, ``floor``, ``ceiling``, ``nearest_other``, ``ar_texture``, ``replay``, and what follows from them;
         with photographs also ``nearest_photo`` and ``pictures`` (`evaluate_pictures`), ``as_published`` where the
-        publication's own figure is another; for a predictor of ratings ``per_word`` and ``mean`` as
-        `tactogram.evaluation.ratings.prediction.PredictedRatings` gives them; for a generator by words what
-        `workflows.evaluation.word_signals.judged_by_words` or
-        `tactogram.workflows.evaluation.word_images.evaluate_images` gives.
+        publication's own figure is another; for a predictor of ratings ``per_word`` and ``mean`` as in
+        `tactogram.evaluation.ratings.prediction.PredictedRatings`; for a generator conditioned on words the result of
+        `workflows.evaluation.word_signals.evaluate_rated_surfaces` or
+        `tactogram.workflows.evaluation.word_images.evaluate_images`.
 
     Raises
     ------
@@ -73,11 +59,9 @@ def evaluate(
     ParameterError
         If the run's folder cannot be written to.
     """
-    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     check_writable(loaded.run.folder, folder=True)
-    figures, sections = evaluate_run(
-        loaded, data=data, unknown=unknown, judging=judging, rater=rater, progress=progress
-    )
+    figures, sections = evaluate_run(**vars(replace(request, run=loaded)))
     facts = figures["data"]
     report = write_report(
         loaded.run.folder / "report.html",
@@ -92,64 +76,53 @@ def evaluate(
     return figures
 
 
-def evaluate_run(
-    loaded: LoadedRun,
-    *,
-    data: Path | str | None = None,
-    unknown: bool = False,
-    judging: EvaluationSettings | None = None,
-    rater: Path | str | None = None,
-    progress: ProgressCallback = silent,
-) -> tuple[dict[str, Any], list[ReportSection]]:
+@takes(EvaluationRequest)
+def evaluate_run(request: EvaluationRequest) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return the figures of `evaluate` and the sections of its report, without writing either."""
+    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
+    settings = validated(EvaluationSettings, request.evaluation or {}, where="`evaluation`")
     by_ratings = (
         loaded.facts.task == "prediction" or loaded.facts.learns_from == "both" or generates_images(loaded)
     )
     if by_ratings:
-        _check_rated(loaded, data=data, unknown=unknown, rater=rater)
-    elif rater is not None:
+        _check_rated(loaded, request)
+    elif request.rater is not None:
         raise _no_words(loaded)
     if loaded.facts.task == "prediction":
-        return evaluate_predictor(loaded, data=data)
+        return evaluate_predictor(loaded, data=request.data)
     if loaded.facts.learns_from == "both":
-        return evaluate_rated_surfaces(loaded, rater=rater)
+        return evaluate_rated_surfaces(loaded, rater=request.rater)
     if generates_images(loaded):
-        return evaluate_images(loaded, rater=rater)
-    if data is None and not unknown and (protocol := _splits_within(loaded)):
-        return _judged_within(loaded, protocol, progress)
-    return _judged_on_recordings(loaded, data, unknown, judging, progress)
+        return evaluate_images(loaded, rater=request.rater)
+    if request.data is None and not request.unknown and (protocol := _splits_within(loaded)):
+        return _evaluated_within(loaded, protocol, request.progress)
+    return _evaluated_on_recordings(loaded, request, settings)
 
 
-def _check_rated(
-    loaded: LoadedRun, *, data: Path | str | None, unknown: bool, rater: Path | str | None
-) -> None:
-    """Refuse what makes no sense of a model that goes by ratings."""
+def _check_rated(loaded: LoadedRun, request: EvaluationRequest) -> None:
+    """Refuse options that make no sense for a model of ratings."""
     predicts = loaded.facts.task == "prediction"
-    if unknown:
-        raise ParameterError(f"{loaded.run.name}: --unknown is for models that name materials; omit it")
-    if data is not None and not predicts:
+    if request.unknown:
+        raise ParameterError(f"{loaded.run.name}: `unknown` is for models that classify materials; omit it")
+    if request.data is not None and not predicts:
         raise ParameterError(
-            f"{loaded.run.name}: {loaded.facts.name} is judged on the ratings of its own data; leave --data away"
+            f"{loaded.run.name}: {loaded.facts.name} is evaluated on the ratings of its own data; omit `data`"
         )
-    if rater is not None and predicts:
+    if request.rater is not None and predicts:
         raise _no_words(loaded)
 
 
 def _no_words(loaded: LoadedRun) -> ParameterError:
     return ParameterError(
-        f"{loaded.run.name}: --rater judges generators conditioned on words; {loaded.facts.name} is none"
+        f"{loaded.run.name}: `rater` scores generators conditioned on words; {loaded.facts.name} is none"
     )
 
 
-def _judged_on_recordings(
-    loaded: LoadedRun,
-    data: Path | str | None,
-    unknown: bool,
-    judging: EvaluationSettings | None,
-    progress: ProgressCallback,
+def _evaluated_on_recordings(
+    loaded: LoadedRun, request: EvaluationRequest, settings: EvaluationSettings
 ) -> tuple[dict[str, Any], list[ReportSection]]:
-    """Return the figures and sections of a classifier, or a generator, beside recordings that it did not learn from."""
-    examples, described = _what(loaded, data, unknown)
+    """Return the figures and sections of a classifier, or a generator, on recordings that it was not trained on."""
+    examples, described = _test_examples(loaded, request.data, request.unknown)
     store = examples.store
     figures: dict[str, Any] = {
         "model": loaded.facts.name,
@@ -164,7 +137,7 @@ def _judged_on_recordings(
     known = [example for example in examples if example.material in loaded.kind.materials]
     others = [example for example in examples if example.material not in loaded.kind.materials]
     if "image" in loaded.facts.needs and "material" not in loaded.facts.needs:
-        known, others = [*known, *others], []  # it can be asked for a surface that it never met
+        known, others = [*known, *others], []  # it takes photographs of unknown surfaces
     if not known:
         raise ParameterError(
             f"{store.name}: no recording of a material that the run knows ({', '.join(loaded.kind.materials)})"
@@ -178,24 +151,26 @@ def _judged_on_recordings(
                 f"{store.name}: not what {loaded.run.name} was trained on: {error}"
             ) from error
         train = _trained_on(loaded)
-        result, sections = evaluate_generator(loaded, known, train, judging=judging, progress=progress)
+        result, sections = evaluate_generator(
+            loaded, known, train, settings=settings, progress=request.progress
+        )
         results = result.as_dict()
-        if data is None and generates_pictures(loaded):
-            results["pictures"], more = evaluate_run_pictures(loaded, progress=progress)
+        if request.data is None and generates_pictures(loaded):
+            results["pictures"], more = evaluate_run_pictures(loaded, progress=request.progress)
             sections += more
         if isinstance(loaded.model, PublishedEvaluator):
             found, more = _as_published(loaded.model, known)
             results |= found
             sections += more
     else:
-        results, sections = _judge_classifier(loaded, known, others, progress)
+        results, sections = _evaluated_classifier(loaded, known, others, request.progress)
     if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
         sections.append(ReportSection("Training", [ReportFigure(losses_figure(metrics), "Loss over steps.")]))
     return figures | results, sections
 
 
 def _finite(value: Any) -> Any:
-    """Return ``value`` with None for what is no finite number: JSON has no NaN."""
+    """Return ``value`` with None for numbers that are not finite: JSON has no NaN."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
@@ -204,16 +179,16 @@ def _finite(value: Any) -> Any:
 
 
 def _splits_within(loaded: LoadedRun) -> str:
-    """Return the protocol by which a run keeps parts of what it was trained on for testing; empty if it has none."""
+    """Return the protocol by which a run tests on parts of its training recordings; empty if it has none."""
     if isinstance(loaded.model, PictureGenerator):
         return str(loaded.model.translation.crop_protocol)
     return loaded.model.window_protocol if isinstance(loaded.model, PublishedEvaluator) else ""
 
 
-def _judged_within(
+def _evaluated_within(
     loaded: LoadedRun, protocol: str, progress: ProgressCallback
 ) -> tuple[dict[str, Any], list[ReportSection]]:
-    """Return what can be judged on other parts of what was trained on: no floor of other recordings, no baselines."""
+    """Return figures on other parts of the training recordings: no floor of other recordings, no baselines."""
     store, split = test_part(loaded.run)
     figures: dict[str, Any] = {
         "model": loaded.facts.name,
@@ -240,11 +215,11 @@ def _judged_within(
 def _as_published(
     model: PublishedEvaluator, examples: Sequence[Example]
 ) -> tuple[dict[str, Any], list[ReportSection]]:
-    """Return ``as_published`` and its section; where these recordings allow no such figures, None and the reason."""
+    """Return ``as_published`` and its section, or the reason why these recordings do not allow it."""
     try:
         found = model.evaluate_as_published(examples)
     except ParameterError as error:
-        why = f"Not judged as published: {error}"
+        why = f"Not evaluated as published: {error}"
         return {"as_published": None, "as_published_missing": why}, [
             ReportSection("As published", [ReportText(why)])
         ]
@@ -252,7 +227,7 @@ def _as_published(
 
 
 def _published_section(found: dict[str, Any]) -> ReportSection:
-    """Return the figures that a publication judges by, and what it leaves out beside them."""
+    """Return the figures that a publication reports, with those it omits."""
     names = list(next(iter(found["per_material"].values())))
     rows = [(material, *row.values()) for material, row in found["per_material"].items()]
     rows.append(("mean", *(found["mean"][name] for name in names)))
@@ -262,13 +237,13 @@ def _published_section(found: dict[str, Any]) -> ReportSection:
     return ReportSection("As published", [ReportTable(("material", *names), rows, text)])
 
 
-def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Examples, str]:
-    """Return what to judge on, and a phrase that says what it is."""
+def _test_examples(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Examples, str]:
+    """Return the examples for testing, and a phrase that describes them."""
     label = loaded.run.data["label"]
     if data is None:
         store, split = test_part(loaded.run)
         if not split.test:
-            raise ParameterError(f"{loaded.run.name}: kept no recordings for testing; give --data")
+            raise ParameterError(f"{loaded.run.name}: kept no recordings for testing; give `data`")
         left_out = tuple(
             Segment(info.id)
             for info in store.index
@@ -280,20 +255,20 @@ def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Ex
         parts = replace(split, test=(*split.test, *left_out)) if left_out else split
         return part_examples(store, parts, "test", loaded.as_trained, label=label), described
     if unknown:
-        raise ParameterError("--unknown goes by what was left out of the run's own data; leave --data away")
+        raise ParameterError("`unknown` uses the materials left out of the run's own data; omit `data`")
     store = open_store(data)
     split = Split.load(loaded.run.folder / "split.json")
     trained = {segment.id for segment in (*split.train, *split.validation)}
     seen = {region.key for part in ("train", "validation") for region in split.photographs.get(part, ())}
     every = whole_photographs(store) if split.photographs else ()
-    for what, both in (
+    for description, both in (
         (f"of its {len(store)} recordings", sorted(trained & {info.id for info in store.index})),
         (f"of its {len(every)} photographs", sorted(seen & {region.key for region in every})),
     ):
         if both:
             raise LeakError(
-                f"{data}: {len(both)} {what} were trained on (first: {both[0]}); "
-                "evaluate on others, or without --data on the run's own test part"
+                f"{data}: {len(both)} {description} were trained on (first: {both[0]}); "
+                "evaluate on others, or omit `data` for the run's own test part"
             )
     segments = [Segment(info.id) for info in store.index]
     photographs = every if split.photographs else None
@@ -302,18 +277,18 @@ def _what(loaded: LoadedRun, data: Path | str | None, unknown: bool) -> tuple[Ex
 
 
 def _trained_on(loaded: LoadedRun) -> Examples:
-    """Return what the run was trained on: a generator's floor and baselines are made of it."""
+    """Return the training examples of a run: a generator's floor and baselines are made of them."""
     try:
         store, split = test_part(loaded.run)
     except RunError as error:
         raise RunError(
-            f"{loaded.run.folder}: a generator is judged beside the recordings it was trained on, and they are not "
+            f"{loaded.run.folder}: a generator is compared with the recordings it was trained on, and they are not "
             f"at {loaded.run.data.get('path')} any more: put them back"
         ) from error
     return part_examples(store, split, "train", loaded.as_trained, label=loaded.run.data["label"])
 
 
-def _judge_classifier(
+def _evaluated_classifier(
     loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example], progress: ProgressCallback
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     done = iter(range(1, len(known) + 1))
@@ -322,15 +297,15 @@ def _judge_classifier(
     )
     figures, sections = result.as_dict(), [_accuracy(result)]
     if (loaded.run.folder / "search.json").is_file():
-        figures["none_of_these"] = _judge_rejection(loaded, known, unknown)
+        figures["none_of_these"] = _evaluated_rejection(loaded, known, unknown)
         sections.append(_rejection(figures["none_of_these"]))
     return figures, sections
 
 
-def _judge_rejection(
+def _evaluated_rejection(
     loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example]
 ) -> dict[str, Any]:
-    """Return how many recordings of known and of unknown materials are called "none of these"."""
+    """Return how many recordings of known and of unknown materials are classified as "none of these"."""
     index = SurfaceIndex.load(loaded.run)
     far = {
         name: np.array([index.nearest(loaded.embedder.embed(e.signal), 1)[0]["distance"] for e in part])

@@ -42,55 +42,48 @@ def evaluate_generator(
     known: Sequence[Example],
     train: Examples,
     *,
-    judging: EvaluationSettings | None = None,
+    settings: EvaluationSettings | None = None,
     progress: ProgressCallback = silent,
 ) -> tuple[GenerationResult, list[ReportSection]]:
-    """Return what the protocol of `tactogram.evaluation.generation.protocol` finds of ``loaded``, and its report.
+    """Return the result of `tactogram.evaluation.generation.protocol` for a generator of signals, and its report.
 
-    Parameters
-    ----------
-    loaded : LoadedRun
-        A generator of signals.
-    known : sequence of Example
-        Recordings that it was not trained on. Of materials that it knows; or, where it goes by a photograph, of
-        others too: half of those recordings then stand where the training part does for the known.
-    train : Examples
-        What it was trained on.
-    judging : Judging, optional
-    progress : Progress
+    ``known`` are recordings that it was not trained on, of materials that it knows; for a generator conditioned on a
+    photograph also of others: half of these then replace the training part.
 
     Raises
     ------
     ParameterError
-        If the generator cannot be asked for these materials.
+        If the generator does not know these materials.
     """
-    judging = judging or EvaluationSettings()
+    settings = settings or EvaluationSettings()
     if loaded.facts.gives != "signal" or not isinstance(loaded.model, Generator):
-        raise ParameterError(f"{loaded.facts.name} gives no signals: there is nothing to judge them by")
+        raise ParameterError(f"{loaded.facts.name} generates no signals to evaluate")
     notes: list[str] = []
     known, held_back = _apart(loaded, known, notes)
     test, trained, floor = _by_material(known), _by_material(train), _by_material(held_back)
-    beside = trained | floor
-    if missing := sorted(set(test) - set(beside)):
+    compared = trained | floor
+    if missing := sorted(set(test) - set(compared)):
         raise ParameterError(
             f"{loaded.run.name}: no training recording of {', '.join(missing)} to compare with"
         )
-    pieces = plan_pieces(beside, test, longest_s=judging.longest_s, most=judging.most)
+    pieces = plan_pieces(compared, test, longest_s=settings.longest_s, most=settings.most)
     if loaded.kind.domain != "time":
-        notes.append(f"Signals over displacement were judged as met at {JUDGED_SPEED_MM_S:g} mm/s.")
+        notes.append(f"Signals over displacement were evaluated as met at {JUDGED_SPEED_MM_S:g} mm/s.")
     rate = tactile_kind(loaded.kind).rate
     if rate < kind_in_time(loaded.kind).rate:
-        notes.append(f"Everything was judged at {FELT_RATE:g} Hz, which holds what is felt.")
-    bench = ReferenceModels(loaded, train, judging, progress)
-    classifier = classifier_of(bench, pieces, notes)
+        notes.append(
+            f"Everything was evaluated at {FELT_RATE:g} Hz, which holds all perceptible frequencies."
+        )
+    references = ReferenceModels(loaded, train, settings, progress)
+    classifier = classifier_of(references, pieces, notes)
     sets: dict[str, Mapping[str, list[Signal]]] = {}
-    generators = _generators(loaded, bench)
+    generators = _generators(loaded, references)
     nearest = generators[NEAREST_PHOTO][1] if NEAREST_PHOTO in generators else None
     for name, (facts, generator) in generators.items():
         same = [other for other in sets if generators[other][1] is generator]
         kind = loaded.kind if generator is loaded.model else kind_in_time(loaded.kind)
-        asking = _ConditionedGenerator(name, facts, generator, kind, nearest, rate, judging.seed, notes)
-        sets[name] = sets[same[0]] if same else _generated(asking, known, beside, pieces, progress)
+        conditioned = _ConditionedGenerator(name, facts, generator, kind, nearest, rate, settings.seed, notes)
+        sets[name] = sets[same[0]] if same else _generated(conditioned, known, compared, pieces, progress)
     with threadpool_limits(1):
         result = evaluate_generation(
             sets,
@@ -109,7 +102,7 @@ def evaluate_generator(
 def _apart(
     loaded: LoadedRun, known: Sequence[Example], notes: list[str]
 ) -> tuple[list[Example], list[Example]]:
-    """Return what to judge by, and every second recording of the materials that were not trained on."""
+    """Return the recordings for testing, and every second recording of the materials that were not trained on."""
     strange: dict[str, list[Example]] = {}
     for example in known:
         if example.material not in loaded.kind.materials:
@@ -128,13 +121,13 @@ def _apart(
     )
 
 
-def _generators(loaded: LoadedRun, bench: ReferenceModels) -> dict[str, tuple[models.ModelInfo, Any]]:
-    """Return the model and the baselines it is held against, trained."""
+def _generators(loaded: LoadedRun, references: ReferenceModels) -> dict[str, tuple[models.ModelInfo, Any]]:
+    """Return the model and its baselines, trained."""
     names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
     found = {MODEL: (loaded.facts, loaded.model)}
     for name in names:
         own = loaded.facts.name == name and loaded.kind.domain == "time"  # baselines are trained over time
-        found[name] = (loaded.facts, loaded.model) if own else (models.find(name), bench.baseline(name))
+        found[name] = (loaded.facts, loaded.model) if own else (models.find(name), references.baseline(name))
     return found
 
 
@@ -148,7 +141,7 @@ def _by_material(examples: Sequence[Example]) -> dict[str, list[Signal]]:
 
 @dataclass(frozen=True)
 class _ConditionedGenerator:
-    """A generator, and how it is asked for what recordings were made of."""
+    """A generator conditioned as recordings were made."""
 
     name: str
     facts: models.ModelInfo
@@ -172,9 +165,10 @@ class _ConditionedGenerator:
             if condition == plain:
                 raise
             signal = self.generator.generate(plain, seconds=seconds, seed=seed)
-            asked = "photographs" if "image" in self.facts.needs else "materials"
+            condition_name = "photographs" if "image" in self.facts.needs else "materials"
             self._note(
-                f"{self.name} was asked for {asked} alone: it does not know every speed and force of the recordings."
+                f"{self.name} was conditioned on {condition_name} alone: it does not know every speed and force of the "
+                "recordings."
             )
         if not isinstance(signal, Signal):
             raise ParameterError(f"{self.name} generates images, not signals")
@@ -188,7 +182,7 @@ class _ConditionedGenerator:
         if "image" in self.facts.needs:
             if not len(pictures):
                 raise ParameterError(
-                    f"{self.name} goes by a photograph, and there is none of {example.material} to judge it by"
+                    f"{self.name} needs a photograph, and there is none of {example.material}"
                 )
             given = {"image": pictures[number % len(pictures)]}
         if "material" in self.facts.needs:
@@ -196,7 +190,7 @@ class _ConditionedGenerator:
             if example.material not in self.kind.materials and self.nearest is not None and len(pictures):
                 given["material"] = self.nearest.classify_photograph(pictures[number % len(pictures)])[0]
                 self._note(
-                    f"{self.name} does not know every material: it was asked for the one whose photograph is nearest."
+                    f"{self.name} does not know every material: the one with the nearest photograph was used."
                 )
         return given | self._speed
 
@@ -206,7 +200,7 @@ class _ConditionedGenerator:
 
     @property
     def _speed(self) -> dict[str, float]:
-        """What a generator that plays what is over displacement must be told, since it is judged over time."""
+        """Speed condition of a generator over displacement, which is evaluated over time."""
         plays = self._over_displacement and self.facts.name not in HOLDING_RECORDINGS
         return {"speed_mm_s": JUDGED_SPEED_MM_S} if plays else {}
 
@@ -216,20 +210,20 @@ class _ConditionedGenerator:
 
 
 def _generated(
-    asking: _ConditionedGenerator,
+    generator: _ConditionedGenerator,
     known: Sequence[Example],
-    beside: Mapping[str, Sequence[Signal]],
+    compared: Mapping[str, Sequence[Signal]],
     pieces: PiecePlan,
     progress: ProgressCallback,
 ) -> dict[str, list[Signal]]:
-    """Return signals of each material under the conditions of the recordings it is judged by."""
-    asked: dict[str, list[Example]] = {}
+    """Return signals of each material under the conditions of its recordings."""
+    by_material: dict[str, list[Example]] = {}
     for example in known:
-        asked.setdefault(str(example.material), []).append(example)
+        by_material.setdefault(str(example.material), []).append(example)
     made: dict[str, list[Signal]] = {}
-    for done, (material, examples) in enumerate(sorted(asked.items()), 1):
-        number, seconds = pieces.draws(beside[material])
-        seconds += 2 / FELT_RATE  # what resampling may round away
-        made[material] = [asking.drawn(examples[k % len(examples)], k, seconds) for k in range(number)]
-        progress(f"generate {asking.name}", done, len(asked))
+    for done, (material, examples) in enumerate(sorted(by_material.items()), 1):
+        number, seconds = pieces.draws(compared[material])
+        seconds += 2 / FELT_RATE  # resampling may round it away
+        made[material] = [generator.drawn(examples[k % len(examples)], k, seconds) for k in range(number)]
+        progress(f"generate {generator.name}", done, len(by_material))
     return made

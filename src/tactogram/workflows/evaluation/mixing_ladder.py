@@ -1,10 +1,11 @@
-"""A ladder of mixes of two materials from a trained generator: heard, seen and measured."""
+"""Ladder of mixes of two materials from a trained generator: sounds, figure and measures."""
 
 from __future__ import annotations
 
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,90 +13,59 @@ import numpy as np
 
 from tactogram.datasets import Examples, Segment, label_of
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.mixing.ladder import MODES, MixSeries, Mode
+from tactogram.evaluation.mixing.ladder import MODES, MixSeries
 from tactogram.evaluation.mixing.placement import IndistinctEndsError, MixingLadder, positions
 from tactogram.evaluation.report import save_figure
-from tactogram.model import Condition
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.seeds import child_seed
+from tactogram.workflows.evaluation.requests import MixRequest
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.generation.word_scores import conditions_on_words
-from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 
 
-def mix_ladder(
-    run: Path | str | LoadedRun,
-    start: str,
-    end: str,
-    *,
-    steps: int = 11,
-    signals: int = 6,
-    mode: Mode = "sum",
-    seconds: float | None = None,
-    seed: int = 0,
-    condition: Condition | None = None,
-    progress: ProgressCallback = silent,
-) -> MixSeries:
+@takes(MixRequest)
+def mix_ladder(request: MixRequest) -> MixSeries:
     """Generate a ladder of mixes and measure it, without writing anything.
 
-    Parameters
-    ----------
-    run : path or LoadedRun
-        A trained generator that knows both materials.
-    start, end : str
-        The materials at its ends.
-    steps : int
-        Weights of ``end``, evenly from 0 to 1.
-    signals : int
-        How many are measured at each step and at each end; every one has its own seed.
-    mode : {"sum", "add"}
-        One of `MODES`.
-    seconds : float, optional
-        Length of each; by default the model's own.
-    seed : int
-    condition : mapping, optional
-        What else is asked of the model, such as ``{"speed_mm_s": 100.0}``.
+    Every signal measured has its own seed.
 
     Raises
     ------
     ParameterError
-        If the materials are the same, unknown or cannot be told apart, or a number makes no sense.
+        If the materials are the same, unknown or cannot be distinguished.
     """
-    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
+    start, end, steps, signals = request.start, request.end, request.steps, request.signals
+    mode, seed = request.mode, request.seed
     if conditions_on_words(loaded):
         raise ParameterError(
             f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} is conditioned on words"
         )
-    if mode not in MODES:
-        raise ParameterError(f"mode must be one of {', '.join(MODES)}, got {mode!r}")
     if start == end:
         raise ParameterError(f"a ladder needs two materials, got {start!r} twice")
-    if steps < 2:
-        raise ParameterError(f"steps must be at least 2, got {steps}")
-    if signals < 2:
-        raise ParameterError(f"signals must be at least 2 per step, got {signals}: one has no spread")
     weights = np.round(np.linspace(0, 1, steps), 12)  # 0.3, not 0.30000000000000004
     mixes = [{start: 1.0 if mode == "add" else round(float(1 - w), 12), end: float(w)} for w in weights]
     done, total = 0, (steps + 2) * signals + steps
 
     def draw(material: dict[str, float], purpose: str, place: int, count: int) -> list[Signal]:
         nonlocal done
-        # The steps differ in chance as well: what moves together would look smoother than it is.
+        # The steps differ in chance as well: with one seed the ladder would look smoother than it is.
         own = seed if purpose == "shown" else child_seed(seed, "mixing", purpose, place)
-        asked = {**(condition or {}), "material": material}
+        condition = {**request.condition, "material": material}
         found = []
-        for signal in generate(loaded, asked, seconds=seconds, seed=own, count=count):
+        for signal in generate(loaded, condition, seconds=request.seconds, seed=own, count=count):
             if not isinstance(signal, Signal):
                 raise ParameterError(
                     f"{loaded.run.name}: {loaded.facts.name} gives images, which are not mixed"
                 )
             found.append(signal)
             done += 1
-            progress("mix", done, total)
+            request.progress("mix", done, total)
         return found
 
     ends = [draw({name: 1.0}, "end", place, signals) for place, name in enumerate((start, end))]
@@ -117,67 +87,37 @@ def mix_ladder(
     )
 
 
-def mixing_ladder(
-    run: Path | str | LoadedRun,
-    start: str,
-    end: str,
-    *,
-    steps: int = 11,
-    signals: int = 6,
-    mode: Mode = "sum",
-    seconds: float | None = None,
-    seed: int = 0,
-    condition: Condition | None = None,
-    out: Path | None = None,
-    reuse: bool = False,
-    progress: ProgressCallback = silent,
-) -> dict[str, Any]:
+@takes(MixRequest)
+def mixing_ladder(request: MixRequest) -> dict[str, Any]:
     """Make a ladder with `mix_ladder` and write ``ladder.png``, the steps as WAV and ``ladder.json`` to ``out``.
-
-    Parameters
-    ----------
-    run, start, end, steps, signals, mode, seconds, seed, condition
-        As in `mix_ladder`.
-    out : path, optional
-        A folder; by default ``RUN/mixing/START-END-MODE``.
-    reuse : bool
-        Return what is in ``out`` if the same was asked for.
 
     Returns
     -------
     dict
-        What was asked for (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``, ``sounds``, and
+        The request (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``, ``sounds``, and
         `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there is none).
     """
-    loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    asked = {
+    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
+    request = replace(request, run=loaded)
+    start, end, mode, seed = request.start, request.end, request.mode, request.seed
+    requested = {
         "model": loaded.facts.name,
         "run": loaded.run.data["run_id"],
         "start": start,
         "end": end,
         "mode": mode,
-        "steps": steps,
-        "signals": signals,
-        "seconds": seconds,
+        "steps": request.steps,
+        "signals": request.signals,
+        "seconds": request.seconds,
         "seed": seed,
-        "condition": dict(condition or {}),
+        "condition": request.condition,
     }
-    folder = Path(out) if out else loaded.run.folder / "mixing" / _file(f"{start}-{end}-{mode}")
-    if reuse and (there := _read(folder / "ladder.json")) and asked.items() <= there.items():
-        return there
+    folder = loaded.run.folder / "mixing" / _file(f"{start}-{end}-{mode}")
+    folder = Path(request.out) if request.out else folder
+    if request.reuse and (known := _read(folder / "ladder.json")) and requested.items() <= known.items():
+        return known
     check_writable(folder, folder=True)
-    mixes = mix_ladder(
-        loaded,
-        start,
-        end,
-        steps=steps,
-        signals=signals,
-        mode=mode,
-        seconds=seconds,
-        seed=seed,
-        condition=condition,
-        progress=progress,
-    )
+    mixes = mix_ladder(**vars(request))
     folder.mkdir(parents=True, exist_ok=True)
     sounds = []
     for step, signal in enumerate(mixes.shown):
@@ -196,7 +136,7 @@ def mixing_ladder(
     title = f"{loaded.facts.name}: {start} to {end}, {MODES[mode]}"
     figure = mixes.figure(title=title + (" (trained on simulated data)" if mixes.simulated else ""))
     result = {
-        **asked,
+        **requested,
         "simulated": mixes.simulated,
         "in_words": mixes.in_words(),
         "ladder": mixes.ladder.as_dict(),
@@ -243,5 +183,5 @@ def _read(file: Path) -> dict[str, Any] | None:
 
 
 def _file(name: str) -> str:
-    """Return ``name`` as a file can be called everywhere."""
+    """Return ``name`` as a file name of every system."""
     return re.sub(r"[^\w.=-]+", "_", name)

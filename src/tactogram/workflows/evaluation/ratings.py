@@ -64,7 +64,7 @@ def evaluate_predictor(
     prepare = loaded.as_trained if not rated.of_images else loaded.recipe.prepare
     examples: list[Rateable] = list(rated.examples(split, "test", prepare))
     if not examples:
-        raise ParameterError(f"{loaded.run.name}: kept no rated items for testing; give --data")
+        raise ParameterError(f"{loaded.run.name}: kept no rated items for testing; give `data`")
     items = sorted({str(example.item) for example in examples})
     held = ratings.select(items=items)
     guess = _trained_mean(loaded)
@@ -203,7 +203,7 @@ def _what(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split, str
     if both:
         raise LeakError(
             f"{data}: {len(both)} of its {len(held)} rated recordings or images were trained on (first: {both[0]}); "
-            "evaluate on others, or without --data on the run's own test part"
+            "evaluate on others, or omit `data` for the run's own test part"
         )
     photographs = {"test": whole.photographs["train"]} if whole.photographs else {}
     moved = Split((), (), whole.train, by=whole.by, seed=whole.seed, photographs=photographs)

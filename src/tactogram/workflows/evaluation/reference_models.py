@@ -29,18 +29,18 @@ from tactogram.workflows.training.train import run_training
 
 BASELINES = ("ar_texture", "replay")
 NEAREST_PHOTO = "nearest_photo"
-"""Baseline of generators that go by a photograph."""
+"""Baseline of generators conditioned on a photograph."""
 JUDGED_SPEED_MM_S = 50.0
-"""Signals over displacement are judged as a finger at this speed meets them, mm/s: our choice, a slow stroke."""
+"""Speed at which signals over displacement are evaluated, mm/s: our choice, a slow stroke."""
 JUDGES = "judges"
-"""Folder in the run where what it is judged with is kept."""
+"""Folder of the reference models in the run."""
 HOLDING_RECORDINGS = ("replay", NEAREST_PHOTO)
-"""Baselines that are recordings themselves: never kept in the run."""
+"""Baselines that hold recordings: never written to the run."""
 FELT_RATE = 2500.0
-"""Faster signals are judged at this rate, Hz: nothing is felt above 1000 Hz, and sound would cost 20 times as much."""
+"""Faster signals are evaluated at this rate, Hz: above 1000 Hz nothing is felt, and 44.1 kHz costs 20 times as much."""
 LARGEST_WINDOW = 384
 SMALLEST_WINDOW = 8
-"""Samples; the largest as in the quick recipe of stroke_cnn, the smallest what its poolings leave something of."""
+"""Samples: the largest as in the quick recipe of stroke_cnn; smaller ones vanish in its poolings."""
 
 
 class EvaluationSettings(BaseModel):
@@ -49,7 +49,7 @@ class EvaluationSettings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     steps: int = Field(default=700, gt=0)
-    """Of training the classifier whose embedding is used."""
+    """Training steps of the classifier whose embedding is used."""
     window_s: float = Field(default=0.2, gt=0)
     """Its window, s, up to `LARGEST_WINDOW` samples."""
     longest_s: float = Field(default=LONGEST_S, gt=0)
@@ -57,7 +57,7 @@ class EvaluationSettings(BaseModel):
     most: int = Field(default=MOST_PIECES, gt=0)
     """Pieces per material."""
     seed: int = Field(default=0, ge=0)
-    """Decides what is generated, and the classifier."""
+    """Seed of the generated signals and the classifier."""
 
     def classifier_config(self, rate: float, shortest: int) -> dict[str, Any]:
         """Return the configuration of a small stroke_cnn for signals of ``rate`` with ``shortest`` samples."""
@@ -74,30 +74,30 @@ class EvaluationSettings(BaseModel):
 
 
 def felt(signal: Signal) -> Signal:
-    """Return ``signal`` over time, at a rate that holds no more than what is felt."""
+    """Return ``signal`` over time, at most at `FELT_RATE`."""
     if signal.domain != "time":
         signal = played(signal, JUDGED_SPEED_MM_S, signal.rate * JUDGED_SPEED_MM_S)
     return resample(signal, FELT_RATE) if signal.rate > FELT_RATE else signal
 
 
 def kind_in_time(kind: SignalKind) -> SignalKind:
-    """Return the kind of what is met at `JUDGED_SPEED_MM_S` where ``kind`` is over displacement."""
+    """Return ``kind`` over time, met at `JUDGED_SPEED_MM_S` if it is over displacement."""
     return kind if kind.domain == "time" else replace(kind, rate=kind.rate * JUDGED_SPEED_MM_S, domain="time")
 
 
 def tactile_kind(kind: SignalKind) -> SignalKind:
-    """Return the kind of what `_felt` gives."""
+    """Return the kind of the signals of `felt`."""
     kind = kind_in_time(kind)
     return replace(kind, rate=min(kind.rate, FELT_RATE))
 
 
 class ReferenceModels:
-    """Trains models on what the run was trained on; keeps them in the run, named by all that decides them."""
+    """Models trained on the run's training part, kept in the run under a hash of their settings."""
 
     def __init__(
-        self, loaded: LoadedRun, train: Examples, judging: EvaluationSettings, progress: ProgressCallback
+        self, loaded: LoadedRun, train: Examples, settings: EvaluationSettings, progress: ProgressCallback
     ) -> None:
-        self.loaded, self.train, self.judging, self.progress = loaded, train, judging, progress
+        self.loaded, self.train, self.settings, self.progress = loaded, train, settings, progress
 
     def baseline(self, name: str) -> Learner:
         """Return a trained baseline, as its quick recipe configures it."""
@@ -121,7 +121,7 @@ class ReferenceModels:
         """Return a model trained on ``examples``, from its file where there is one."""
         facts = models.find(name)
         chosen = facts.config(config)
-        recipe = Recipe(model=name, seed=self.judging.seed)
+        recipe = Recipe(model=name, seed=self.settings.seed)
         learner = facts.build(chosen, kind, seed=recipe.seed)
         file = self._file(name, chosen.model_dump(mode="json"), kind)
         if keep and file.exists():
@@ -131,7 +131,7 @@ class ReferenceModels:
                 learner = facts.build(chosen, kind, seed=recipe.seed)  # a broken file is made again
             else:
                 return learner
-        # Small steps: threads would wait for each other, above all on a machine that does something else too.
+        # Small steps: threads would mostly wait for each other.
         with threadpool_limits(1):
             run_training(learner, examples, recipe, task=f"{name}: ", progress=self.progress)
         if keep:
@@ -145,7 +145,7 @@ class ReferenceModels:
             "version": version("tactogram"),
             "model": name,
             "config": config,
-            "seed": self.judging.seed,
+            "seed": self.settings.seed,
             "data": self.train.store.sha256,
             "segments": [[s.id, s.start_s, s.stop_s] for s in self.train.segments],
             "prepare": self.train.prepare.model_dump(mode="json"),
@@ -156,10 +156,9 @@ class ReferenceModels:
         return self.loaded.run.folder / JUDGES / f"{name}-{digest}.safetensors"
 
 
-def classifier_of(bench: ReferenceModels, pieces: PiecePlan, notes: list[str]) -> Any | None:
-    """Return a stroke_cnn of the training part, or None, and a note, where there can be none."""
-    kind, judging = bench.loaded.kind, bench.judging
-    kind = tactile_kind(kind)
+def classifier_of(references: ReferenceModels, pieces: PiecePlan, notes: list[str]) -> Any | None:
+    """Return a stroke_cnn of the training part, or None with a note if it cannot be trained."""
+    kind = tactile_kind(references.loaded.kind)
     shortest = int(pieces.seconds * kind.rate)
     if len(kind.materials) < 2:
         notes.append("No classifier, and no measures in its embedding: there is one material.")
@@ -167,11 +166,11 @@ def classifier_of(bench: ReferenceModels, pieces: PiecePlan, notes: list[str]) -
     if shortest < SMALLEST_WINDOW:
         notes.append(f"No classifier: pieces of {pieces.seconds:.3g} s have too few samples.")
         return None
-    config = judging.classifier_config(kind.rate, shortest)
-    examples = [replace(e, signal=felt(e.signal)) for e in bench.train]
+    config = references.settings.classifier_config(kind.rate, shortest)
+    examples = [replace(e, signal=felt(e.signal)) for e in references.train]
     examples = [e for e in examples if len(e.signal) >= config["window"]]
     try:
-        return bench.trained("stroke_cnn", config, examples, kind, keep=True)
+        return references.trained("stroke_cnn", config, examples, kind, keep=True)
     except ParameterError as error:
         notes.append(f"No classifier, and no measures in its embedding: {error}")
         return None

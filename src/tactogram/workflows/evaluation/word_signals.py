@@ -129,15 +129,15 @@ def evaluate_rated_surfaces(
     """
     if rater is None:
         raise ParameterError(
-            f"{loaded.run.name}: {loaded.facts.name} is judged by what is felt of its signals; give --rater RUN, a run "
-            "of the model rater that was trained on the display signals (--set prepare.stream=…)"
+            f"{loaded.run.name}: {loaded.facts.name} is evaluated by rated signals; give `rater`, a run "
+            "of the model rater that was trained on the display signals (prepare.stream)"
         )
     judge = rater if isinstance(rater, LoadedRun) else load_run(rater)
     made = generate_rated_surfaces(loaded, seed=seed)
     scale = (made.ratings.scale.low, made.ratings.scale.high)
     if judge.any_kind.scale != scale:
         raise ParameterError(
-            f"--rater {judge.run.name}: must score on the scale of the surfaces, {scale[0]:g} to {scale[1]:g}; "
+            f"{judge.run.name}: `rater` must score on the scale of the surfaces, {scale[0]:g} to {scale[1]:g}; "
             f"got {judge.any_kind.scale}"
         )
     name = loaded.run.name

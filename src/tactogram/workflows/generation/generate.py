@@ -14,9 +14,9 @@ from tactogram.training.seeds import child_seed
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 MOST = 100_000
-"""Pieces that are made in one go."""
+"""Largest number of results at a time."""
 LONGEST_S = 3600.0
-"""Longest signal that is made in one go, in s."""
+"""Longest signal, s."""
 
 
 def generate(
@@ -29,21 +29,13 @@ def generate(
 ) -> Iterator[Signal | Image]:
     """Yield ``count`` signals or images for ``condition``; number n of a seed is always the same.
 
-    Parameters
-    ----------
-    run : path or LoadedRun
-        A trained generator.
-    condition : mapping
-        Names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``. Words are on the
-        scale of the ratings that the run learned from.
-    seconds : float, optional
-        Length; by default the model's own. An image has none.
-    seed, count : int
+    ``condition`` has names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words
+    are on the scale of the ratings that the run was trained on. The length is by default the model's own.
 
     Raises
     ------
     ParameterError
-        For a condition that the model does not take or know, or a length that makes no sense.
+        For a condition that the model does not take or know, or a length out of range.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     generator = loaded.generator
@@ -74,45 +66,40 @@ def generate_files(
 ) -> list[dict[str, Any]]:
     """Write ``count`` signals or images to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
 
-    What they are, and whether the model was trained on simulated data, is written into the files.
+    Provenance, and whether the model was trained on simulated data, is written into the files.
 
-    Parameters
-    ----------
-    run, condition, seconds, seed, count
-        As for `generate`.
-    out : Path
-    photograph : path, optional
-        A picture file, for models that go by one; its name is written into the files.
+    The other parameters are those of `generate`. The name of ``photograph``, for models conditioned on one, is written
+    into the files.
 
     Returns
     -------
     list of dict
-        ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (whether what it learned from
-        was), ``rms`` per file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an
-        image ``rows``, ``columns`` and ``simulated``. Where the model names the surface in a photograph: ``taken_for``
-        and, if it gives one, ``confidence``; of several of a model without noise ``differ_by``.
+        ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (trained on simulated data), ``rms`` per
+        file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
+        ``columns`` and ``simulated``. Where the model classifies the photograph: ``classified_as`` and possibly
+        ``confidence``; of several results of a model without noise ``differ_by``.
 
     Raises
     ------
     ParameterError
-        As `generate`; or if files of the suffix of ``out`` hold nothing that the model gives.
+        As `generate`; or if the suffix of ``out`` is not for the model's kind of output.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     known = suffixes_for(loaded.facts.gives)
     if out.suffix.lower() not in known:
         raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
-    seen: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     if photograph is not None:
         image = read_image(photograph)
         condition = {**condition, "image": image}
-        seen = _taken_for(loaded.model, image)
+        found = _classified_as(loaded.model, image)
     more = {} if photograph is None else {"photograph": Path(photograph).name}
-    facts = run_provenance(loaded, seed) | _named(condition) | more | seen
+    facts = run_provenance(loaded, seed) | _named(condition) | more | found
     if count > 1 and isinstance(loaded.model, NoiselessGenerator):
-        seen["differ_by"] = loaded.model.variation
+        found["differ_by"] = loaded.model.variation
     return [
         write_made(numbered(out, number, count), made, facts | {"number": number}, simulated=loaded.simulated)
-        | seen
+        | found
         for number, made in enumerate(
             generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
         )
@@ -120,12 +107,12 @@ def generate_files(
 
 
 def suffixes_for(gives: str) -> tuple[str, ...]:
-    """Return the suffixes of files that can hold what a model gives, ``image`` or some kind of signal."""
+    """Return the suffixes of files for a model's output, ``image`` or some kind of signal."""
     return (".png",) if gives == "image" else WRITABLE
 
 
 def run_provenance(run: LoadedRun, seed: int) -> dict[str, Any]:
-    """Return what is written into every file that a run made."""
+    """Return the metadata of every file that a run generated."""
     return {
         "generated_by": f"tactogram {run.facts.name}",
         "run": run.run.data["run_id"],
@@ -135,14 +122,14 @@ def run_provenance(run: LoadedRun, seed: int) -> dict[str, Any]:
 
 
 def numbered(file: Path, number: int, count: int) -> Path:
-    """Return ``file``, or where there are several the one of ``number``."""
+    """Return ``file``, with a number if there are several."""
     return file if count == 1 else file.with_name(f"{file.stem}-{number}{file.suffix}")
 
 
 def write_made(
     file: Path, made: Signal | Image, metadata: Mapping[str, Any], *, simulated: bool
 ) -> dict[str, Any]:
-    """Write a signal or an image and return what it is."""
+    """Write a signal or an image and return its facts."""
     if isinstance(made, Image):
         write_image(file, made, metadata=metadata)
         rows, columns = made.size
@@ -164,7 +151,7 @@ def write_made(
 
 
 def _named(condition: Condition) -> dict[str, Any]:
-    """Return what of a condition can be written into a file."""
+    """Return the part of a condition that can be written into a file."""
     return {
         name: value
         for name, value in condition.items()
@@ -172,51 +159,12 @@ def _named(condition: Condition) -> dict[str, Any]:
     }
 
 
-def _taken_for(model: object, image: Image) -> dict[str, Any]:
-    """Return the known surface that a model classifies a photograph as, where it does."""
+def _classified_as(model: object, image: Image) -> dict[str, Any]:
     if not isinstance(model, PhotographClassifier):
         return {}
     try:
         material, confidence = model.classify_photograph(image)
     except ParameterError:  # a variant without a label
         return {}
-    found: dict[str, Any] = {"taken_for": material}
+    found: dict[str, Any] = {"classified_as": material}
     return found if confidence is None else {**found, "confidence": round(float(confidence), 4)}
-
-
-def parse_mix(text: str) -> dict[str, float]:
-    """Return ``"cork=0.6,tile=0.4"`` as weights by material.
-
-    Raises
-    ------
-    ParameterError
-        If a part is not NAME=NUMBER, or a name stands twice.
-    """
-    return _numbers(text, option="--mix", number="WEIGHT")
-
-
-def parse_words(text: str) -> dict[str, float]:
-    """Return ``"rough=6,uneven=5"`` as scores by word.
-
-    Raises
-    ------
-    ParameterError
-        If a part is not WORD=NUMBER, or a word stands twice.
-    """
-    return _numbers(text, option="--words", number="SCORE")
-
-
-def _numbers(text: str, *, option: str, number: str) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for part in text.split(","):
-        name, sign, value = part.rpartition("=")
-        try:
-            read = float(value)
-        except ValueError:
-            sign = ""
-        if not (sign and name.strip()):
-            raise ParameterError(f"{option} needs NAME={number},NAME={number}…, got {part!r}")
-        if name.strip() in found:
-            raise ParameterError(f"{option} names {name.strip()!r} twice")
-        found[name.strip()] = read
-    return found

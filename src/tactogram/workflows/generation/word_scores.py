@@ -21,14 +21,7 @@ Rest = Literal["mean"]
 class WordRequest:
     """Scores of all words, on the 7-point scale.
 
-    Parameters
-    ----------
-    given : mapping from str to float
-        As they were asked for.
-    filled : mapping from str to float
-        The others.
-    filled_from : str
-        What the others are, in words; empty where there are none.
+    ``given`` were requested, ``filled`` are the others, and ``filled_from`` describes their source.
     """
 
     given: Mapping[str, float]
@@ -37,20 +30,20 @@ class WordRequest:
 
     @property
     def scores(self) -> dict[str, float]:
-        """All of them."""
+        """Scores of all words."""
         return {**self.filled, **self.given}
 
     def on_scale_of(self, run: LoadedRun) -> dict[str, float]:
         """Return the scores on the scale of a run's ratings, in the order of its words.
 
-        Lowest goes to lowest, highest to highest. Of yes/no ratings it is the share of people: 4 is one half.
+        Lowest is mapped to lowest, highest to highest. Of yes/no ratings it is the share of people: 4 is one half.
         """
         low, high = scale_of(run)
         shares = {word: SEVEN_POINT.to_unit(score) for word, score in self.scores.items()}
         return {word: low + float(shares[word]) * (high - low) for word in run.any_kind.words}
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON types: ``scale``, ``asked``, ``filled``, ``filled_from``, ``scores``."""
+        """Return JSON values: ``scale``, ``asked``, ``filled``, ``filled_from``, ``scores``."""
         return {
             "scale": [SEVEN_POINT.low, SEVEN_POINT.high],
             "asked": dict(self.given),
@@ -67,18 +60,11 @@ def ask(
     rest: Rest | None = None,
     like: str | None = None,
 ) -> WordRequest:
-    """Return the scores that ``runs`` are to go by.
+    """Return the scores that condition ``runs``, which are of the same words.
 
-    Parameters
-    ----------
-    runs : sequence of LoadedRun
-        Of the same words.
-    words : mapping from str to float, optional
-        On the 7-point scale. The ten words of the studies also in Japanese, romaji or any case.
-    rest : {"mean"}, optional
-        Fill what is missing with the means over the rated items of the first run that knows any.
-    like : str, optional
-        Fill what is missing with the measured means of this item, from the first run that knows it.
+    ``words`` are on the 7-point scale; the ten words of the studies may be in Japanese, romaji or any case. Missing
+    scores are filled with the means over the rated items of the first run that has any (``rest``), or the measured
+    means of the item ``like``, from the first run that has it.
 
     Raises
     ------
@@ -103,7 +89,7 @@ def ask(
     given = {word: given[word] for word in names if word in given}
     missing = [word for word in names if word not in given]
     if rest is not None and like is not None:
-        raise ParameterError("--rest and --like both fill what is missing; give one")
+        raise ParameterError("`rest` and `like` both fill missing scores; give one")
     if not missing:
         return WordRequest(given)
     if like is not None:
@@ -112,16 +98,16 @@ def ask(
         means, source = _of_all(runs)
     elif rest is None:
         raise ParameterError(
-            f"a score is needed of {', '.join(missing)}: name them in --words, or fill them with --rest mean or "
-            "--like ITEM"
+            f"scores are missing for {', '.join(missing)}: give them in `words`, or fill them with `rest` mean or "
+            "with `like`"
         )
     else:
-        raise ParameterError(f"--rest must be mean, got {rest!r}")
+        raise ParameterError(f"rest must be mean, got {rest!r}")
     return WordRequest(given, {word: means[word] for word in missing}, source)
 
 
 def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
-    """Return the mean scores of what a run learned from, on the 7-point scale, by item and word."""
+    """Return the mean scores of a run's training items, on the 7-point scale, by item and word."""
     if not isinstance(run.model, RatedGenerator):
         return {}
     words = run.any_kind.words
@@ -133,14 +119,14 @@ def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
 
 
 def conditions_on_words(run: LoadedRun) -> bool:
-    """Say whether a run's condition holds words."""
+    """Return whether a run is conditioned on words."""
     return "words" in (*run.facts.needs, *run.facts.takes)
 
 
 def scale_of(run: LoadedRun) -> tuple[float, float]:
     """Return the lowest and highest score of a run's ratings."""
     if run.any_kind.scale is None:
-        raise ParameterError(f"{run.run.name}: names no scale of its ratings")
+        raise ParameterError(f"{run.run.name}: states no scale of its ratings")
     return run.any_kind.scale
 
 
@@ -168,9 +154,7 @@ def _of_item(runs: Sequence[LoadedRun], item: str) -> tuple[dict[str, float], st
             ], f"measured means of {item}, as {run.run.name} learned from it{_simulated(run)}"
         known += means
     shown = ", ".join(known[:24]) + (f" and {len(known) - 24} more" if len(known) > 24 else "")
-    raise ParameterError(
-        f"--like must be one of {shown or 'nothing: no run holds rated items'}; got {item!r}"
-    )
+    raise ParameterError(f"like must be one of {shown or 'nothing: no run holds rated items'}; got {item!r}")
 
 
 def _of_all(runs: Sequence[LoadedRun]) -> tuple[dict[str, float], str]:
@@ -178,7 +162,7 @@ def _of_all(runs: Sequence[LoadedRun]) -> tuple[dict[str, float], str]:
         if means := list(rated_means(run).values()):
             every = {word: float(np.mean([m[word] for m in means])) for word in run.any_kind.words}
             return every, f"mean over the {len(means)} rated items of {run.run.name}{_simulated(run)}"
-    raise ParameterError("--rest mean needs a run that holds rated items; name all words in --words")
+    raise ParameterError("`rest` mean needs a run that holds rated items; give all words in `words`")
 
 
 def _simulated(run: LoadedRun) -> str:

@@ -26,7 +26,7 @@ from tactogram.workflows.generation.word_scores import Rest, WordRequest, ask, s
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 NAMES = {"image": "image.png", "signal": "vibration.wav"}
-"""What is written into a folder, by what a model gives."""
+"""Files in a folder, by a model's kind of output."""
 CALLED = {"image": "image", "signal": "vibration"}
 
 
@@ -43,59 +43,48 @@ def generate_from_words(
     seed: int = 0,
     count: int = 1,
 ) -> dict[str, Any]:
-    """Write what each run makes of the same scores, and what was asked, filled and taken.
+    """Generate with each run from the same scores, and write the results with the scores requested, filled and used.
 
-    Nothing is written before all of it is made.
-
-    Parameters
-    ----------
-    runs : sequence of path or LoadedRun
-        At most one that gives an image and one that gives a signal, of the same words.
-    out : Path
-        A folder: `NAMES` and ``scores.json``, numbered where there are several. With one run also a file of its format;
-        the scores are then in the file's metadata alone.
-    words, rest, like
-        As of `tactogram.workflows.generation.word_scores.ask`.
-    vibration : path, optional
-        A recording for signal generators that start from one; without, they take a seeded one of their own.
-    raters : sequence of path or LoadedRun
-        Runs of predictors; each scores what it knows of what was made.
-    seconds : float, optional
-        Length of the signal.
-    seed, count : int
+    Nothing is written before everything is generated. Of ``runs`` at most one generates images and one signals, of the
+    same words. ``out`` is a folder for `NAMES` and ``scores.json``, numbered if there are several; with one run it may
+    be a file, whose metadata then holds the scores. ``words``, ``rest`` and ``like`` are those of
+    `tactogram.workflows.generation.word_scores.ask`. ``vibration`` is a recording for signal generators that start from
+    one; by default they draw one of their own. Each of ``raters``, runs of predictors, scores the results it can read.
 
     Returns
     -------
     dict
-        ``files`` (as of `generate_files`), and ``scores``: what scores.json holds, per number.
+        ``files`` (as of `generate_files`), and ``scores``: the content of scores.json, per number.
 
     Raises
     ------
     ParameterError
         If runs, words, recording, length or raters do not go together.
     """
-    loaded, judges = _loaded(runs), _loaded(raters)
-    asked = ask(loaded, words, rest=rest, like=like)
+    loaded, rater_models = _loaded(runs), _loaded(raters)
+    request = ask(loaded, words, rest=rest, like=like)
     files = _files(loaded, out)
     recording = None if vibration is None else read_signal(vibration)
     if recording is not None and not any("vibration" in _conditions(run) for run in loaded):
-        raise ParameterError(f"--vibration: no run goes by one ({', '.join(run.run.name for run in loaded)})")
+        raise ParameterError(
+            f"`vibration`: no run starts from one ({', '.join(run.run.name for run in loaded)})"
+        )
     if seconds is not None and all(run.facts.gives == "image" for run in loaded):
-        raise ParameterError("--seconds is for signals; an image has no length")
-    for judge in judges:
-        if not isinstance(judge.model, Predictor):
-            raise ParameterError(f"--rater {judge.run.name}: {judge.facts.name} gives no scores")
-    made = [_made(run, asked, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
+        raise ParameterError("`seconds` is for signals; an image has no length")
+    for rater in rater_models:
+        if not isinstance(rater.model, Predictor):
+            raise ParameterError(f"`raters`: {rater.facts.name} of {rater.run.name} gives no scores")
+    made = [_made(run, request, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
     notes: list[dict[str, Any]] = []
     for number, pieces in enumerate(zip(*made, strict=True), start=1):
         names = [numbered(file, number, count).name for file in files]
-        note = _note(loaded, judges, asked, pieces, names) | {"seed": seed, "number": number}
+        note = _note(loaded, rater_models, request, pieces, names) | {"seed": seed, "number": number}
         notes.append(note if vibration is None else note | {"vibration_from": Path(vibration).name})
     written: list[dict[str, Any]] = []
     for number, note in enumerate(notes, start=1):
         for run, file, each in zip(loaded, files, made, strict=True):
             piece, taken = each[number - 1]
-            metadata = run_provenance(run, seed) | asked.as_dict() | {"taken": taken, "number": number}
+            metadata = run_provenance(run, seed) | request.as_dict() | {"taken": taken, "number": number}
             row = write_made(numbered(file, number, count), piece, metadata, simulated=run.simulated)
             written.append(row | {"run": str(run.run.folder)})
         if not _is_file(out):
@@ -117,7 +106,7 @@ def _is_file(out: Path) -> bool:
 
 
 def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
-    """Return where each run's piece goes; refuses two of one kind, and a file for several."""
+    """Return the file of each run's result; refuse two of one kind, and a file for several."""
     gives = [run.facts.gives for run in runs]
     for run in runs:
         if run.facts.gives not in NAMES:
@@ -130,20 +119,20 @@ def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
     if not _is_file(out):
         media = mimetypes.guess_type(out.name)[0] is not None and not out.is_dir()
         if media or any(place.is_file() for place in (out, *out.parents)):
-            raise ParameterError(f"--out must be a folder, {_shown(gives)}; got {out}")
+            raise ParameterError(f"out must be a folder, {_shown(gives)}; got {out}")
         return [out / NAMES[g] for g in gives]
     if len(runs) > 1:
-        raise ParameterError(f"--out must be a folder for {len(runs)} runs, got {out}")
+        raise ParameterError(f"out must be a folder for {len(runs)} runs, got {out}")
     wanted = suffixes_for(gives[0])
     if out.suffix.lower() not in wanted:
         raise ParameterError(
-            f"--out for {gives[0]}s must be a folder or end in {', '.join(wanted)}, got {out}"
+            f"`out` for {gives[0]}s must be a folder or end in {', '.join(wanted)}, got {out}"
         )
     return [out]
 
 
 def _shown(gives: Sequence[str]) -> str:
-    """Return which files may stand in a folder's place, in words."""
+    """Return the files that are accepted instead of a folder, in words."""
     if len(gives) > 1:
         return "with two runs always"
     return "or a file that ends in " + (".png" if gives[0] == "image" else ", ".join(WRITABLE))
@@ -151,15 +140,15 @@ def _shown(gives: Sequence[str]) -> str:
 
 def _made(
     run: LoadedRun,
-    asked: WordRequest,
+    request: WordRequest,
     recording: Signal | None,
     *,
     seconds: float | None,
     seed: int,
     count: int,
 ) -> list[tuple[Signal | Image, dict[str, Any]]]:
-    """Return each piece, and what the model took for it where it says so: plate, cluster, spectrum."""
-    condition: dict[str, Any] = {"words": asked.on_scale_of(run)}
+    """Return each result, and the plate, cluster or spectrum that the model selected for it."""
+    condition: dict[str, Any] = {"words": request.on_scale_of(run)}
     if recording is not None and "vibration" in _conditions(run):
         condition["vibration"] = recording
     length = seconds if run.facts.gives == "signal" else None
@@ -176,57 +165,57 @@ def _taken(model: object, condition: Mapping[str, Any], seed: int) -> dict[str, 
 
 def _note(
     runs: Sequence[LoadedRun],
-    judges: Sequence[LoadedRun],
-    asked: WordRequest,
+    rater_models: Sequence[LoadedRun],
+    request: WordRequest,
     pieces: Sequence[tuple[Signal | Image, Mapping[str, Any]]],
     names: Sequence[str],
 ) -> dict[str, Any]:
-    """Return what was asked, what each run took for its piece, and what rater models say of it."""
-    note = asked.as_dict() | {
-        "simulated": any(run.simulated for run in (*runs, *judges)),
+    """Return the scores, the selection of each run, and the scores predicted by rater models."""
+    note = request.as_dict() | {
+        "simulated": any(run.simulated for run in (*runs, *rater_models)),
         "made": {
-            CALLED[run.facts.gives]: _facts(run, asked, taken) | {"file": name}
+            CALLED[run.facts.gives]: _facts(run, request, taken) | {"file": name}
             for run, name, (_, taken) in zip(runs, names, pieces, strict=True)
         },
     }
-    if judges:
-        note["predicted"] = _predicted(judges, runs, [piece for piece, _ in pieces])
+    if rater_models:
+        note["predicted"] = _predicted(rater_models, runs, [piece for piece, _ in pieces])
     return note
 
 
-def _facts(run: LoadedRun, asked: WordRequest, taken: Mapping[str, Any]) -> dict[str, Any]:
+def _facts(run: LoadedRun, request: WordRequest, taken: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "run": str(run.run.folder),
         "run_id": run.run.data["run_id"],
         "model": run.facts.name,
         "simulated": run.simulated,
         "scale": list(scale_of(run)),
-        "scores": {word: round(score, 4) for word, score in asked.on_scale_of(run).items()},
+        "scores": {word: round(score, 4) for word, score in request.on_scale_of(run).items()},
         **({"taken": dict(taken)} if taken else {}),
     }
 
 
 def _predicted(
-    judges: Sequence[LoadedRun], runs: Sequence[LoadedRun], pieces: Sequence[Signal | Image]
+    rater_models: Sequence[LoadedRun], runs: Sequence[LoadedRun], pieces: Sequence[Signal | Image]
 ) -> dict[str, Any]:
-    """Return what rater models say of each piece that they know, on the 7-point scale."""
+    """Return the scores of rater models for each result they can read, on the 7-point scale."""
     found: dict[str, Any] = {}
-    for judge in judges:
-        of_signals = isinstance(judge.any_kind, SignalKind)
+    for rater in rater_models:
+        of_signals = isinstance(rater.any_kind, SignalKind)
         for run, piece in zip(runs, pieces, strict=True):
             if isinstance(piece, Signal) is not of_signals:
                 continue
-            said = judge.predictor.predict(judge.prepare(piece) if isinstance(piece, Signal) else piece)
-            low, high = scale_of(judge)
+            said = rater.predictor.predict(rater.prepare(piece) if isinstance(piece, Signal) else piece)
+            low, high = scale_of(rater)
             found[CALLED[run.facts.gives]] = {
-                "by": "a rater model" + (" of simulated raters" if judge.simulated else ""),
-                "run": str(judge.run.folder),
+                "by": "a rater model" + (" of simulated raters" if rater.simulated else ""),
+                "run": str(rater.run.folder),
                 "scores": {
                     word: round(float(SEVEN_POINT.from_unit((score - low) / (high - low))), 4)
                     for word, score in said.items()
                 },
             }
     if not found:
-        names = ", ".join(judge.run.name for judge in judges)
-        raise ParameterError(f"--rater: {names} knows none of what was made")
+        names = ", ".join(rater.run.name for rater in rater_models)
+        raise ParameterError(f"`raters`: {names} can score none of the results")
     return found

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,46 +15,35 @@ from tactogram.rendering.drive.safety import safe
 from tactogram.rendering.transducer.circuit import fitted_transducer, read_sweep
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
 from tactogram.signal.io import read_signal
+from tactogram.workflows.rendering.requests import CalibrationRequest, PlayRequest
+from tactogram.workflows.request import takes
 
 LEAST_HZ = 1000.0
-"""No transducer of an ultrasonic display resonates below it."""
+"""Transducers of ultrasonic displays resonate above it."""
 
 
-def calibrate(
-    pairs: Path | str, out: Path | str, *, normal_force_n: float | None = None, confidence: float = 0.95
-) -> dict[str, Any]:
-    """Fit voltage to friction, person by person, and write what an electrovibration display's settings need.
-
-    Parameters
-    ----------
-    pairs : Path or str
-        CSV with columns ``voltage_v_rms``, ``friction``, and if given ``person`` and ``normal_force_n``.
-    out : Path or str
-        TOML, one ``[[calibration]]`` per person.
-    normal_force_n : float, optional
-        Where the file does not say it.
-    confidence : float
-        Of the intervals.
+@takes(CalibrationRequest)
+def calibrate(request: CalibrationRequest) -> dict[str, Any]:
+    """Fit voltage to friction, person by person, and write the settings of an electrovibration display.
 
     Returns
     -------
     dict
-        ``file``, ``people`` (by name what was fitted, ``square_law_holds`` and ``settings`` among it) and ``spread``:
-        largest over least k_e of the people.
+        ``file``, ``people`` (the fit by name, with ``square_law_holds`` and ``settings``) and ``spread``: largest over
+        least k_e of the people.
 
     Raises
     ------
     DataError, ParameterError
-        If the table cannot be read, or a person's pairs say nothing. Nothing is written then.
+        If the table cannot be read, or a person's pairs determine nothing. Nothing is written then.
     """
-    if Path(out).suffix != ".toml":
-        raise ParameterError(f"--out must end in .toml, got {out}")
-    found = [
-        calibrated(one, confidence=confidence) for one in read_pairs(pairs, normal_force_n=normal_force_n)
-    ]
+    if Path(request.out).suffix != ".toml":
+        raise ParameterError(f"`out` must end in .toml, got {request.out}")
+    pairs = read_pairs(request.pairs, normal_force_n=request.normal_force_n)
+    found = [calibrated(one, confidence=request.confidence) for one in pairs]
     constants = [one.newton_per_v2 for one in found]
     return {
-        "file": str(write_calibrations(out, found)),
+        "file": str(write_calibrations(request.out, found)),
         "people": {
             one.person: {
                 **one.model_dump(mode="json"),
@@ -70,7 +57,7 @@ def calibrate(
 
 
 def transducer(sweep: Path | str) -> dict[str, Any]:
-    """Return the circuit fitted to a measured admittance, and what a display's settings need of it.
+    """Return the circuit fitted to a measured admittance, with the settings of a display.
 
     Parameters
     ----------
@@ -115,55 +102,34 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
     }
 
 
-def play(
-    file: Path | str,
-    display: str,
-    *,
-    device: str = "digilent",
-    channel: int = 1,
-    loop_s: float | None = None,
-    opened: Callable[..., AnalogDiscovery] = AnalogDiscovery,
-) -> dict[str, Any]:
-    """Give a rendered envelope to a device that makes the carrier itself.
+@takes(PlayRequest)
+def play(request: PlayRequest) -> dict[str, Any]:
+    """Play a rendered envelope on a device that makes the carrier itself.
 
-    Parameters
-    ----------
-    file : Path or str
-        A drive as `render` writes it for a display whose output is ``envelope``: one axis, V. One that does not begin
-        and end at 0 V is faded, unless it is looped.
-    display : str
-        That display, by name or file: its carrier and limits.
-    device : str
-        ``digilent`` or ``digilent:SERIAL``.
-    channel : int
-        Of the device, from 1.
-    loop_s : float, optional
-        Play the file again and again for so long, from the device's own buffer; by default once, streamed.
-    opened : callable
-        What opens the device; in tests.
+    The file is a drive rendered for a display whose output is ``envelope``: one axis, V. It is streamed once, and faded
+    where it does not begin and end at 0 V; with ``loop_s`` it repeats from the device's own buffer.
 
     Returns
     -------
     dict
-        What was sent and lost, see `AnalogDiscovery.facts`.
+        Samples sent and lost, see `AnalogDiscovery.facts`.
 
     Raises
     ------
     ParameterError
         If the display's carrier is not the device's, or the file is not a drive of it.
     MissingExtraError, DeviceError
-        If there is no library, driver or device.
+        If the library, driver or device is missing.
     """
-    kind, _, serial = device.partition(":")
+    file, loop_s = request.file, request.loop_s
+    kind, _, serial = request.device.partition(":")
     if kind != "digilent":
-        raise ParameterError(f"--device must be digilent or digilent:SERIAL, got {device!r}")
-    if loop_s is not None and not (math.isfinite(loop_s) and loop_s > 0):
-        raise ParameterError(f"--loop must be a number of seconds > 0, got {loop_s:g}")
-    known = open_display(display)
+        raise ParameterError(f"device must be digilent or digilent:SERIAL, got {request.device!r}")
+    known = open_display(request.display)
     settings = known.settings
     if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
         raise ParameterError(
-            f"{known.name} has no carrier that a device could make: give a display whose drive is a modulated carrier, "
+            f"{known.name} has no carrier that a device could make: its drive must be a modulated carrier, "
             "with output = 'envelope'"
         )
     drive = read_signal(Path(file))
@@ -182,7 +148,8 @@ def play(
     ends = float(max(drive.samples[0, 0], drive.samples[0, -1]))
     if loop_s is None and ends > 0.01 * known.limit:
         drive, _ = safe(drive.with_samples(drive.samples, axes=known.channels), known.of(rate=drive.rate))
-    with opened(generator(settings, channel=channel, serial=serial)) as output:
+    opened = request.opened or AnalogDiscovery
+    with opened(generator(settings, channel=request.channel, serial=serial)) as output:
         if loop_s is None:
             output.play(drive)
         else:

@@ -1,4 +1,4 @@
-"""A rendered drive on a sound card, or on a null device that plays to nobody: as fitted, or weaker, never stronger.
+"""Playback of a rendered drive on a sound card or the null device: as fitted or weaker, never stronger.
 
 `rendering.drive.safety.Guard` has the last word on every block: it fades in, fades out when stopped, and stays
 within the display's limits.
@@ -24,30 +24,31 @@ from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
-from tactogram.workflows.study.stimuli import signal_sha256
+from tactogram.workflows.rendering.requests import PlayRequest
+from tactogram.workflows.request import takes
 
 State = Literal["waiting", "playing", "ended", "stopped", "failed"]
 
 CAREFUL = 0.25
-"""Share of the drive that playing begins with where nobody says: what is too strong is felt before it hurts."""
+"""Share of the drive at which playback begins by default: too strong a drive is felt before it hurts."""
 GLIDE_S = 0.2
-"""How long a change of strength takes, s."""
+"""Duration of a change of strength, s."""
 HIGHEST_RATE = 384_000
-"""Of what a sound card may be asked for, Hz."""
+"""Highest rate of sound cards, Hz."""
 STALLED_S = 2.0
-"""A device that asks for nothing for so long is gone, s."""
+"""Time without a request for samples after which a device counts as gone, s."""
 BUFFER_MS = 40
 NULL = "null"
 
 
 def outputs() -> list[dict[str, Any]]:
-    """Return what a drive can be played on, and what could not be looked for.
+    """Return the devices that can play a drive, and the kinds that could not be searched.
 
     Returns
     -------
     list of dict
-        ``device`` (as `play` and ``play --device`` take it), ``title``, ``missing`` (one line that says why it is not
-        there; None otherwise), ``simulated`` (it plays to nobody).
+        ``device`` (as in `PlayRequest`), ``title``, ``missing`` (one line on what it lacks, or None), ``simulated``
+        (no actuator connected).
     """
     found: list[dict[str, Any]] = []
 
@@ -59,8 +60,8 @@ def outputs() -> list[dict[str, Any]]:
         for name in names:
             add(f"audio:{name}", f"sound card: {name}")
         if not names:
-            add("audio", "sound card", "no sound card is there: plug one in and look again")
-        add(NULL, "null device, simulated: plays to nobody, at the right pace", simulated=True)
+            add("audio", "sound card", "no sound card found: plug one in and look again")
+        add(NULL, "null device, simulated: no actuator connected, real time", simulated=True)
     except TactogramError as error:
         add("audio", "sound card", str(error))
         add(NULL, "null device, simulated", str(error), simulated=True)
@@ -69,30 +70,22 @@ def outputs() -> list[dict[str, Any]]:
         for address in addresses:
             add(address, f"Digilent generator {address.partition(':')[2]}, envelopes")
         if not addresses:
-            add("digilent", "Digilent generator, envelopes", "WaveForms works; no Digilent device is there")
+            add("digilent", "Digilent generator, envelopes", "WaveForms works; no Digilent device found")
     except TactogramError as error:
         add("digilent", "Digilent generator, envelopes", str(error))
     return found
 
 
-def full_scale_of(display: Display, device: str, asked: float | None = None) -> float:
-    """Return what 1.0 of a device stands for, in the unit of a display's drive.
-
-    Parameters
-    ----------
-    display : Display
-    device : str
-        Of `outputs`.
-    asked : float, optional
-        What the device and the amplifier behind it make of 1.0.
+def full_scale_of(display: Display, device: str, measured: float | None = None) -> float:
+    """Return the drive at 1.0 of a device, in the display's unit; ``measured`` is that of device and amplifier.
 
     Raises
     ------
     ParameterError
-        If the display is not driven by a sound card, or nobody says what full scale is.
+        If a sound card cannot drive the display, or full scale is not known.
     """
-    if asked is not None and not (np.isfinite(asked) and asked > 0):
-        raise ParameterError(f"--full-scale must be > 0 {display.unit}, got {asked:g}")
+    if measured is not None and not (np.isfinite(measured) and measured > 0):
+        raise ParameterError(f"full_scale must be > 0 {display.unit}, got {measured:g}")
     if display.unit not in ("1", "V"):
         raise ParameterError(
             f"{display.name} is driven in {display.unit}: a sound card cannot; write the drive and give it to the "
@@ -107,32 +100,21 @@ def full_scale_of(display: Display, device: str, asked: float | None = None) -> 
         raise ParameterError(
             f"{display.name} takes {display.rate:g} samples a second; a sound card has whole rates up to {HIGHEST_RATE}"
         )
-    if asked is not None:
-        return asked
+    if measured is not None:
+        return measured
     if display.unit == "1" or device == NULL:
         return 1.0 if display.unit == "1" else display.limit
     raise ParameterError(
-        f"{display.name} is driven in V: say with --full-scale how many V the amplifier makes of the sound card's full "
+        f"{display.name} is driven in V: give `full_scale`, the voltage of the amplifier at the sound card's full "
         "scale (measure it), or render for a display in parts of full scale, such as audio"
     )
 
 
 class Playback:
-    """One drive on one device, begun and stopped once; it plays in the device's own thread.
+    """One drive on one device, started and stopped once; it plays in the device's own thread.
 
-    Parameters
-    ----------
-    drive : Signal
-        As `fit` made it: the display's rate, unit and channels.
-    display : Display
-    device : str
-        ``null``, ``audio`` or ``audio:NAME``.
-    strength : float
-        Share of the drive that is sent, 0 to 1.
-    loop_s : float, optional
-        Again and again for so long; by default once.
-    full_scale : float, optional
-        See `full_scale_of`.
+    ``drive`` has the display's rate, unit and channels; ``device`` is ``null``, ``audio`` or ``audio:NAME``;
+    ``strength`` is the share of the drive that is sent; ``full_scale`` as in `full_scale_of`.
 
     Raises
     ------
@@ -152,7 +134,7 @@ class Playback:
     ) -> None:
         kind, _, self._card = device.partition(":")
         if kind not in (NULL, "audio"):
-            raise ParameterError(f"--device must be null, audio or audio:NAME, got {device!r}")
+            raise ParameterError(f"device must be null, audio or audio:NAME, got {device!r}")
         expected = (display.rate, display.unit, len(display.channels))
         if (drive.rate, drive.unit, len(drive.axes)) != expected or drive.domain != "time":
             raise ParameterError(
@@ -160,7 +142,7 @@ class Playback:
                 f"{expected[1]}, got {len(drive.axes)} at {drive.rate:g} in {drive.unit}; render it for this display"
             )
         if loop_s is not None and not (np.isfinite(loop_s) and loop_s > 0):
-            raise ParameterError(f"--loop must be a number of seconds > 0, got {loop_s:g}")
+            raise ParameterError(f"loop_s must be a number of seconds > 0, got {loop_s:g}")
         self.drive, self.display, self.device = drive, display, device
         self.full_scale = full_scale_of(display, kind, full_scale)
         peak = float(np.abs(drive.samples).max())
@@ -173,7 +155,7 @@ class Playback:
         self.state: State = "waiting"
         self.error: str | None = None
         self._total = len(drive) if loop_s is None else max(len(drive), round(loop_s * drive.rate))
-        self._at, self._asked_at = 0, 0.0
+        self._at, self._requested_at = 0, 0.0
         self._share = 0.0
         self._guard = DriveGuard(display)
         self._leaving, self._stop, self._over = False, threading.Event(), threading.Event()
@@ -191,17 +173,17 @@ class Playback:
 
     @property
     def seconds(self) -> float:
-        """How much of the drive was sent, s."""
+        """Duration of the drive sent so far, s."""
         return self._at / self.drive.rate
 
     @property
     def total_s(self) -> float:
-        """How long it plays, s."""
+        """Duration of the playback, s."""
         return self._total / self.drive.rate
 
     def pull(self, frames: int) -> NDArray[np.float32]:
-        """Return the next frames for the device, float32, shape (frames, channel), parts of its full scale."""
-        self._asked_at = time.monotonic()
+        """Return the next frames for the device, float32, shape (frames, channel), relative to full scale."""
+        self._requested_at = time.monotonic()
         count = min(frames, self._total - self._at)
         if self._leaving or count <= 0:
             self._over.set()
@@ -226,7 +208,7 @@ class Playback:
         MissingExtraError, DeviceError
             If there is no library or device, or it stopped asking for samples.
         """
-        self.state, self._asked_at = "playing", time.monotonic()
+        self.state, self._requested_at = "playing", time.monotonic()
         try:
             with device_errors(self.device), self._opened() as device:
                 source = self._frames()
@@ -245,12 +227,12 @@ class Playback:
         self._stop.set()
 
     def facts(self) -> dict[str, Any]:
-        """Return what was played: ``sha256`` of the drive, how much of it, how strong, where."""
+        """Return the facts of the playback: ``sha256`` of the drive, duration, strength, device."""
         return {
             "display": self.display.name,
             "device": self.device,
             "simulated_device": self.device == NULL,
-            "sha256": signal_sha256(self.drive),
+            "sha256": self.drive.sha256,
             "strength": self.strength,
             "full_scale": self.full_scale,
             "unit": self.display.unit,
@@ -261,14 +243,14 @@ class Playback:
 
     def _wait(self) -> None:
         while not self._over.wait(0.05):
-            if time.monotonic() - self._asked_at > STALLED_S:
+            if time.monotonic() - self._requested_at > STALLED_S:
                 raise DeviceError(
-                    f"{self.device}: has asked for no samples for {STALLED_S:g} s; is it still plugged in?"
+                    f"{self.device}: has requested no samples for {STALLED_S:g} s; is it still plugged in?"
                 )
-        time.sleep(BUFFER_MS / 1e3)  # what is in the device's buffer is the fade
+        time.sleep(BUFFER_MS / 1e3)  # the device's buffer holds the fade
 
     def _shares(self, count: int) -> NDArray[np.float32]:
-        """Return the share of each of the next samples: it glides to the one that is asked for."""
+        """Return the share of each of the next samples, gliding to the set strength."""
         step = 1 / (GLIDE_S * self.drive.rate)
         ways = step * np.arange(1, count + 1)
         if self._at == 0:
@@ -279,9 +261,9 @@ class Playback:
         return np.asarray(shares, np.float32)
 
     def _frames(self) -> Iterator[bytes]:
-        asked: Any = yield b""
+        count: Any = yield b""
         while True:
-            asked = yield self.pull(asked).tobytes()
+            count = yield self.pull(count).tobytes()
 
     def _opened(self) -> Any:
         miniaudio = imported("miniaudio", extra="devices", what="playing on a sound card or the null device")
@@ -299,32 +281,16 @@ class Playback:
             )
 
 
-def play_drive(
-    file: Path | str,
-    display: str,
-    *,
-    device: str = NULL,
-    strength: float = 1.0,
-    loop_s: float | None = None,
-    full_scale: float | None = None,
-) -> dict[str, Any]:
-    """Play a drive as `workflows.rendering.render.render` wrote it; Ctrl-C fades it out. Returns `Playback.facts`.
-
-    Parameters
-    ----------
-    file : Path
-    display : str
-        That it was rendered for, by name or file.
-    device, strength, loop_s, full_scale
-        See `Playback`.
-    """
+@takes(PlayRequest)
+def play_drive(request: PlayRequest) -> dict[str, Any]:
+    """Play a rendered drive on a sound card or the null device; Ctrl-C fades it out. Returns `Playback.facts`."""
     playing = Playback(
-        read_signal(Path(file)),
-        open_display(display),
-        device=device,
-        strength=strength,
-        loop_s=loop_s,
-        full_scale=full_scale,
+        read_signal(Path(request.file)),
+        open_display(request.display),
+        device=request.device,
+        strength=request.strength,
+        loop_s=request.loop_s,
+        full_scale=request.full_scale,
     )
     result: dict[str, Any] = {}
     # Not by joining the thread: in Python 3.11 a join after an interrupted one returns at once, before the fade.
@@ -346,7 +312,7 @@ def play_drive(
         ended.wait()
     if (raised := result.pop("raised", None)) is not None:
         raise raised
-    return {"file": str(file), **result}
+    return {"file": str(request.file), **result}
 
 
 def _cards() -> dict[str, Any]:
@@ -366,7 +332,7 @@ def _cards() -> dict[str, Any]:
 def _card(name: str) -> Any:
     cards = _cards()
     if not cards:
-        raise DeviceError("no sound card is there: plug one in, or play on the null device")
+        raise DeviceError("no sound card found: plug one in, or play on the null device")
     if not name:
         return None
     if name not in cards:

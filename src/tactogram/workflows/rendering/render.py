@@ -17,15 +17,17 @@ from tactogram.rendering.displays.response import write_response
 from tactogram.rendering.drive.fit import Drive, fit
 from tactogram.rendering.drive.friction_calibration import calibration_of
 from tactogram.rendering.drive.sweep import exponential_sweep, identify
-from tactogram.rendering.level import Level, parse_level
+from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.validation import validated
+from tactogram.workflows.rendering.requests import RenderRequest, ResponseRequest, SweepRequest
+from tactogram.workflows.request import takes
 
 
 def list_displays() -> dict[str, Any]:
-    """Return the displays that come with the package, by name, with what there is to choose by."""
+    """Return the facts by which to choose a display, for each that comes with the package."""
     return {
         name: {
             "title": display.title,
@@ -42,13 +44,13 @@ def list_displays() -> dict[str, Any]:
 
 
 def show_display(name: str, *, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return all that is known of a display, by name or file, as JSON values."""
+    """Return the settings of a display, by name or file, as JSON values."""
     display = open_display(name, changes=changes)
     return {**display.model_dump(mode="json"), "levels": levels_of(display)}
 
 
 def levels_of(display: Display) -> list[str]:
-    """Return the kinds of level that have a meaning for the display and some signal, tried on one of 0.2 s."""
+    """Return the kinds of level that make sense for the display with some signal, tried on 0.2 s."""
     t = np.arange(200) / 1000
     probe = np.sin(2 * np.pi * 100 * t) + 1.5
     found = []
@@ -63,76 +65,43 @@ def levels_of(display: Display) -> list[str]:
     return found
 
 
-def render(
-    file: Path | str,
-    display: str,
-    out: Path | str,
-    *,
-    level: Level | str,
-    how: str | None = None,
-    speed_mm_s: float | None = None,
-    changes: Mapping[str, Any] | None = None,
-    calibration: Path | str | None = None,
-    person: str | None = None,
-    report_figure: bool = False,
-    **options: Any,
-) -> dict[str, Any]:
-    """Write the drive that renders a file on a display, and the report beside it.
-
-    Parameters
-    ----------
-    file : Path
-        Any file that `read_signal` reads; ``options`` are passed to it.
-    display : str
-        Name of a shipped one, or a TOML file.
-    out : Path
-        Of the drive, at the display's rate: ``.wav``, ``.csv``, ``.npz`` …; the report is written beside it with the
-        suffix ``.report.json``, and its figure as ``.report.png`` where ``report_figure`` is asked for.
-    level : Level or str
-    how : str, optional
-        How several axes become the display's: ``axes`` of `fit`.
-    speed_mm_s : float, optional
-        As in `fit`.
-    changes : mapping, optional
-        Values of the display to change, by dotted key.
-    calibration : Path, optional
-        Of an electrovibration display: what `tactogram.workflows.rendering.actuators.calibrate` wrote.
-    person : str, optional
-        Whose of it; may be left out where it holds one.
+@takes(RenderRequest)
+def render(request: RenderRequest) -> dict[str, Any]:
+    """Write the drive that renders a file on a display, and the report next to it.
 
     Returns
     -------
     dict
-        ``file``, ``report_file``, ``report`` (see `Report`), and ``figure``.
+        ``file``, ``report_file``, ``report`` (see `Report`), ``text``, and ``figure``.
 
     Raises
     ------
     ParameterError
-        If ``out`` is no signal file or the signal itself, or ``person`` has no calibration beside it.
+        If ``out`` is no signal file or the signal itself, or ``person`` comes without ``calibration``.
     """
-    out = Path(out)
+    out, file, changes = Path(request.out), request.file, request.changes or {}
     if out.suffix.lower() not in WRITABLE:
         raise ParameterError(
             f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix or 'none'}"
         )
     if out.exists() and Path(file).exists() and out.samefile(file):
         raise ParameterError(f"{out}: is the signal itself, which the drive would replace; name another file")
-    asked = parse_level(level) if isinstance(level, str) else level
-    opened = open_display(display, changes=changes)
-    if calibration is not None:
-        opened = calibrated_display(opened, calibration, person, kept=changes or {})
-    elif person is not None:
-        raise ParameterError("--person is whose calibration to take: give --calibration FILE, too")
-    signal = read_signal(file, **options)
-    drive = fit(signal, opened, level=asked, axes=how, speed_mm_s=speed_mm_s)
+    level = parse_level(request.level) if isinstance(request.level, str) else request.level
+    display = open_display(request.display, changes=changes)
+    if request.calibration is not None:
+        display = calibrated_display(display, request.calibration, request.person, kept=changes)
+    elif request.person is not None:
+        raise ParameterError("`person` chooses among the people of `calibration`: give both")
+    signal = read_signal(file, **request.reading)
+    drive = fit(signal, display, level=level, axes=request.how, speed_mm_s=request.speed_mm_s)
     report = drive.report.as_json() | {"source_file": str(file)}
     simulated = read_metadata(file).get("simulated")
     if simulated is not None:
         report["simulated"] = simulated
     written = write_drive(out, drive, report=report)
     result = {"file": str(out), "report_file": str(written), "report": report, "text": drive.report.as_text()}
-    if report_figure:
-        result["figure"] = str(save_drive_figure(out.with_suffix(".report.png"), drive, opened))
+    if request.report_figure:
+        result["figure"] = str(save_drive_figure(out.with_suffix(".report.png"), drive, display))
     return result
 
 
@@ -155,14 +124,14 @@ def calibrated_display(
     found = calibration_of(calibration, person)
     constants = found.settings()
     if both := [key for key in kept if key.removeprefix(f"{family.name}.") in constants]:
-        raise ParameterError(f"{both[0]} comes from {calibration}: leave out --set or --calibration")
+        raise ParameterError(f"{both[0]} comes from {calibration}: omit `changes` or `calibration`")
     settings = {**display.settings.model_dump(), **constants}
     checked = validated(family.settings, settings, where=f"{calibration}: {found.person}")
     return display.of(settings=checked)
 
 
 def write_drive(out: Path, drive: Drive, *, report: Mapping[str, Any]) -> Path:
-    """Write a drive with the display's name in its metadata, and the report beside it; return the report's file."""
+    """Write a drive with the display's name in its metadata, and the report next to it; return the report's file."""
     facts = {"display": drive.report.display, "level": str(drive.report.level["asked"])}
     if "simulated" in report:
         facts["simulated"] = report["simulated"]
@@ -182,67 +151,44 @@ def save_drive_figure(path: Path, drive: Drive, display: Display) -> Path:
     return path
 
 
-def write_sweep(
-    display: str,
-    out: Path | str,
-    *,
-    seconds: float = 10.0,
-    share: float = 0.25,
-    band: tuple[float, float] | None = None,
-    changes: Mapping[str, Any] | None = None,
-) -> dict[str, Any]:
-    """Write the sweep that a display's response is measured with, as a drive, and return what it is."""
-    opened = open_display(display, changes=changes)
-    sweep = exponential_sweep(opened, seconds=seconds, level=share, band=band)
-    measured = band or opened.band or (10.0, 0.45 * opened.rate)
-    facts = {"display": opened.name, "sweep": True, "band": list(measured), "share_of_limit": share}
-    write_signal(out, sweep, metadata=facts)
-    return {"file": str(out), "seconds": sweep.seconds, "rate": sweep.rate, **facts}
+@takes(SweepRequest)
+def write_sweep(request: SweepRequest) -> dict[str, Any]:
+    """Write the sweep that measures a display's response, as a drive, and return its facts."""
+    display = open_display(request.display, changes=request.changes)
+    sweep = exponential_sweep(display, seconds=request.seconds, level=request.share, band=request.band)
+    measured = request.band or display.band or (10.0, 0.45 * display.rate)
+    facts = {"display": display.name, "sweep": True, "band": list(measured), "share_of_limit": request.share}
+    write_signal(request.out, sweep, metadata=facts)
+    return {"file": str(request.out), "seconds": sweep.seconds, "rate": sweep.rate, **facts}
 
 
-def write_identified(
-    played: Path | str,
-    recorded: list[str],
-    out: Path | str,
-    *,
-    band: tuple[float, float] | None = None,
-    axis: str | None = None,
-    **options: Any,
-) -> dict[str, Any]:
-    """Write the response that leads from a played sweep to its recordings as CSV, and return what was found.
-
-    Parameters
-    ----------
-    played : Path
-        As `write_sweep` wrote it.
-    recorded : list of Path
-        One or more recordings of it; ``options`` are passed to `read_signal`.
-    out : Path
-        A CSV of frequency, gain, phase and coherence.
-    band : tuple of float, optional
-        In which it is read, Hz; by default that of the sweep.
-    axis : str, optional
-        Of the recordings, where they have several.
+@takes(ResponseRequest)
+def write_identified(request: ResponseRequest) -> dict[str, Any]:
+    """Write the response that leads from a played sweep to its recordings as CSV, and return a summary.
 
     Raises
     ------
     ParameterError
-        If ``out`` is no CSV, the sweep does not say its band, or a recording has several axes and none is named.
+        If ``out`` is no CSV, the sweep does not state its band, or a recording has several axes and none is named.
     """
-    if Path(out).suffix.lower() != ".csv":
+    out = Path(request.out)
+    if out.suffix.lower() != ".csv":
         raise ParameterError(f"{out}: a response is written as .csv")
-    sweep = read_signal(played)
-    asked = band or read_metadata(played).get("band")
-    if asked is None:
-        raise ParameterError(f"{played} does not say which band it sweeps: give --band LO HI")
-    takes = [read_signal(file, **options) for file in recorded]
-    takes = [take.select(axis) if axis else take for take in takes]
-    for file, take in zip(recorded, takes, strict=True):
-        if len(take.axes) > 1:
-            raise ParameterError(f"{file} has axes {', '.join(take.axes)}: give --axis NAME")
-    low, high = asked
-    found = identify(sweep.select(sweep.axes[0]), takes[0], band=(low, high), repeats=tuple(takes[1:]))
-    write_response(Path(out), found.frequency, found.response, unit=found.unit, coherence=found.coherence)
+    sweep = read_signal(request.played)
+    band = request.band or read_metadata(request.played).get("band")
+    if band is None:
+        raise ParameterError(f"{request.played} does not state the band it sweeps: give `band`")
+    recordings = [read_signal(file, **request.reading) for file in request.recorded]
+    if request.axis:
+        recordings = [recording.select(request.axis) for recording in recordings]
+    for file, recording in zip(request.recorded, recordings, strict=True):
+        if len(recording.axes) > 1:
+            raise ParameterError(f"{file} has axes {', '.join(recording.axes)}: choose one with `axis`")
+    low, high = band
+    found = identify(
+        sweep.select(sweep.axes[0]), recordings[0], band=(low, high), repeats=tuple(recordings[1:])
+    )
+    write_response(out, found.frequency, found.response, unit=found.unit, coherence=found.coherence)
     trusted = found.frequency[found.coherence >= 0.9]
     return {
         "file": str(out),
@@ -254,5 +200,5 @@ def write_identified(
         "coherence_median": float(np.median(found.coherence)),
         "coherence_least": float(found.coherence.min()),
         "trusted_hz": [float(trusted.min()), float(trusted.max())] if len(trusted) else None,
-        "takes": len(takes),
+        "takes": len(recordings),
     }

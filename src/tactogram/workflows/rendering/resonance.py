@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -29,111 +28,33 @@ from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, 
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 from tactogram.signal.io.writable import check_writable
 from tactogram.validation import validated
+from tactogram.workflows.rendering.requests import TrackRequest
+from tactogram.workflows.request import takes
 
 BAND = 0.03
-"""Share of the carrier below and above which it is looked for, unless asked otherwise."""
-
-StatusCallback = Callable[[str], None]
+"""Share of the carrier below and above it that is searched by default."""
 
 
-@dataclass(frozen=True)
-class TrackSettings:
-    """Settings of resonance tracking.
-
-    Parameters
-    ----------
-    generator : str
-        ``digilent``, ``digilent:SERIAL``, or ``simulated``: a bench, generator and converter in one.
-    source : str, optional
-        Of voltage and current: an address of `tactogram.capture.catalogue`, or ``scope``, the generator's own inputs.
-    steps : int
-        After the lock.
-    every_s : float
-        From one step to the next; 0 is as quickly as it can be measured.
-    share : float
-        Of the largest voltage that the display allows: what the transducer is measured at.
-    channel : int
-        Of the generator, from 1.
-    seed : int
-        Of the simulated bench's noise.
-    """
-
-    generator: str = "simulated"
-    source: str = "scope"
-    steps: int = 100
-    every_s: float = 0.0
-    share: float = 0.25
-    channel: int = 1
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        if self.generator.partition(":")[0] not in ("digilent", "simulated"):
-            raise ParameterError(
-                f"generator must be digilent, digilent:SERIAL or simulated, got {self.generator!r}"
-            )
-        if self.generator == "simulated" and self.source != "scope":
-            raise ParameterError("the simulated generator has its own converter: leave out --source")
-        if not 0 < self.share <= 1:
-            raise ParameterError(f"share must be > 0 and at most 1, got {self.share:g}")
-        if not (1 <= self.steps <= 1_000_000 and 0 <= self.every_s <= 3600):
-            raise ParameterError(
-                f"steps must be 1 to a million, every 0 to 3600 s, got {self.steps} and {self.every_s:g}"
-            )
-        if self.seed < 0:
-            raise ParameterError(f"seed must be >= 0, got {self.seed}")
-
-
-def track(
-    display: str,
-    settings: TrackSettings | None = None,
-    *,
-    amps_per_volt: float | None = None,
-    volts_per_volt: float = 1.0,
-    skew_s: float = 0.0,
-    axes: tuple[str, str] | None = None,
-    changes: Mapping[str, Any] | None = None,
-    out: Path | str | None = None,
-    status: StatusCallback | None = None,
-    opened: Callable[..., AnalogDiscovery] = AnalogDiscovery,
-) -> dict[str, Any]:
-    """Look for a transducer's resonance, and keep the carrier at it.
-
-    Parameters
-    ----------
-    display : str
-        Ultrasonic, its output an envelope: its carrier and its limits are used.
-    settings : TrackSettings, optional
-    amps_per_volt, volts_per_volt, skew_s
-        See `tactogram.rendering.transducer.admittance.ProbeSettings`; the first must be known of a real bench.
-    axes : tuple of str, optional
-        Voltage and current among the source's axes; by default its first two.
-    changes : mapping, optional
-        Values of `TrackingSettings`, `MeasurementTiming` (``timing.settle_s``), `ScopeSettings` (``scope.rate``) and
-        of the
-        simulated `BenchSettings` (``bench.drift_hz_per_s``), by key.
-    out : Path, optional
-        Log of everything measured, as CSV; `tactogram transducer` reads its sweep.
-    status : callable, optional
-        Told a line now and then.
-    opened : callable
-        What opens the device; in tests.
+@takes(TrackRequest)
+def track(request: TrackRequest) -> dict[str, Any]:
+    """Find a transducer's resonance, and keep the carrier at it.
 
     Returns
     -------
     dict
         ``resonance_hz``, ``q``, ``r1_ohm``, ``c0_farad`` (of the last lock's sweep), ``carrier_hz`` (at the end),
         ``lowest_hz``, ``highest_hz``, ``measured``, ``repeated`` (measurements with lost samples), ``lost`` (those
-        that were repeated in vain), ``steps``, ``locks`` (more than one: the resonance was lost and found again),
+        repeated in vain), ``steps``, ``locks`` (more than one: the resonance was lost and found again),
         ``interrupted``, ``simulated``, ``settings`` for the display, ``file``.
 
     Raises
     ------
     ParameterError
-        If something asked for does not fit.
+        If the display, the source or the changes do not fit.
     TrackingError, DeviceError, MissingExtraError
         If there is no resonance, or a device fails; it is at 0 V then, and the log is written all the same.
     """
-    settings = settings or TrackSettings()
+    display, out = request.display, request.out
     if out is not None:
         if Path(out).suffix.lower() != ".csv":
             raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
@@ -141,60 +62,63 @@ def track(
     known = open_display(display).settings
     if not isinstance(known, CarrierSettings) or not known.resonant or known.output != "envelope":
         raise ParameterError(
-            f"{display}: its generator must make the carrier: give a display with a resonance and output = 'envelope'"
+            f"{display}: its generator must make the carrier: choose a display with a resonance and output = 'envelope'"
         )
-    tables = _tables(changes or {})
+    tables = _tables(request.changes or {})
     low, high = known.carrier_hz * (1 - BAND), known.carrier_hz * (1 + BAND)
     tracking = validated(TrackingSettings, {"low_hz": low, "high_hz": high, **tables[""]}, where="tracking")
     timing = validated(MeasurementTiming, tables["timing"], where="timing")
     bench = validated(BenchSettings, tables["bench"], where="bench")
-    simulated = settings.generator == "simulated"
+    simulated = request.generator == "simulated"
+    amps_per_volt, skew_s = request.amps_per_volt, request.skew_s
     if amps_per_volt is None:
         if not simulated:
-            raise ParameterError("--amps-per-volt must be known: 1 over the resistance of the shunt, in ohm")
+            raise ParameterError("amps_per_volt must be known: 1 over the resistance of the shunt, in ohm")
         amps_per_volt, skew_s = 1 / bench.shunt_ohm, skew_s or bench.skew_s
-    factors = {"amps_per_volt": amps_per_volt, "volts_per_volt": volts_per_volt, "skew_s": skew_s}
+    factors = {"amps_per_volt": amps_per_volt, "volts_per_volt": request.volts_per_volt, "skew_s": skew_s}
     probes = validated(ProbeSettings, factors, where="probes")
     with ExitStack() as stack:
         carrier: Carrier
         recorder: Recorder
         if simulated:
-            carrier = recorder = SimulatedBench(bench, rng=np.random.default_rng(settings.seed))
+            carrier = recorder = SimulatedBench(bench, rng=np.random.default_rng(request.seed))
         else:
             inputs = validated(ScopeSettings, tables["scope"], where="scope")
-            serial = settings.generator.partition(":")[2]
-            device = stack.enter_context(opened(generator(known, channel=settings.channel, serial=serial)))
-            if settings.source == "scope":
+            serial = request.generator.partition(":")[2]
+            opened = request.opened or AnalogDiscovery
+            device = stack.enter_context(opened(generator(known, channel=request.channel, serial=serial)))
+            if request.source == "scope":
                 recorder = DigilentRecorder(*device.opened_device, inputs, name=device.name)
             else:
-                recorder = PairRecorder(stack.enter_context(open_source(settings.source)), axes)
-            device.hold(settings.share * known.peak_v, longest_s=_longest_s(settings, tracking, timing))
+                recorder = PairRecorder(stack.enter_context(open_source(request.source)), request.axes)
+            device.hold(request.share * known.peak_v, longest_s=_longest_s(request, tracking, timing))
             carrier = device
         measure = MeasuredAdmittance(carrier, recorder, probes, timing)
         tracker = ResonanceTracker(measure, tracking)
         try:
-            interrupted = _followed(tracker, settings, status)
+            interrupted = _followed(tracker, request)
         finally:
             if out is not None and tracker.log:
                 tracker.write_log(out)
     return _result(tracker, measure, interrupted, simulated) | ({"file": str(out)} if out is not None else {})
 
 
-def _followed(tracker: ResonanceTracker, settings: TrackSettings, status: StatusCallback | None) -> bool:
+def _followed(tracker: ResonanceTracker, request: TrackRequest) -> bool:
     """Lock and follow; return whether the keyboard ended it."""
+    status = request.status
     try:
         point = tracker.lock()
         if status is not None:
             status(f"locked at {point.next_hz:.1f} Hz")
-        for step in range(settings.steps):
+        for step in range(request.steps):
             point = tracker.step()
             if status is not None:
                 status(
-                    f"{step + 1:6} of {settings.steps}  {point.state:6}  {point.next_hz:9.1f} Hz  "
+                    f"{step + 1:6} of {request.steps}  {point.state:6}  {point.next_hz:9.1f} Hz  "
                     f"{1e3 * point.conductance_s:.3f} mS"
                 )
-            if settings.every_s:
-                time.sleep(settings.every_s)
+            if request.every_s:
+                time.sleep(request.every_s)
     except KeyboardInterrupt:
         return True
     return False
@@ -228,15 +152,15 @@ def _result(
     }
 
 
-def _longest_s(settings: TrackSettings, tracking: TrackingSettings, timing: MeasurementTiming) -> float:
-    """Return after what time a device may stop by itself: twice what all of it and two more sweeps should take."""
+def _longest_s(request: TrackRequest, tracking: TrackingSettings, timing: MeasurementTiming) -> float:
+    """Return when a device may stop by itself: after twice the time of all steps and two more sweeps."""
     each = timing.settle_s + timing.window_s + 0.05
-    measured = 3 * (tracking.sweep_points + 1) + 2 * settings.steps
-    return 10 + 2 * (measured * each + settings.steps * settings.every_s)
+    measured = 3 * (tracking.sweep_points + 1) + 2 * request.steps
+    return 10 + 2 * (measured * each + request.steps * request.every_s)
 
 
 def _tables(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return changes by the table that their key begins with; the tracking's own have none."""
+    """Return changes by table, the prefix of their keys; those of tracking have none."""
     tables: dict[str, dict[str, Any]] = {"": {}, "timing": {}, "bench": {}, "scope": {}}
     for key, value in changes.items():
         table, dot, name = key.partition(".")

@@ -1,4 +1,4 @@
-"""Report of a stream: lines for people, a file of what was sent, a figure."""
+"""Report of a stream: lines for people, a file of the blocks sent, a figure."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tactogram.signal.io.atomic import atomic_write
 
 
 def latency_lines(facts: Mapping[str, Any]) -> list[str]:
-    """Return what a stream measured as lines for people."""
+    """Return the measurements of a stream as lines for people."""
     latency, motion = facts["latency"], facts["motion"]
     words = {
         "compute": "time to compute a block",
@@ -49,18 +49,17 @@ def latency_lines(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _clipped_lines(facts: Mapping[str, Any]) -> list[str]:
-    """Return what of the drive was cut off, if anything was."""
     display = facts.get("display", {})
     count = display.get("clipped_samples", 0) + display.get("over_modulated_samples", 0)
     return (
-        [f"clipped: {count} samples beyond the limits of {display['display']}; lower --level"]
+        [f"clipped: {count} samples beyond the limits of {display['display']}; lower the level"]
         if count
         else []
     )
 
 
 def underrun_line(facts: Mapping[str, Any]) -> str:
-    """Return how many blocks were not ready in time, why as far as it can be told, and what helps."""
+    """Return how many blocks were late, the likely reason, and a remedy."""
     latency = facts["latency"]
     count, of = latency["underruns"], latency["compute"]["count"]
     if not count:
@@ -75,15 +74,15 @@ def underrun_line(facts: Mapping[str, Any]) -> str:
         return (
             line
             if granted
-            else f"{line}; real-time priority was asked for and not granted (docs/streaming.md)"
+            else f"{line}; real-time priority was requested and not granted (docs/streaming.md)"
         )
-    return f"{line}: end them, or try --realtime"
+    return f"{line}: end them, or try real-time priority"
 
 
 def write_sent(
     running: Stream, facts: Mapping[str, Any], out: Path | None, figure: Path | None
 ) -> dict[str, str]:
-    """Write what was sent and its figure, each where one was asked for, and return where: ``file``, ``figure``."""
+    """Write the blocks sent and their figure, each where it has a path, and return the paths: ``file``, ``figure``."""
     written: dict[str, str] = {}
     if out is None and figure is None:
         return written

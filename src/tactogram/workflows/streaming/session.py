@@ -1,4 +1,4 @@
-"""A stream on its backend: which one, with which motion, and how it is told that it goes."""
+"""A stream on its backend, with its motion and status lines."""
 
 from __future__ import annotations
 
@@ -17,42 +17,36 @@ from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, 
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
-from tactogram.workflows.streaming.settings import StreamSettings
+from tactogram.workflows.streaming.requests import StreamRequest
 
 StatusCallback = Callable[[str, float], None]
 
 
-def motion_of(settings: StreamSettings, clock: Clock) -> MotionSource:
-    """Return where the finger's motion comes from."""
-    match settings.motion:
+def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
+    """Return the source of the finger's motion."""
+    match request.motion:
         case "simulated":
-            return SimulatedHand(settings.seconds + 1, seed=settings.seed)
+            return SimulatedHand(request.seconds + 1, seed=request.seed)
         case "mouse":
             return MouseMotion()
         case "osc" | "udp":
-            host, port = parse_address(settings.listen or "127.0.0.1")
+            host, port = parse_address(request.listen or "127.0.0.1")
             return NetworkMotion(host=host, port=port, clock=clock.now)
-    return MotionFile(settings.motion)
+    return MotionFile(request.motion)
 
 
-def run(
-    running: Stream,
-    settings: StreamSettings,
-    clock: Clock,
-    motion: MotionSource,
-    status: StatusCallback | None,
-) -> dict[str, Any]:
-    """Run a stream on its backend and return what is known of that, as JSON values: ``device``, ``blocks``."""
-    told = None if status is None else _status(running, status)
-    seconds, realtime, card = settings.seconds, settings.realtime, settings.device
-    match settings.backend:
+def run(running: Stream, request: StreamRequest, clock: Clock, motion: MotionSource) -> dict[str, Any]:
+    """Run a stream on its backend and return the facts of that, as JSON values: ``device``, ``blocks``."""
+    status = None if request.status is None else _status(running, request.status)
+    seconds, realtime, card = request.seconds, request.realtime, request.device
+    match request.backend:
         case "file":
-            run_unpaced(running, seconds=seconds, status=told)
+            run_unpaced(running, seconds=seconds, status=status)
             return {"device": {"library": "none", "paced": False}}
         case "null":
             return {
                 "device": run_miniaudio(
-                    running, seconds=seconds, clock=clock, null=True, status=told, realtime=realtime
+                    running, seconds=seconds, clock=clock, null=True, status=status, realtime=realtime
                 )
             }
         case "audio":
@@ -62,23 +56,23 @@ def run(
                     seconds=seconds,
                     clock=clock,
                     device=int(card) if card is not None and card.isdigit() else card,
-                    status=told,
+                    status=status,
                     realtime=realtime,
                 )
             }
         case "osc" | "udp":
-            to = parse_address(settings.to, default_port=9121) if settings.to else None
+            to = parse_address(request.to, default_port=9121) if request.to else None
             heard = motion if isinstance(motion, NetworkMotion) else None
-            sink = NetworkBlocks(settings.backend, rate=running.engine.rate, to=to, motion=heard)
+            sink = NetworkBlocks(request.backend, rate=running.engine.rate, to=to, motion=heard)
             granted = run_clocked(
-                running, seconds=seconds, clock=clock, sink=sink, status=told, realtime=realtime
+                running, seconds=seconds, clock=clock, sink=sink, status=status, realtime=realtime
             )
             sink.close()
             return {
-                "device": {"library": settings.backend, "realtime_priority": granted},
+                "device": {"library": request.backend, "realtime_priority": granted},
                 "blocks": {"sent": sink.sent, "unsent": sink.unsent},
             }
-    granted = run_clocked(running, seconds=seconds, clock=clock, status=told, realtime=realtime)
+    granted = run_clocked(running, seconds=seconds, clock=clock, status=status, realtime=realtime)
     return {"device": {"library": "none", "paced": True, "realtime_priority": granted}}
 
 

@@ -18,61 +18,27 @@ from tactogram.rendering.streaming.network import NetworkMotion
 from tactogram.rendering.streaming.output import DisplayOutput, equalised
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
-from tactogram.rendering.streaming.surface import Along, SurfaceTexture
+from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal
+from tactogram.signal.io.files import WRITABLE
+from tactogram.signal.io.writable import check_writable
+from tactogram.workflows.request import takes
 from tactogram.workflows.streaming.report import write_sent
-from tactogram.workflows.streaming.session import StatusCallback, motion_of, run
-from tactogram.workflows.streaming.settings import StreamSettings, check, check_files
+from tactogram.workflows.streaming.requests import StreamRequest
+from tactogram.workflows.streaming.session import motion_of, run
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 
 REHEARSAL_S = 5.0
-"""How long the textures are tried under a simulated hand to find the level, s."""
+"""Time that the textures are tried under a simulated hand to find the level, s."""
 
 
-def stream(
-    sources: Sequence[str | Path] | str | Path,
-    settings: StreamSettings | None = None,
-    *,
-    mix: Mapping[str, float] | None = None,
-    mix_to: Mapping[str, float] | None = None,
-    display: str | None = None,
-    level: str | None = None,
-    how: str | None = None,
-    along: Along = "path",
-    speed_mm_s: float | None = None,
-    out: Path | None = None,
-    figure: Path | None = None,
-    changes: Mapping[str, Any] | None = None,
-    status: StatusCallback | None = None,
-    tell: Callable[[str], None] | None = None,
-    **options: Any,
-) -> dict[str, Any]:
-    """Stream runs and files, mixed, under a finger, and return what was measured.
+@takes(StreamRequest)
+def stream(request: StreamRequest) -> dict[str, Any]:
+    """Stream runs and files, mixed, under a finger, and return the measurements.
 
-    Parameters
-    ----------
-    sources : path or sequence of path
-        Runs of generators and signal files; ``options`` are passed to `read_signal`.
-    settings : StreamSettings, optional
-        By default ten seconds under a simulated hand, to a device that plays to nobody.
-    mix, mix_to : mapping, optional
-        Weights by material or file stem; with ``mix_to`` they go there evenly over the whole time.
-    display, level : str, optional
-        Name of a shipped display or a TOML file, and how strong (both or none); without, the textures themselves are
-        streamed, in their own unit.
-    how : str, optional
-        How several axes become one: dft321 or the name of one; by default as the display says.
-    along, speed_mm_s
-        See `tactogram.workflows.streaming.textures.TextureSettings`.
-    out, figure : Path, optional
-        What was sent, as a signal file, and its spectrogram under the finger's speed, as PNG.
-    changes : mapping, optional
-        Values of the display to change, by dotted key.
-    status : callable, optional
-        Told a line on how it goes, and the time.
-    tell : callable, optional
-        Told, before anything plays, what the display's equaliser does and how late it is.
+    With ``mix_to`` the weights go there evenly over the whole time. Without a display the textures themselves are
+    streamed, in their own unit.
 
     Returns
     -------
@@ -86,43 +52,46 @@ def stream(
     TactogramError
         If an option is wrong, or something failed on the way (after the display was brought to rest).
     """
-    settings = settings or StreamSettings()
-    sources = [sources] if isinstance(sources, str | Path) else sources
-    check(settings, display, level)
-    check_files(out, figure)
-    opened = None if display is None else _display(display, changes or {}, settings)
-    rate = LEAST_RATE if opened is None else opened.rate
+    sources = [request.sources] if isinstance(request.sources, str | Path) else request.sources
+    out = Path(request.out) if request.out is not None else None
+    figure = Path(request.figure) if request.figure is not None else None
+    _check_files(out, figure)
+    display = _display(request)
+    rate = LEAST_RATE if display is None else display.rate
     if rate < LEAST_RATE:
         raise ParameterError(
-            f"{display}: streaming needs a drive of at least {LEAST_RATE:g} Hz, this display takes {rate:g}: "
+            f"{request.display}: streaming needs a drive of at least {LEAST_RATE:g} Hz, this display takes {rate:g}: "
             "render a file"
         )
-    most = max(1, int(settings.block_ms / 1e3 * rate + 1e-9))
-    axes = how or (opened.axes if opened is not None else "dft321")
-    texture_settings = TextureSettings(rate, most, axes, speed_mm_s, along, None, settings.seed)
-    names = list(dict.fromkeys([*(mix or {}), *(mix_to or {})]))
-    textures, simulated = textures_of(sources, names, texture_settings, **options)
-    weights = dict.fromkeys(names, 0.0) | dict(mix or {}) if mix or mix_to else None
-    contact = ContactSettings(gain=settings.tap_gain)
+    most = max(1, int(request.block_ms / 1e3 * rate + 1e-9))
+    axes = request.how or (display.axes if display is not None else "dft321")
+    texture_settings = TextureSettings(
+        rate, most, axes, request.speed_mm_s, request.along, None, request.seed
+    )
+    mix, mix_to = request.mix or {}, request.mix_to or {}
+    names = list(dict.fromkeys([*mix, *mix_to]))
+    textures, simulated = textures_of(sources, names, texture_settings, **request.reading)
+    weights = dict.fromkeys(names, 0.0) | dict(mix) if names else None
+    contact = ContactSettings(gain=request.tap_gain)
     output = None
-    if opened is not None and level is not None:
+    if display is not None and request.level is not None:
         rehearsed: Signal | SurfaceTexture
-        if display_family(opened.family).stream_surface is not None:
-            rehearsed = _only_surface(textures, opened.name)
+        if display_family(display.family).stream_surface is not None:
+            rehearsed = _only_surface(textures, display.name)
         else:
-            rehearsed = _rehearsal(textures, weights, contact, rate, most, settings.seed)
-        output = DisplayOutput(opened, rehearsed, level=parse_level(level))
-        if tell is not None and (sentence := output.sentence()) is not None:
-            tell(sentence)
+            rehearsed = _rehearsal(textures, weights, contact, rate, most, request.seed)
+        output = DisplayOutput(display, rehearsed, level=parse_level(request.level))
+        if request.tell is not None and (sentence := output.sentence()) is not None:
+            request.tell(sentence)
     clock = Clock()
-    motion = motion_of(settings, clock)
+    motion = motion_of(request, clock)
     try:
         engine = Engine(textures, motion, rate=rate, most=most, weights=weights, contact=contact)
-        on_block = _gliding(engine, weights or {}, mix_to, settings.seconds) if mix_to else None
-        keep = settings.seconds if out is not None or figure is not None else 0.0
+        on_block = _gliding(engine, weights or {}, mix_to, request.seconds) if mix_to else None
+        keep = request.seconds if out is not None or figure is not None else 0.0
         running = Stream(engine, output, record_s=keep, on_block=on_block)
         running.warm_up()
-        device = run(running, settings, clock, motion, status)
+        device = run(running, request, clock, motion)
         if isinstance(motion, NetworkMotion):
             device["network"] = motion.facts()
     finally:
@@ -130,27 +99,39 @@ def stream(
     if running.error is not None:
         raise running.error
     facts = running.facts() | {
-        "backend": settings.backend,
-        "seconds": settings.seconds,
+        "backend": request.backend,
+        "seconds": request.seconds,
         "simulated": simulated or motion.simulated,
         "textures_simulated": simulated,
         "interrupted": running.ends_s < 0,
-        "realtime_asked": settings.realtime,
+        "realtime_asked": request.realtime,
         **device,
     }
     return facts | write_sent(running, facts, out, figure)
 
 
-def _display(name: str, changes: Mapping[str, Any], settings: StreamSettings) -> Display:
-    opened = open_display(name, changes=changes)
-    return opened if settings.equalise is None else equalised(opened, on=settings.equalise)
+def _check_files(out: Path | None, figure: Path | None) -> None:
+    """Refuse paths that could not be written in the end: an hour of streaming would be lost."""
+    if out is not None and out.suffix.lower() not in WRITABLE:
+        raise ParameterError(f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix}")
+    if figure is not None and figure.suffix.lower() != ".png":
+        raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
+    for path in filter(None, (out, figure)):
+        check_writable(path)
+
+
+def _display(request: StreamRequest) -> Display | None:
+    if request.display is None:
+        return None
+    display = open_display(request.display, changes=request.changes)
+    return display if request.equalise is None else equalised(display, on=request.equalise)
 
 
 def _only_surface(textures: Sequence[StreamingTexture], display: str) -> SurfaceTexture:
     if len(textures) != 1 or not isinstance(textures[0], SurfaceTexture):
         raise ParameterError(
             f"{display}: streams one surface at a time, a friction coefficient over displacement (or over time, with "
-            f"--speed); got {', '.join(texture.name for texture in textures)}"
+            f"`speed_mm_s`); got {', '.join(texture.name for texture in textures)}"
         )
     return textures[0]
 
@@ -176,7 +157,7 @@ def _rehearsal(
 def _gliding(
     engine: Engine, begin: Mapping[str, float], end: Mapping[str, float], seconds: float
 ) -> Callable[[float], None]:
-    """Return what sets the weights on their way from one mix to another."""
+    """Return a function that sets the weights at a time between one mix and another."""
     goal = {name: end.get(name, 0.0) for name in engine.names}
     start = {name: begin.get(name, 0.0) for name in engine.names}
 

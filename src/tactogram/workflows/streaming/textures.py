@@ -19,7 +19,7 @@ from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 MOST_TEXTURES = 16
-"""Textures that are streamed together where no mix says which."""
+"""Largest number of textures streamed together without a mix."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def textures_of(
             chosen = [name for name in offered if not names or name in names]
             if not names and len(chosen) > MOST_TEXTURES:
                 raise ParameterError(
-                    f"{path} has {len(chosen)} materials; choose with --mix A=0.6,B=0.4 out of {', '.join(offered)}"
+                    f"{path} has {len(chosen)} materials; choose with `mix` out of {', '.join(offered)}"
                 )
             made = [_of_run(run, name, settings, number) for name in chosen]
             simulated = simulated or run.simulated
@@ -97,7 +97,7 @@ def textures_of(
         textures += made
     missing = [name for name in names if name not in known]
     if missing:
-        raise ParameterError(f"--mix: no texture {', '.join(missing)}; there are {', '.join(known)}")
+        raise ParameterError(f"`mix`: no texture {', '.join(missing)}; there are {', '.join(known)}")
     return textures, simulated
 
 
@@ -128,7 +128,7 @@ def _surface(
 ) -> SurfaceTexture:
     if signal.domain == "time" and speed_mm_s is None:
         raise ParameterError(
-            f"{name} is over time: say with --speed MM_S at which speed it was recorded, so that it can follow "
+            f"{name} is over time: give `speed_mm_s`, the speed at which it was recorded, so that it can follow "
             "the finger"
         )
     one, _ = combined(signal, settings.axes)

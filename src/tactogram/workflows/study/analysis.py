@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tactogram.datasets.ratings.ratings import SEVEN_POINT, Scale
+from tactogram.datasets.ratings.ratings import SEVEN_POINT, Scale, scale_of
 from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write, write_text
@@ -25,10 +25,11 @@ from tactogram.study.designs.catalogue import margin_scales
 from tactogram.study.practice import MARK
 from tactogram.study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
 from tactogram.study.study_file import Study
-from tactogram.study.wording import Language
+from tactogram.workflows.request import takes
 from tactogram.workflows.study.answers import open_answers, study_of
 from tactogram.workflows.study.figure_files import HASHES, hashes_of, remove_earlier
 from tactogram.workflows.study.report import StudyData, write_study_report
+from tactogram.workflows.study.requests import AnalysisRequest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,99 +37,53 @@ if TYPE_CHECKING:
 JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
 
 
-def analyse_study(
-    source: Path | str,
-    out: Path | str,
-    *,
-    design: str | None = None,
-    margins: Mapping[str, float] | None = None,
-    targets: Path | str | None = None,
-    targets_scale: Scale = SEVEN_POINT,
-    reference: str | None = None,
-    columns: Mapping[str, str] | None = None,
-    constants: Mapping[str, str] | None = None,
-    encoding: str = "utf-8-sig",
-    draws: int = 2000,
-    seed: int = 0,
-    alpha: float | None = None,
-    practice: bool = False,
-    figures: bool = True,
-    language: Language = "en",
-) -> dict[str, Any]:
+@takes(AnalysisRequest)
+def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     """Analyse a session folder or a table of answers, and write a report, JSON, text and figures.
 
-    All is computed before anything is written. Figures that an earlier analysis wrote there, and this one does not,
-    are removed.
-
-    Parameters
-    ----------
-    source : Path
-        A session folder, or ``.csv``, ``.tsv`` or ``.parquet``.
-    out : Path
-        A folder: ``report.html``, ``analysis.json``, ``analysis.txt`` and a PNG per figure.
-    design : str, optional
-        Only rows of this design; where the table has no such column, what all its rows are.
-    margins : mapping, optional
-        See `tactogram.study.study_analysis.AnalysisPlan`; instead of those in the study's file. What differs from the
-        file is reported as given afterwards.
-    targets : Path, optional
-        What ratings are held against: see `targets_of`.
-    targets_scale : Scale
-        Of that table.
-    reference : str, optional
-        Instead: a condition of the study.
-    columns, constants : mapping, optional
-        How another's table is read; see `tactogram.study.session.answer_import.TableMapping`.
-    encoding : str
-    draws, seed : int
-        Of the bootstraps.
-    alpha : float, optional
-        By default the study's.
-    practice : bool
-        Whether the practice trials are analysed, in the place of those that count.
-    figures : bool
-    language : {"en", "ja"}
-        Of the names of items and conditions in the report, where the study's file gives names; ``analysis.json`` and
-        ``analysis.txt`` keep the keys. Figures have them where a font with their letters is installed; else English
-        names, or keys.
+    All is computed before anything is written. Obsolete figures of an earlier analysis in the folder are removed.
+    Margins that differ from the study's file are reported as set afterwards.
 
     Returns
     -------
     dict
-        What ``analysis.json`` holds, with ``out``, ``files`` and ``text``.
+        The content of ``analysis.json``, with ``out``, ``files`` and ``text``.
 
     Raises
     ------
     TactogramError
         In one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot be written to.
     """
-    check_writable(Path(out), folder=True)
-    answers = _opened(Path(source), design, columns, constants, encoding)
-    if practice:
+    source, folder, targets = Path(request.source), Path(request.out), request.targets
+    check_writable(folder, folder=True)
+    answers = _opened(source, request.design, request.columns, request.constants, request.encoding)
+    if request.practice:
         answers = practice_of(answers)
-    study = study_of(Path(source))
+    study = study_of(source)
+    scale = request.targets_scale
     plan = _plan(
         study,
-        margins,
-        alpha=alpha,
-        targets=None if targets is None else targets_of(Path(targets), scale=targets_scale),
-        reference=reference,
-        seed=seed,
-        draws=draws,
+        request.margins,
+        alpha=request.alpha,
+        targets=None
+        if targets is None
+        else targets_of(Path(targets), scale=scale_of(scale) if isinstance(scale, str) else scale),
+        reference=request.reference,
+        seed=request.seed,
+        draws=request.draws,
     )
     analysis = analyse(answers, plan=plan)
     result = analysis.as_dict() | {
-        "source": str(source),
+        "source": str(request.source),
         "targets": None if targets is None else str(targets),
     }
     drawn: list[dict[str, Figure]] = [{} for _ in analysis.sections]
-    names = {} if study is None else study.names_in(language)
-    if figures:
+    names = {} if study is None else study.names_in(request.language)
+    if request.figures:
         drawn = _figures(analysis, answers, names, study)
     pictures = {f"{name}.png": _png(figure) for own in drawn for name, figure in own.items()}
     result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures]
     result[HASHES] = hashes_of(pictures)
-    folder = Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     remove_earlier(folder, JSON_FILE, kept=pictures)
     write_text(folder / JSON_FILE, json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False) + "\n")
@@ -136,10 +91,10 @@ def analyse_study(
     for name, picture in pictures.items():
         with atomic_write(folder / name) as part:
             part.write_bytes(picture)
-    taken = StudyData.of(Path(source), answers, study)
+    taken = StudyData.of(source, answers, study)
     named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
-    write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=practice)
-    return result | {"out": str(out), "text": analysis.text()}
+    write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=request.practice)
+    return result | {"out": str(request.out), "text": analysis.text()}
 
 
 def _png(figure: Figure) -> bytes:

@@ -67,10 +67,10 @@ def export_study(
         If the session is damaged, without ``salvage``.
     """
     if table is None and bids is None:
-        raise ParameterError("export needs a target: table, bids, or both")
+        raise ParameterError("export needs a target: `table`, `bids`, or both")
     if salvage:
         if table is None or bids is not None:
-            raise ParameterError("salvage writes a table alone: give table, and no bids")
+            raise ParameterError("`salvage` writes a table alone: give `table`, and no `bids`")
         return _salvage(Path(folder), Path(table))
     with SessionStore(Path(folder)) as store:
         answers = store.answers()

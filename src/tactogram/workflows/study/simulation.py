@@ -1,4 +1,4 @@
-"""Studies taken by simulated participants, who go the way that people go."""
+"""Studies taken by simulated participants, by the same interface as people."""
 
 from __future__ import annotations
 
@@ -13,62 +13,46 @@ from tactogram.study.simulated_participants import SimulatedEffect, simulate
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, Participant
 from tactogram.validation import validated
+from tactogram.workflows.request import takes
+from tactogram.workflows.study.requests import ParticipantsRequest
 from tactogram.workflows.study.sessions import ORIGIN, keep_origin, log_played
 from tactogram.workflows.study.studies import study_folder
 
 SIMULATED = "-simulated"
-"""What the folder of a session's simulated participants ends with."""
+"""Suffix of the folder of a session's simulated participants."""
 ProgressCallback = Callable[[int], None]
 
 
-def simulate_study(
-    study: Path | str,
-    out: Path | str,
-    *,
-    participants: int,
-    effect: Mapping[str, Any] | None = None,
-    seed: int = 0,
-    changes: Mapping[str, Any] | None = None,
-    play: bool = False,
-    progress: ProgressCallback = lambda done: None,
-) -> dict[str, Any]:
+@takes(ParticipantsRequest)
+def simulate_study(request: ParticipantsRequest) -> dict[str, Any]:
     """Let simulated participants take a study, by the same interface as people, into a session folder.
 
-    Parameters
-    ----------
-    study : Path or str
-    out : Path
-        Folder of the session; one that was begun with the same study goes on.
-    participants : int
-        How many more.
-    effect : mapping, optional
-        Values of `SimulatedEffect`, by name; ``shift.NAME`` for one of its shifts. None is no effect.
-    seed : int
-        Of their answers.
-    changes : mapping, optional
-        Values of the study, by dotted key.
-    play : bool
-        Whether stimuli are made and rendered and their hashes logged, as when people take it.
-    progress : callable, optional
-        Called with how many are done.
+    A folder begun with the same study is continued. ``effect`` holds values of `SimulatedEffect` by name, and
+    ``shift.NAME`` for one of its shifts.
 
     Raises
     ------
     DataError
         If people took the study in that folder: real and simulated answers are kept apart.
     """
-    if participants < 1:
-        raise ParameterError(f"participants must be at least 1, got {participants}")
-    put_in = effect_of(effect or {})
-    loaded = Study.load(study, changes=changes)
-    with SessionStore(Path(out), loaded) as store:
+    out = request.out
+    effect = effect_of(request.effect or {})
+    study = Study.load(request.study, changes=request.changes)
+    with SessionStore(Path(out), study) as store:
         if any(not known.simulated for known in store.participants()):
             raise DataError(f"{out}: people took this study; give simulated participants another folder")
-        keep_origin(store.path.parent, study)
-        logged = _logger(store, loaded, study_folder(study)) if play else None
-        who = simulate(store, participants, effect=put_in, seed=seed, play=logged, progress=progress)
+        keep_origin(store.path.parent, request.study)
+        play = _logger(store, study, study_folder(request.study)) if request.play else None
+        participants = simulate(
+            store,
+            request.participants,
+            effect=effect,
+            seed=request.seed,
+            play=play,
+            progress=request.progress,
+        )
         rows = len(store.answers())
-    return _simulated_facts(out, loaded, who, put_in, rows)
+    return _simulated_facts(out, study, participants, effect, rows)
 
 
 def simulate_session(
@@ -79,20 +63,14 @@ def simulate_session(
     seed: int = 0,
     progress: ProgressCallback = lambda done: None,
 ) -> dict[str, Any]:
-    """Let simulated participants take the study of a session, in a folder of their own beside it.
+    """Let simulated participants take the study of a session, in a separate folder next to it.
 
-    The folder is called as the session is, with ``-simulated``; for one that is theirs already, it is that one. They
-    are kept apart from people whatever happens.
-
-    Parameters
-    ----------
-    session : Path
-    participants, effect, seed, progress
-        See `simulate_study`.
+    The folder has the session's name with ``-simulated``; a session of simulated participants is continued itself.
+    The parameters are those of `simulate_study`.
     """
     if participants < 1:
         raise ParameterError(f"participants must be at least 1, got {participants}")
-    put_in = effect_of(effect or {})
+    simulated_effect = effect_of(effect or {})
     folder = Path(session)
     with SessionStore(folder) as store:
         study, own = store.study, bool(store.participants())
@@ -106,9 +84,9 @@ def simulate_session(
         if (folder / ORIGIN).is_file() and not own:
             with atomic_write(out / ORIGIN) as part:
                 part.write_bytes((folder / ORIGIN).read_bytes())
-        who = simulate(store, participants, effect=put_in, seed=seed, progress=progress)
+        who = simulate(store, participants, effect=simulated_effect, seed=seed, progress=progress)
         rows = len(store.answers())
-    return _simulated_facts(out, study, who, put_in, rows)
+    return _simulated_facts(out, study, who, simulated_effect, rows)
 
 
 def _simulated_facts(
@@ -125,7 +103,7 @@ def _simulated_facts(
 
 
 def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:
-    """Return the effect that values by name say, ``shift.NAME`` being a shift."""
+    """Return the effect with these values by name; ``shift.NAME`` is one of its shifts."""
     whole: dict[str, Any] = {}
     for key, value in values.items():
         name, dot, inner = key.partition(".")

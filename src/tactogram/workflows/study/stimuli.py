@@ -179,7 +179,7 @@ class StudyStimuli:
             )
         except TactogramError as error:
             raise type(error)(f"stimulus {stimulus.name}: {error}") from error
-        return SlotPlayback(drive, signal_sha256(drive.signal), text, drive.report.display, gain_db)
+        return SlotPlayback(drive, drive.signal.sha256, text, drive.report.display, gain_db)
 
     def _made(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:
@@ -253,13 +253,6 @@ def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signa
     if level.kind == "sensation" and level.value is not None:
         return replace(level, value=level.value + gain_db), signal
     return level, signal.with_samples(signal.samples * np.float32(factor))
-
-
-def signal_sha256(signal: Signal) -> str:
-    """Return the hash of a signal's samples (little-endian float32, axis by axis), rate and unit."""
-    digest = hashlib.sha256(f"{signal.rate!r} {signal.unit}\n".encode())
-    digest.update(np.ascontiguousarray(signal.samples, dtype="<f4").tobytes())
-    return digest.hexdigest()
 
 
 @lru_cache(maxsize=16)

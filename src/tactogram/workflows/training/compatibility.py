@@ -8,32 +8,33 @@ from typing import Any
 from tactogram.datasets import signal_kind
 from tactogram.errors import ParameterError
 from tactogram.model import Example
-from tactogram.workflows.training.plan import TrainingPlan, TrainingRequest, planned
+from tactogram.workflows.training.plan import TrainingPlan, planned
+from tactogram.workflows.training.requests import TrainingRequest
 
 LOOKED_AT = 400
-"""Recordings that are held against each other."""
+"""Recordings that are compared."""
 GLANCE_S = 0.5
-"""How much of each is prepared, s (mm over displacement)."""
+"""Length of each that is prepared, s (mm over displacement)."""
 
 
-def check_training(asked: TrainingRequest) -> dict[str, Any]:
-    """Return what a training would be of, or refuse it as it would refuse itself.
+def check_training(request: TrainingRequest) -> dict[str, Any]:
+    """Return the facts of a training that could be done, or refuse it as the training would.
 
     Rate, axes, unit and domain of `LOOKED_AT` recordings, even over the training part, are compared by a short
-    piece of one of each sort. What only the whole recordings show, such as one that is too short, comes later.
+    piece of one of each sort. Faults that only whole recordings show, such as a short one, come later.
 
     Returns
     -------
     dict
         ``train``, ``validation``, ``test`` (recordings, or rated items, in each part), ``materials``, ``rate``,
-        ``unit`` and ``axes`` of what is learned (null of models that learn from ratings), ``simulated``.
+        ``unit`` and ``axes`` of the signals (null of models that learn from ratings), ``simulated``.
 
     Raises
     ------
     TactogramError
-        In one sentence: what does not fit, and what to do.
+        In one sentence: the mismatch, and what to do.
     """
-    plan = planned(asked)
+    plan = planned(request)
     parts = {part: len(held) for part, held in plan.parts.parts.items()}
     facts: Mapping[str, Any] = {"materials": [], "rate": None, "unit": None, "axes": None}
     if plan.rated is None:

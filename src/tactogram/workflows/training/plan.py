@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,21 +27,7 @@ from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
 from tactogram.recipe import Recipe, run_id
 from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatingData
-
-
-@dataclass(frozen=True)
-class TrainingRequest:
-    """Request for a training; the parameters are those of `tactogram.workflows.training.train.train`."""
-
-    model: str
-    data: Path | str
-    recipe: str = "quick"
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    split: str = ""
-    by: By = "recording"
-    label: Label = "material"
-    where: Mapping[str, str] = field(default_factory=dict)
-    model_folders: Sequence[Path] = ()
+from tactogram.workflows.training.requests import TrainingRequest
 
 
 @dataclass(frozen=True)
@@ -54,7 +40,7 @@ class TrainingPlan:
     config: BaseModel
     parts: Split
     rated: RatingData | None
-    """Of a model that learns from ratings."""
+    """Ratings, of a model that learns from them."""
     label: Label
     model_folders: tuple[Path, ...]
 
@@ -65,57 +51,59 @@ class TrainingPlan:
         return run_id(resolved, self.store.sha256)
 
 
-def planned(asked: TrainingRequest) -> TrainingPlan:
-    """Return what a training of this would be of; no signal is prepared, nothing is written.
+def planned(request: TrainingRequest) -> TrainingPlan:
+    """Return the plan of a training; no signal is prepared, nothing is written.
 
     Raises
     ------
     TactogramError
-        If data and model do not fit, or something is asked for that there is not.
+        If data and model do not fit, or a recipe, split or selection is not possible.
     """
-    store = open_store(asked.data)
-    facts = models.find(asked.model, asked.model_folders)
-    recipe = Recipe.load(facts.recipe(asked.recipe), changes=asked.changes)
-    index = select(store.index, asked.where) if len(store) else []
+    store = open_store(request.data)
+    folders = tuple(Path(folder) for folder in request.model_folders)
+    facts = models.find(request.model, folders)
+    recipe = Recipe.load(facts.recipe(request.recipe), changes=request.recipe_changes)
+    index = select(store.index, request.where) if len(store) else []
     rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)
+    how: dict[str, Any] = {"split": request.split, "by": request.by, "seed": recipe.seed}
     if rated is not None:
-        parts = rated.split(index, recipe.prepare, split=asked.split, by=asked.by, seed=recipe.seed)
+        parts = rated.split(index, recipe.prepare, **how)
     else:
-        parts = make_split(index, split=asked.split, by=asked.by, seed=recipe.seed, label=asked.label)
+        parts = make_split(index, label=request.label, **how)
     if "image" in facts.needs:
         parts = split_photographs(store, parts, seed=recipe.seed)
     config = facts.config(recipe.config)
-    return TrainingPlan(store, facts, recipe, config, parts, rated, asked.label, tuple(asked.model_folders))
+    return TrainingPlan(store, facts, recipe, config, parts, rated, request.label, folders)
 
 
 def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:
-    """Return the parts that a command line's ``--split`` and ``--by`` ask for, each with all classes."""
+    """Return the parts that ``split`` and ``by`` of a `TrainingRequest` describe, each with all classes."""
     index = labelled(index, label)
     if split.startswith("last="):
         number = split.removeprefix("last=")
         if not number.isdecimal():
-            raise ParameterError(f"--split last=N needs a number of recordings, got {split!r}")
+            raise ParameterError(f"`split` last=N needs a number of recordings, got {split!r}")
         if by != "recording":
             raise ParameterError(
-                f"--split last=N goes by recording and cannot keep {by}s together; leave one out"
+                f"`split` last=N goes by recording and cannot keep {by}s together; omit `split` or `by`"
             )
-        # One before them, where there are enough, calibrates "none of these".
+        # The recording before these, if there are enough, calibrates "none of these".
         fewest = min(Counter(info.material for info in index).values())
         return split_last(index, int(number), validation=int(fewest > int(number) + 1))
     if split == "all":
         return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
     if split:
-        raise ParameterError(f"--split must be last=N or all, got {split!r}")
+        raise ParameterError(f"split must be last=N or all, got {split!r}")
     return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
 
 
 def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo]:
-    """Return ``index`` with the class of each recording for its material: splits share out classes."""
+    """Return ``index`` with the class of each recording as its material: splits distribute classes."""
     named = [replace(info, material=label_of(info, label)) for info in index]
     nameless = [info for info in named if info.material is None]
     if nameless:
         name = nameless[0].source or nameless[0].id
-        raise ParameterError(f"recording {name} has no {label}: leave it out with --where")
+        raise ParameterError(f"recording {name} has no {label}: exclude it with `where`")
     return named
 
 
@@ -131,8 +119,8 @@ def select(index: Sequence[RecordingInfo], where: Mapping[str, str] | None) -> l
     """
     kept = [info for info in index if all(_has(info, key, value) for key, value in (where or {}).items())]
     if not kept:
-        asked = ", ".join(f"{key}={value}" for key, value in (where or {}).items()) or "anything"
-        raise ParameterError(f"no recording has {asked}")
+        wanted = ", ".join(f"{key}={value}" for key, value in (where or {}).items()) or "anything"
+        raise ParameterError(f"no recording has {wanted}")
     return kept
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,8 @@ from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.train import Stop, never, train_plan
+from tactogram.workflows.training.requests import never
+from tactogram.workflows.training.train import train_plan
 
 
 def resume(
@@ -24,26 +25,19 @@ def resume(
     devices: int = 1,
     model_folders: Sequence[Path] = (),
     progress: ProgressCallback = silent,
-    stop: Stop = never,
+    stop: Callable[[], bool] = never,
 ) -> Run:
-    """Go on with the run in ``folder`` from its last checkpoint, and return it finished.
+    """Continue the run in ``folder`` from its last checkpoint, and return it finished.
 
-    Parameters
-    ----------
-    folder : path
-    data : path, optional
-        Where its data set lies now; by default where it lay when the run began.
-    accelerator, devices, progress, stop
-        As of `tactogram.workflows.training.train.train`.
-    model_folders : sequence of Path
-        Folders with further models, besides those that it was begun with.
+    ``data`` is where its data set is now; by default where it was when the run began. ``model_folders`` are further to
+    those recorded in the run. The others are as of `tactogram.workflows.training.train.train`.
 
     Raises
     ------
     RunError
-        If there is no run, its data is gone or has changed, it does not say its split, or another process is at it.
+        If there is no run, its data is gone or has changed, its split is missing, or another process trains it.
     StoppedError
-        If ``stop`` said so; the message says how much is kept.
+        If ``stop`` ended it; the message names the last step.
     """
     run = Run.open(Path(folder))
     if run.finished:
@@ -61,20 +55,17 @@ def resume(
 
 
 def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence[Path] = ()) -> TrainingPlan:
-    """Return what the training of ``run`` is of, as its folder says.
-
-    Parameters and errors as of `resume`.
-    """
-    (begun, parts), recipe = _asked(run), run.recipe
+    """Return the plan that the folder of ``run`` records; errors as of `resume`."""
+    (begun, parts), recipe = _recorded(run), run.recipe
     path = data or begun["path"]
     try:
         store = open_store(path)
     except DataError as error:
-        raise RunError(f"{run.folder}: its data is not at {path}; give --data: {error}") from error
+        raise RunError(f"{run.folder}: its data is not at {path}; give `data`: {error}") from error
     if store.sha256 != begun["sha256"]:
         raise RunError(
-            f"{run.folder}: {path} is not the data set as it was when the run began; give it with --data as it "
-            "was then, or begin another run"
+            f"{run.folder}: {path} has changed since the run began; give the unchanged data set as `data`, "
+            "or start another run"
         )
     folders = (*model_folders, *(Path(kept) for kept in begun.get("model_folders", ())))
     facts = models.find(recipe.model, folders)
@@ -84,14 +75,14 @@ def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence
     )
 
 
-def _asked(run: Run) -> tuple[dict[str, Any], Split]:
-    """Return what a run says of its data and of its split, or say how to go on without."""
+def _recorded(run: Run) -> tuple[dict[str, Any], Split]:
+    """Return the data facts and split of a run, or refuse with the way to continue without them."""
     begun, split = run.data, run.folder / "split.json"
     missing = [f"data.json: {name}" for name in ("path", "sha256", "label") if name not in begun]
     missing += [] if split.is_file() else [split.name]
     if missing:
         raise RunError(
-            f"{run.folder}: does not hold what it was asked for (no {', '.join(missing)}); go on with `tactogram train "
-            f"{run.recipe.model} --data DIR … --out {run.folder} --resume` and the same arguments as then"
+            f"{run.folder}: does not record its request (no {', '.join(missing)}); continue it with `tactogram train "
+            f"{run.recipe.model} --data DIR … --out {run.folder} --resume` and the original arguments"
         )
     return begun, Split.load(split)

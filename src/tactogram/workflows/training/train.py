@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import (
-    Label,
-    require_photographs,
-    signal_kind,
-)
-from tactogram.datasets.splits.split import By
+from tactogram.datasets import require_photographs, signal_kind
 from tactogram.errors import StoppedError
 from tactogram.model import (
     CheckpointSelector,
@@ -31,96 +26,39 @@ from tactogram.training.device import make_fabric, memory_checked
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import part_examples
-from tactogram.workflows.training.plan import TrainingPlan, TrainingRequest, planned
+from tactogram.workflows.training.plan import TrainingPlan, planned
+from tactogram.workflows.training.requests import TrainingRequest, never
 from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
 from tactogram.workflows.training.run_lock import run_lock
 
-Stop = Callable[[], bool]
-"""Says whether a training should end where it is; asked after each step."""
 
+@takes(TrainingRequest)
+def train(request: TrainingRequest) -> Run:
+    """Train a model on the training part of a store and return the finished run.
 
-def never() -> bool:
-    """Return False: nobody asks a training to stop."""
-    return False
-
-
-def train(
-    model: str,
-    data: Path | str,
-    *,
-    recipe: str = "quick",
-    changes: Mapping[str, Any] | None = None,
-    split: str = "",
-    by: By = "recording",
-    label: Label = "material",
-    where: Mapping[str, str] | None = None,
-    out: Path | str | None = None,
-    resume: bool = False,
-    accelerator: str = "auto",
-    devices: int = 1,
-    model_folders: Sequence[Path] = (),
-    progress: ProgressCallback = silent,
-    stop: Stop = never,
-) -> Run:
-    """Train ``model`` on the training part of ``data`` and return the finished run.
-
-    Parameters
-    ----------
-    model : str
-        Name of a model.
-    data : path
-        A store.
-    recipe : str
-        Name of one of the model's recipes, or a TOML file.
-    changes : mapping, optional
-        Values by dotted key that replace the recipe's.
-    split : str
-        ``last=N`` keeps the last N recordings of each material for testing, ``all`` keeps none apart; by
-        default a fifth is kept for testing and a tenth for validation, drawn by the recipe's seed.
-    by : str
-        What must not stand on both sides: ``recording``, ``session``, ``subject`` or ``condition``.
-    label : str
-        Fields that make the class, joined by ``+``.
-    where : mapping, optional
-        Keep only recordings whose fields have these values: ``A``, ``A|B`` (either), ``!A|B`` (neither).
-    out : path, optional
-        The run's folder; by default ``runs/MODEL-RECIPE-ID``.
-    resume : bool
-        Go on with the run in ``out`` from its last checkpoint.
-    stop : callable
-        Says whether to end where it is: a checkpoint of that step is written first.
+    By default a fifth of the recordings is kept for testing and a tenth for validation, drawn by the recipe's seed.
 
     Raises
     ------
     ParameterError
-        If the folder cannot be written to, or the model cannot learn from what is asked for.
+        If the folder cannot be written to, or the model cannot learn from the data.
     RunError
         If the folder holds another run, or ``resume`` meets other data or another recipe than it began with.
     StoppedError
-        If ``stop`` said so; the message says how much is kept.
+        If ``stop`` ended it; the message names the last step.
     """
-    asked = TrainingRequest(
-        model,
-        data,
-        recipe=recipe,
-        changes=changes or {},
-        split=split,
-        by=by,
-        label=label,
-        where=where or {},
-        model_folders=model_folders,
-    )
-    plan = planned(asked)
-    folder = Path(out) if out else Path("runs") / f"{model}-{Path(recipe).stem}-{plan.identity}"
+    plan = planned(request)
+    name = f"{request.model}-{Path(request.recipe).stem}-{plan.identity}"
     return train_plan(
         plan,
-        folder,
-        resume=resume,
-        accelerator=accelerator,
-        devices=devices,
-        progress=progress,
-        stop=stop,
+        Path(request.out) if request.out else Path("runs") / name,
+        resume=request.resume,
+        accelerator=request.accelerator,
+        devices=request.devices,
+        progress=request.progress,
+        stop=request.stop,
     )
 
 
@@ -132,11 +70,11 @@ def train_plan(
     accelerator: str = "auto",
     devices: int = 1,
     progress: ProgressCallback = silent,
-    stop: Stop = never,
+    stop: Callable[[], bool] = never,
 ) -> Run:
-    """Train what is planned in ``folder``, or go on with it there, and return the finished run.
+    """Carry out a plan in ``folder``, or continue it there, and return the finished run.
 
-    Parameters and errors as of `train`; another process that trains in ``folder`` is an error, too.
+    Errors as of `train`; another process that trains in ``folder`` is an error, too.
     """
     facts, chosen = plan.facts, plan.recipe
     fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
@@ -151,7 +89,7 @@ def train_plan(
     note = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
     if note and first:
         progress("choose weights", 1, 1, note)
-    learner.stages(examples)  # refuses what it cannot learn from, before anything is written
+    learner.stages(examples)  # refuses unsuitable examples before anything is written
     if first and not resume:
         begin(run, plan)
     fabric.barrier()
@@ -169,7 +107,7 @@ def train_plan(
                     progress=progress,
                     stop=stop,
                 )
-        except Exception:  # whatever it was: without a first step there is nothing to go on with
+        except Exception:  # of any kind: without a first step there is nothing to resume
             if first and not resume:
                 discard_run(run)
             raise
@@ -180,9 +118,9 @@ def train_plan(
 
 
 def _material(
-    plan: TrainingPlan, progress: ProgressCallback, stop: Stop
+    plan: TrainingPlan, progress: ProgressCallback, stop: Callable[[], bool]
 ) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
-    """Return what all examples have in common, those that are learned from, and those that validate."""
+    """Return the kind of all examples, and those for training and validation."""
     parts, prepare, rated = plan.parts, plan.recipe.prepare, plan.rated
     if rated is not None:
         examples = rated.examples(parts, "train", prepare)
@@ -205,7 +143,7 @@ def _finish(
     *,
     notes: Sequence[str],
 ) -> None:
-    """Write what a learner leaves behind."""
+    """Write the trained learner, its index and figures, and finish the run."""
     if isinstance(learner, Classifier) and isinstance(learner, Embedder):
         from tactogram.workflows.training.surface_index import index_run
 
@@ -233,14 +171,14 @@ def run_training(
     rank: int = 0,
     task: str = "",
     progress: ProgressCallback = silent,
-    stop: Stop = never,
+    stop: Callable[[], bool] = never,
 ) -> None:
     """Fit ``learner``; log and save to ``run`` where there is one, and show progress.
 
     Raises
     ------
     StoppedError
-        If ``stop`` said so, after the checkpoint of that step.
+        If ``stop`` ended it, after the checkpoint of that step.
     """
     every = recipe.training
 
@@ -257,15 +195,15 @@ def run_training(
             if rank == 0:
                 run.save_checkpoint(learner, position)
             raise StoppedError(
-                f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is kept in "
-                f"{run.folder}: `tactogram train --resume {run.folder}` goes on"
+                f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
+                f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
             )
 
     fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
 
 
-def _preparing(progress: ProgressCallback, stop: Stop) -> Callable[[int, int], None]:
-    """Return what shows how far the preparation is, and ends it where ``stop`` says so."""
+def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable[[int, int], None]:
+    """Return a callback that shows the preparation's progress, and ends it if ``stop`` is true."""
 
     def show(done: int, total: int) -> None:
         progress("prepare", done, total)
@@ -276,7 +214,7 @@ def _preparing(progress: ProgressCallback, stop: Stop) -> Callable[[int, int], N
 
 
 def _draw(run: Run, learner: Learner) -> None:
-    """Write what a learner draws of its training to ``figures/NAME.png``."""
+    """Write a learner's figures of its training to ``figures/NAME.png``."""
     drawn = learner.figures() if isinstance(learner, FigureReporter) else {}
     for name, figure in drawn.items():
         with atomic_write(run.folder / "figures" / f"{name}.png") as part:

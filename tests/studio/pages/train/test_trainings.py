@@ -29,7 +29,7 @@ from tactogram.studio.pages.train.widgets import state_of
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.generation.preview import sample, sample_choices
 from tactogram.workflows.training.compatibility import check_training
-from tactogram.workflows.training.plan import TrainingRequest
+from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
 

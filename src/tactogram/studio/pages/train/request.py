@@ -13,7 +13,7 @@ from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
 from tactogram.models import ModelInfo
 from tactogram.recipe import parse_changes
-from tactogram.workflows.training.plan import TrainingRequest
+from tactogram.workflows.training.requests import TrainingRequest
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 SPLITS = {

@@ -1,0 +1,90 @@
+"""Requests of trainings and cross-validations."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.request import Argument, Option, Request
+
+if TYPE_CHECKING:
+    from tactogram.datasets import Label
+
+
+def never() -> bool:
+    """Return False: nothing stops the training."""
+    return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainingOptions(Request):
+    """Recipe, recordings and split of a training.
+
+    ``where`` keeps recordings whose fields have these values: ``A``, ``A|B`` (either), ``!A|B`` (neither).
+    """
+
+    recipe: Annotated[str, Option("paper, quick, tiny or a TOML file", "NAME|FILE")] = "quick"
+    changes: Annotated[
+        Mapping[str, Any] | None, Option("change a value of the recipe", "KEY=VALUE", "--set")
+    ] = None
+    band: Annotated[
+        tuple[float, float] | None, Option("pass band in Hz; as --set prepare.band=…", ("LO", "HI"))
+    ] = None
+    split: Annotated[
+        str,
+        Option(
+            "keep the last N recordings of a class for testing, or none (default: a fifth, and a tenth for validation)",
+            "last=N|all",
+        ),
+    ] = ""
+    by: Annotated[
+        str,
+        Option(
+            "unit of the split, never on two sides: recording, session, subject, material or condition; for the "
+            "cross-validation of a predictor of ratings: item, rater or both"
+        ),
+    ] = "recording"
+    label: Annotated["Label", Option("definition of a class, e.g. material+contactor")] = "material"
+    where: Annotated[
+        Mapping[str, str] | None,
+        Option(
+            "use only matching recordings, e.g. material=cork|tile, or material=!cork for all others",
+            "KEY=VALUE",
+        ),
+    ] = None
+    out: Annotated[Path | str | None, Option("folder of the result (default under runs)", "DIR")] = None
+    accelerator: Annotated[str, Option("auto, cpu, cuda or mps")] = "auto"
+    model_folders: Annotated[Sequence[Path | str], Option("folder of further models", "DIR", "--models")] = ()
+    progress: ProgressCallback = silent
+
+    @property
+    def recipe_changes(self) -> dict[str, Any]:
+        """Values of the recipe to change, by dotted key."""
+        band = {} if self.band is None else {"prepare.band": list(self.band)}
+        return dict(self.changes or {}) | band
+
+
+@dataclass(frozen=True)
+class TrainingRequest(TrainingOptions):
+    """A model to train on a store, in ``out``; ``resume`` continues the run there from its last checkpoint."""
+
+    model: Annotated[str, Argument(metavar="MODEL")]
+    data: Annotated[Path | str, Option("store made by `data import` or `data simulate`", "DIR")]
+    _: KW_ONLY
+    resume: bool = False
+    devices: Annotated[int, Option("number of GPUs")] = 1
+    stop: Callable[[], bool] = never
+    """Asked after each step: True ends the training after a checkpoint of that step."""
+
+
+@dataclass(frozen=True)
+class CrossvalRequest(TrainingOptions):
+    """A model to cross-validate on a store."""
+
+    model: Annotated[str, Argument(metavar="MODEL")]
+    data: Annotated[Path | str, Option("store made by `data import` or `data simulate`", "DIR")]
+    _: KW_ONLY
+    folds: Annotated[int, Option(least=2)] = 10
+    only_folds: Annotated[int | None, Option("run only the first N of them", "N", least=1)] = None
+    repeats: Annotated[int, Option("for a predictor of ratings: how often folds are redrawn", least=1)] = 3
