@@ -22,7 +22,7 @@ orientation only. Each table is the last run of its module.
 
 def main(arguments=None):
     """Run what the arguments name; return the exit status."""
-    from tactogram.cli.printing import columns, print_result
+    from tactogram.cli.printing import Printer, columns
     from tactogram.errors import TactogramError
     from tactogram.experiments.catalogue import experiments
     from tactogram.experiments.reproduce import reproduce
@@ -31,10 +31,11 @@ def main(arguments=None):
 
     parser = parser_of_options()
     a = parser.parse_args(arguments)
+    show = Printer(json=a.json)
     ours = experiments(FOLDER / "experiments")
     speed = sorted(file.stem.removeprefix("bench_") for file in FOLDER.glob("bench_*.py"))
     if a.list:
-        print_result(a, ours, columns(list(ours.items())) + f"\nspeed: {', '.join(speed)}")
+        show(ours, columns(list(ours.items())) + f"\nspeed: {', '.join(speed)}")
         return 0
     if unknown := set(a.names) - {*ours, *speed}:
         parser.error(f"unknown: {', '.join(sorted(unknown))}; see --list")
@@ -58,7 +59,7 @@ def main(arguments=None):
     except TactogramError as error:
         sys.stderr.write(f"benchmarks: {error}\n")
         return 1
-    print_result(a, result, result["text"])
+    show(result, result["text"])
     return 0
 
 

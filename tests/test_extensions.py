@@ -72,7 +72,7 @@ OTHER_MEANINGS = {
     ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
     ("haptic format", "rendering/displays/family.py", "vibration"): "what a display renders",
     ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
-    ("display family", "cli/capture_log.py", "linear"): "a way to fill gaps",
+    ("display family", "workflows/capture/requests.py", "linear"): "a way to fill gaps",
     ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",
     ("capture source", "capture/logs/log.py", "serial"): "a kind of log",
     ("capture source", "capture/logs/log.py", "twelite"): "a kind of log",

@@ -10,7 +10,6 @@ from tactogram.errors import RunError
 from tactogram.workflows import demo as module
 from tactogram.workflows.data import simulate
 from tactogram.workflows.demo import MIX, UNKNOWN, demo
-from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 
 KNOWN = ("artificial-grass", "cloth", *MIX)
 
@@ -25,7 +24,7 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(module, "PER_CLASS", 8)
     monkeypatch.setattr(module, "CLASSIFIER_STEPS", 100)
     monkeypatch.setattr(module, "GENERATOR_STEPS", 2)
-    monkeypatch.setattr(module, "JUDGING", EvaluationSettings(steps=20, most=4))
+    monkeypatch.setattr(module, "EVALUATION", {"steps": 20, "most": 4})
     result = {}
     monkeypatch.setattr(
         module, "demo", lambda *args, **options: result.update(demo(*args, **options)) or result
@@ -49,6 +48,6 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
 
 def test_it_replaces_nothing_but_an_earlier_demo(tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
-    with pytest.raises(RunError, match="holds something else than an earlier demo"):
+    with pytest.raises(RunError, match="is not an earlier demo"):
         demo(tmp_path)
     assert (tmp_path / "mine.txt").read_text() == "mine"

@@ -107,7 +107,7 @@ def test_what_a_model_refuses_in_its_first_step_leaves_nothing(fabrics, tmp_path
 @pytest.mark.parametrize("speed", [0.0, -5.0, float("nan")])
 def test_a_speed_that_is_none_is_called_a_speed(speed, tmp_path):
     write_signal(tmp_path / "x.npz", friction("denim", 1).streams["friction"])
-    with pytest.raises(ParameterError, match="--play-at must be a speed > 0 mm/s"):
+    with pytest.raises(ParameterError, match="play_at must be"):
         convert(tmp_path / "x.npz", tmp_path / "y.wav", play_at=speed)
     assert not (tmp_path / "y.wav").exists()
 

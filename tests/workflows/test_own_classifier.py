@@ -143,7 +143,7 @@ def test_it_classifies_and_cannot_be_searched(loaded, texture):
 
 
 def test_live_it_needs_a_window(loaded, texture):
-    with pytest.raises(ParameterError, match="does not say how long its input is"):
+    with pytest.raises(ParameterError, match="does not state the length of its input"):
         LiveClassifier(loaded)
     heard = LiveClassifier(loaded, window_s=1.0)(texture("tile", 98))
     assert max(heard.probabilities, key=heard.probabilities.get) == "tile"

@@ -124,8 +124,8 @@ def test_a_run_has_its_split_as_soon_as_it_is_one(store, tmp_path, monkeypatch):
 def test_folds_that_test_nothing_are_refused(store, tmp_path):
     for options, message in (
         ({"split": "all"}, "keeps nothing for testing"),
-        ({"only_folds": 0}, "--only-folds must be at least 1"),
-        ({"only_folds": -1}, "--only-folds must be at least 1"),
+        ({"only_folds": 0}, "only_folds must be at least 1"),
+        ({"only_folds": -1}, "only_folds must be at least 1"),
     ):
         with pytest.raises(ParameterError, match=message):
             crossval("stroke_cnn", store, recipe="tiny", folds=2, out=tmp_path / "out", **options)
@@ -205,7 +205,7 @@ def test_what_is_added_stays_simulated(texture, tmp_path):
     create_store(tmp_path / "store", [real], name="real", licence="made in a test")
     write_signal(tmp_path / "made.wav", texture("foam", 2), metadata={"simulated": "true"})
     assert not open_store(tmp_path / "store").simulated
-    with pytest.raises(ParameterError, match="speed_mm_s must be finite"):
+    with pytest.raises(ParameterError, match="speed_mm_s must be a finite number"):
         add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam", speed_mm_s=np.nan)
     with pytest.raises(ParameterError, match="force_n must be at least 0, got -3"):
         add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam", force_n=-3.0)

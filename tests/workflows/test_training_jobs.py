@@ -48,7 +48,7 @@ def test_a_training_that_was_asked_to_stop_goes_on_to_the_same_weights(run, stor
         train("stroke_cnn", store, **known, out=out, stop=lambda: True)
     assert not out.exists()
     prepared = len(Split.load(run.folder / "split.json").train)
-    with pytest.raises(StoppedError, match=r"after step 37 of 60 of classify; all of it is kept .* --resume"):
+    with pytest.raises(StoppedError, match=r"after step 37 of 60 of classify; all of it is in .* --resume"):
         train("stroke_cnn", store, **known, out=out, stop=lambda: next(asked) == prepared + 37)
     assert load_state(out / "checkpoint.safetensors")[1] == {"stage": 1, "step": 37}
     resume(out, accelerator="cpu")  # recordings, class and split are in the run
@@ -118,7 +118,7 @@ def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path, recordings, t
     figures = crossval("stroke_cnn", tmp_path / "s", folds=5, only_folds=1, **options)
     assert figures["split"].startswith("5 contiguous blocks of each recording, 0.097 s (one window) left out")
     assert figures["split"].endswith("only 1 of the 5 folds were run")
-    with pytest.raises(ParameterError, match="--folds 50 needs as many recordings of every class"):
+    with pytest.raises(ParameterError, match="50 folds need as many recordings of every class"):
         crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
     add_recordings(open_store(tmp_path / "s"), recordings(("wool",), 1))
     with pytest.raises(ParameterError, match="; wool has 1: record more of it, or leave it out with --where"):

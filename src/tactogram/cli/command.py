@@ -42,6 +42,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         message, status = str(error), 1
     except MemoryError as error:
         message, status = f"not enough memory: {error or 'take less at once'}", 1
+    except UnicodeEncodeError as error:
+        if error.reason != "surrogates not allowed":
+            raise
+        message, status = f"{error.object!r}: the name is not UTF-8, which is needed here; rename it", 1
     except ValueError as error:
         if "embedded null" not in str(error):
             raise

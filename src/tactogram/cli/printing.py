@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
-
-Arguments = argparse.Namespace
 
 
 class Printer:
@@ -20,11 +17,6 @@ class Printer:
     def __call__(self, result: Any, text: str) -> None:
         """Print one of the two."""
         sys.stdout.write((json.dumps(result, ensure_ascii=False) if self.json else text) + "\n")
-
-
-def print_result(a: Arguments, result: Any, text: str) -> None:
-    """Print ``result`` as JSON where ``--json`` was given, else ``text``."""
-    Printer(json=a.json)(result, text)
 
 
 def accuracies(result: Mapping[str, Any]) -> str:

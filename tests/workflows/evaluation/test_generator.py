@@ -153,7 +153,7 @@ def test_conditions_of_the_recordings_are_asked_for(voice, monkeypatch):
 
 def test_a_model_that_does_not_know_a_speed_is_asked_for_the_material(trained):
     found = judged(load_run(trained("ar_texture", changes={"config.by_condition": False})))
-    assert any(note.startswith("model was asked for materials alone") for note in found.notes)
+    assert any(note.startswith("model was conditioned on materials alone") for note in found.notes)
     assert "log_spectral_distance_db" in found.values
 
 
@@ -173,7 +173,7 @@ def test_sound_at_a_high_rate_and_one_axis(tmp_path):
     figures = evaluate(run.folder, evaluation=QUICK)
     assert "coherence_distance" not in figures["measures"]
     assert figures["measures"]["recognised_accuracy"]["floor"] == 1
-    assert "Everything was judged at 2500 Hz, which holds what is felt." in figures["notes"]
+    assert "Everything was evaluated at 2500 Hz, which holds all perceptible frequencies." in figures["notes"]
     assert "Simulated data" not in (run.folder / "report.html").read_text()
 
 
@@ -185,6 +185,6 @@ def test_what_is_missing_is_said_in_a_line(trained, store, recordings, tmp_path)
     run = train("ar_texture", tmp_path / "gone", recipe="tiny", out=tmp_path / "r", accelerator="cpu")
     shutil.rmtree(tmp_path / "gone")
     create_store(tmp_path / "new", recordings(("tile",), 2, first=90), name="new", licence="-")
-    with pytest.raises(RunError, match="judged beside the recordings it was trained on"):
+    with pytest.raises(RunError, match="compared with the recordings it was trained on"):
         evaluate(run.folder, data=tmp_path / "new", evaluation=HASTY)
     assert not (run.folder / "evaluation.json").exists()

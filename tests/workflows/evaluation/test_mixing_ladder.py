@@ -96,9 +96,8 @@ def test_the_section_has_a_figure_a_table_and_a_sound_per_step(voice, tmp_path):
         ("cork", "glass", {}, "material must be one of cork, foam, tile, wool, got 'glass'"),
         ("cork", "tile", {"mode": "times"}, "mode must be one of sum, add, got 'times'"),
         ("cork", "tile", {"steps": 1}, "steps must be at least 2, got 1"),
-        ("cork", "tile", {"signals": 1}, "signals must be at least 2 per step, got 1"),
+        ("cork", "tile", {"signals": 1}, "signals must be at least 2, got 1"),
         ("cork", "tile", {"seconds": 0.1}, "signals must last at least 0.5 s"),
-        ("cork", "tile", {"condition": {"words": {}}}, "condition 'words' is not one this model takes"),
     ],
 )
 def test_what_makes_no_ladder_is_refused_and_nothing_written(voice, tmp_path, start, end, change, message):

@@ -50,7 +50,7 @@ def test_another_programs_table_is_analysed_by_a_mapping_of_columns(table, tmp_p
     [
         (["--margin", "which"], "QUESTION=VALUE"),
         (["--margin", "weight=1"], "a margin must be for one of"),
-        (["--column", "participant"], "NAME=VALUE"),
+        (["--column", "participant"], "NAME=HEADING"),
         (["--draws", "1"], "at least 100"),
         (["--targets", "nowhere.csv"], "no such table of target ratings"),
     ],

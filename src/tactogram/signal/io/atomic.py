@@ -40,9 +40,12 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write ``text`` to ``path`` in UTF-8; the whole file or nothing."""
+    r"""Write ``text`` to ``path`` in UTF-8; the whole file or nothing.
+
+    A surrogate, from a file name that is not UTF-8, is written as ``\udcff``, which JSON reads back.
+    """
     with atomic_write(path) as part:
-        part.write_text(text, encoding="utf-8")
+        part.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def to_disk(*paths: Path) -> None:

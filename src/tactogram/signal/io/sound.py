@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -55,7 +56,7 @@ def read(path: Path, *, full_scale: float | None = None) -> FileContent:
     facts = _facts(path)
     description = _description(facts, path)
     try:
-        with soundfile.SoundFile(path) as file:
+        with soundfile.SoundFile(_name(path)) as file:
             expected = file.frames
             blocks = list(_blocks(file))
     except soundfile.LibsndfileError as error:
@@ -125,7 +126,7 @@ def write(
     extensible = len(samples) > 2 or subtype in ("PCM_24", "PCM_32")
     form = "FLAC" if suffix == ".flac" else "WAVEX" if extensible else "WAV"
     try:
-        with soundfile.SoundFile(path, "w", rate, len(samples), subtype, format=form) as file:
+        with soundfile.SoundFile(_name(path), "w", rate, len(samples), subtype, format=form) as file:
             if suffix == ".flac":
                 file.comment = comment
             file.write(samples.T)
@@ -135,6 +136,11 @@ def write(
         ) from error
     if suffix == ".wav":
         append_comment(path, comment)
+
+
+def _name(path: Path) -> str | bytes:
+    """Return a path as soundfile takes it; as bytes where its name need not be UTF-8."""
+    return str(path) if os.name == "nt" else os.fsencode(path)
 
 
 def _blocks(file: soundfile.SoundFile) -> Iterator[NDArray[Any]]:
@@ -160,7 +166,7 @@ def _facts(path: Path) -> _SoundInfo:
     if head != b"fLaC":
         raise DataError(f"{path}: not a FLAC file: expected fLaC at byte 0, got {head!r}")
     try:
-        with soundfile.SoundFile(path) as file:
+        with soundfile.SoundFile(_name(path)) as file:
             return _SoundInfo(
                 file.samplerate,
                 file.channels,

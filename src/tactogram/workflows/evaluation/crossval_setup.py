@@ -41,6 +41,8 @@ class CrossvalSetup:
     def of(cls, request: CrossvalRequest, *, task: str) -> CrossvalSetup:
         """Open the data and the model; refuse a model of another task."""
         facts = models.find(request.model, [Path(folder) for folder in request.model_folders])
+        if facts.task != task == "prediction":
+            raise ParameterError(f"{request.model} is no predictor of ratings")
         if facts.task != task:
             raise ParameterError(
                 f"crossval is for classifiers and predictors of ratings; {request.model} is for {facts.task}: "
