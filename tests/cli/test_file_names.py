@@ -61,7 +61,9 @@ def test_a_report_holds_it(signal, tmp_path):
 
 
 def test_a_store_needs_names_in_utf_8(signal, tmp_path, capsys):
-    first = Recording({"acceleration": Signal(np.ones(2000), 1000.0, "m/s^2")}, material="tile", source="x")
+    first = Recording(
+        streams={"acceleration": Signal(np.ones(2000), 1000.0, "m/s^2")}, material="tile", source="x"
+    )
     store = create_store(tmp_path / "s", [first], name="t", licence="made in a test", simulated=False)
     assert main(["data", "add", str(tmp_path / "s"), str(signal), "--material", "cork"]) == 1
     assert "the name is not UTF-8, which is needed here; rename it" in capsys.readouterr().err
