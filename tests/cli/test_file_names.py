@@ -66,7 +66,7 @@ def test_a_store_needs_names_in_utf_8(signal, tmp_path, capsys):
     )
     store = create_store(tmp_path / "s", [first], name="t", licence="made in a test", simulated=False)
     assert main(["data", "add", str(tmp_path / "s"), str(signal), "--material", "cork"]) == 1
-    assert "the name is not UTF-8, which is needed here; rename it" in capsys.readouterr().err
+    assert "file names must be UTF-8; rename the file or folder" in capsys.readouterr().err
     assert main(["data", "check", str(tmp_path / "s")]) == 0
     assert open_store(tmp_path / "s").sha256 == store.sha256
 

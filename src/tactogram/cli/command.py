@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except UnicodeEncodeError as error:
         if error.reason != "surrogates not allowed":
             raise
-        message, status = f"{error.object!r}: the name is not UTF-8, which is needed here; rename it", 1
+        message, status = f"{error.object!r}: file names must be UTF-8; rename the file or folder", 1
     except ValueError as error:
         if "embedded null" not in str(error):
             raise
