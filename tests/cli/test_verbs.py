@@ -76,12 +76,12 @@ def test_a_mix_may_have_spaces():
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("--mix a", "--mix needs A=1,B=2, got 'a'"),
-        ("--mix a=x", "--mix needs A=1,B=2, got"),
-        ("--mix =1", "--mix needs A=1,B=2, got"),
+        ("--mix a", "--mix must be A=1,B=2, got 'a'"),
+        ("--mix a=x", "--mix must be A=1,B=2, got"),
+        ("--mix =1", "--mix must be A=1,B=2, got"),
         ("--mix a=1,a=2", "--mix names 'a' twice"),
-        ("--names a", "--names needs KEY=VALUE, got 'a'"),
-        ("--set a", "--set needs KEY=VALUE, got 'a'"),
+        ("--names a", "--names must be KEY=VALUE, got 'a'"),
+        ("--set a", "--set must be KEY=VALUE, got 'a'"),
         ("--sizes 1,x", "--sizes needs whole numbers separated by commas, got '1,x'"),
         ("--count 0", "count must be at least 1, got 0"),
         ("--share 2", "share must be > 0 and at most 1, got 2"),

@@ -121,7 +121,7 @@ def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path, recordings, t
     with pytest.raises(ParameterError, match="50 folds need as many recordings of every class"):
         crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
     add_recordings(open_store(tmp_path / "s"), recordings(("wool",), 1))
-    with pytest.raises(ParameterError, match="; wool has 1: record more of it, or leave it out with --where"):
+    with pytest.raises(ParameterError, match="; wool has 1: record more of it, or exclude it with `where`"):
         crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
 
 

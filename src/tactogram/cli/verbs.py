@@ -155,7 +155,7 @@ def _mapping(texts: Sequence[str], kind: Any, flag: str, form: str) -> dict[str,
             sign = ""
         name = name.strip()
         if not (sign and name):
-            raise ParameterError(f"{flag} needs {form}, got {text!r}")
+            raise ParameterError(f"{flag} must be {form}, got {text!r}")
         if name in pairs:
             raise ParameterError(f"{flag} names {name!r} twice")
         pairs[name] = read
