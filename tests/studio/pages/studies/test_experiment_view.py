@@ -10,12 +10,12 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.studio import study_server
 from tactogram.studio.application import ServerAnnouncement
 from tactogram.studio.pages.studies.catalogue import (
-    begun,
     copy_study,
     counts_of,
+    new_session_folder,
     pairs_of,
     power_rows,
-    session_folder,
+    workspace_sessions,
     workspace_studies,
 )
 from tactogram.studio.pages.studies.experiment_view import (
@@ -28,7 +28,7 @@ from tactogram.studio.pages.studies.experiment_view import (
     since_text,
     view_of,
 )
-from tactogram.studio.pages.studies.joining import reached_at
+from tactogram.studio.pages.studies.joining import reachable_roots
 from tactogram.studio.participants.prepared_stimuli import PreparedStimuli
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.session.store import SessionStore
@@ -58,16 +58,16 @@ def session(tmp_path):
 def test_the_view_says_where_everybody_is(session):
     later = datetime.now(UTC) + timedelta(seconds=300)
     first, second = view_of(session, now=later).rows
-    assert (first.status, first.where, first.since, first.quiet) == (
+    assert (first.status, first.place, first.since, first.quiet) == (
         "active",
         "trial 3 of 4",
         "5 min ago",
         True,
     )
     assert first.device == "6.25 px/mm, 59.9 Hz, finger 480 and 510 mm/s"
-    assert (second.status, second.where, second.quiet) == (
+    assert (second.status, second.place, second.quiet) == (
         "not begun",
-        "consent not answered yet",
+        "consent not given yet",
         False,
     )
     assert second.since == "no answer yet"
@@ -150,7 +150,7 @@ def test_downloads_hold_the_whole_export(session, kind, name):
         assert name in {Path(path).name for path in file.namelist()}
 
 
-def test_the_shelf_lists_every_design_and_what_is_wrong_with_a_file(session, tmp_path):
+def test_the_catalogue_lists_every_design_and_what_is_wrong_with_a_file(session, tmp_path):
     workspace = Workspace.at(tmp_path)
     copied = copy_study(workspace, "threshold")
     copied.with_name("broken.toml").write_text("[design]\nkind = 'abx'\n")
@@ -160,25 +160,25 @@ def test_the_shelf_lists_every_design_and_what_is_wrong_with_a_file(session, tmp
     assert set(shipped_studies()) < set(found)
     assert found["studies/threshold.toml"].question_text.startswith("How weak")
     assert "margins: staircase ±3 dB" in found["threshold"].line
-    assert "margins: none, so that nothing can be shown to be equivalent" in found["studies/bare.toml"].line
-    assert found["studies/broken.toml"].wrong
-    with pytest.raises(DataError, match="is there already"):
+    assert "margins: none, so that equivalence cannot be shown" in found["studies/bare.toml"].line
+    assert found["studies/broken.toml"].error
+    with pytest.raises(DataError, match="exists"):
         copy_study(workspace, "threshold")
-    [one] = begun(workspace)
+    [one] = workspace_sessions(workspace)
     assert (one.name, one.line) == ("sessions/pilot", "abx: 2 participants, 1 going on, 1 not begun")
 
 
 def test_a_session_that_cannot_be_opened_is_listed_with_its_reason(tmp_path):
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "answers.sqlite").write_bytes(b"not a database " * 100)
-    [one] = begun(Workspace.at(tmp_path))
-    assert "answers.sqlite is damaged" in one.wrong
+    [one] = workspace_sessions(Workspace.at(tmp_path))
+    assert "answers.sqlite is damaged" in one.error
 
 
 @pytest.mark.parametrize("name", ["../x", "", "a b", "-a", "x" * 41, "pilot-simulated", "pilot"])
 def test_names_of_sessions_that_cannot_be_are_refused(session, tmp_path, name):
     with pytest.raises(ParameterError):
-        session_folder(Workspace.at(tmp_path), name)
+        new_session_folder(Workspace.at(tmp_path), name)
 
 
 def test_forms_are_read_in_a_line():
@@ -197,7 +197,7 @@ def test_forms_are_read_in_a_line():
     )
 
 
-def test_a_study_that_cannot_be_served_is_refused_before_it_is_begun(tmp_path, monkeypatch):
+def test_a_study_that_cannot_be_served_is_refused_before_it_is_workspace_sessions(tmp_path, monkeypatch):
     monkeypatch.setattr(study_server, "serve", lambda *_, **__: pytest.fail("served"))
     with pytest.raises(ParameterError, match="no such study"):
         study_server.run_study("nothing", tmp_path / "session", None)
@@ -236,7 +236,11 @@ def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_g
 
 def test_a_qr_code_leads_where_a_tablet_can_go():
     numbers = ("https://192.0.2.7:1", "https://198.51.100.7:1")
-    assert reached_at("https://127.0.0.1:1", numbers) == reached_at("https://127.0.0.2:1", numbers) == numbers
-    assert reached_at(numbers[1], numbers) == numbers[::-1]
-    assert reached_at("https://lab.example", numbers) == (*numbers, "https://lab.example")
-    assert reached_at("http://[::1]:1", ()) == ("http://[::1]:1",)
+    assert (
+        reachable_roots("https://127.0.0.1:1", numbers)
+        == reachable_roots("https://127.0.0.2:1", numbers)
+        == numbers
+    )
+    assert reachable_roots(numbers[1], numbers) == numbers[::-1]
+    assert reachable_roots("https://lab.example", numbers) == (*numbers, "https://lab.example")
+    assert reachable_roots("http://[::1]:1", ()) == ("http://[::1]:1",)

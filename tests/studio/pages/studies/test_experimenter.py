@@ -74,10 +74,10 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
         row.get_by_text("trial 2 of 4").wait_for()
         row.get_by_text("6.25 px/mm, finger 490 mm/s").wait_for()
 
-        code = page.get_by_label("Code (empty: one is drawn)")
+        code = page.get_by_label("Code (empty: random)")
         code.fill("K7")
         page.get_by_role("button", name="Enrol").click()
-        taken = page.get_by_role("link", name="open their pages").get_attribute("href")
+        taken = page.get_by_role("link", name="Open their pages").get_attribute("href")
         assert "/take/" in taken
         page.wait_for_function("field => field.value === ''", arg=code.element_handle())
         code.fill("Hanako")
@@ -91,13 +91,13 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
         page.get_by_role("dialog").wait_for(state="detached")
 
         page.get_by_role("textbox", name="Note").fill("The fan was on")
-        page.get_by_role("button", name="Write down").click()
+        page.get_by_role("button", name="Add note").click()
         page.get_by_text("the study: The fan was on").wait_for()
 
         with contextlib.closing(sqlite3.connect(store.path, isolation_level=None)) as other:
             other.execute("BEGIN IMMEDIATE")  # another program writes for long
             page.get_by_role("textbox", name="Note").fill("The fan was off")
-            page.get_by_role("button", name="Write down").click()
+            page.get_by_role("button", name="Add note").click()
             assert page.evaluate(ANSWERED) == 200  # nobody else waits with who clicked
         page.get_by_text("the study: The fan was off").wait_for()
 
@@ -111,7 +111,7 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
         page.get_by_role("button", name="Withdraw P2").click()
         store.enrol("P9")
         page.locator("tr", has_text="P9").wait_for()  # who joins meanwhile takes no question away
-        page.get_by_role("dialog").get_by_role("button", name="No").click()
+        page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
         page.get_by_role("row", name="P2").wait_for()
         page.get_by_role("button", name="Withdraw P2").click()
         yes(page, "Delete P2")
@@ -120,7 +120,7 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
 
         page.get_by_role("button", name="Analyse").click()
         page.get_by_text("finds differences by chance more often than alpha says").wait_for()
-        yes(page, "No")
+        yes(page, "Cancel")
         with page.expect_download() as download:
             page.get_by_role("button", name="Download tables").click()
         with zipfile.ZipFile(download.value.path()) as packed:
@@ -129,10 +129,10 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
 
         page.get_by_role("button", name="End the study").click()
         yes(page, "End the study")
-        page.get_by_text("Ended: nobody joins").wait_for()
+        page.get_by_text("Ended: nobody can join").wait_for()
         assert store.ended
-        page.get_by_role("button", name="Let it go on").click()
-        page.get_by_text("Ended: nobody joins").wait_for(state="hidden")
+        page.get_by_role("button", name="Continue the study").click()
+        page.get_by_text("Ended: nobody can join").wait_for(state="hidden")
 
     assert page.evaluate(UNNAMED) == []
     page.set_viewport_size({"width": 820, "height": 1180})
@@ -142,14 +142,14 @@ def test_the_experimenter_follows_helps_stops_and_exports(page, lab):
 def test_simulated_participants_take_it_beside_and_are_analysed(page, lab):
     page.get_by_text("Simulated participants").click()
     page.get_by_label("How many").fill("6")
-    page.get_by_label("What is true of them").fill("d_prime=4")
-    page.get_by_role("button", name="Let them take it").click()
-    page.get_by_role("link", name="6 simulated participants took it").click()
+    page.get_by_label("True effect").fill("d_prime=4")
+    page.get_by_role("button", name="Simulate", exact=True).click()
+    page.get_by_role("link", name="6 simulated participants finished").click()
     page.get_by_text("6 simulated participants, 6 finished").wait_for()
     assert page.get_by_text("Take part", exact=True).is_hidden()
     page.get_by_role("button", name="Analyse").click()
     with page.context.expect_page() as opened:
-        page.get_by_role("link", name="The report is there").click()
+        page.get_by_role("link", name="Open the new report").click()
     opened.value.get_by_text("Simulated participants: programs answered").wait_for()
     assert opened.value.get_by_role("heading", name="Notes of the experimenter").count() == 0
     assert (lab / "pilot-simulated" / "analysis" / "report.html").is_file()

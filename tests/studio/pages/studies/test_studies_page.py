@@ -37,8 +37,8 @@ def test_a_design_is_copied_begun_with_changes_and_analysed(studies, workspace):
 
     tab.get_by_text("Simulated participants").click()
     tab.get_by_label("How many").fill("4")
-    tab.get_by_role("button", name="Let them take it").click()
-    tab.get_by_text("4 simulated participants took it").wait_for()
+    tab.get_by_role("button", name="Simulate", exact=True).click()
+    tab.get_by_text("4 simulated participants finished").wait_for()
     tab.goto("/studies")
     row = tab.get_by_role("row", name="sessions/pilot-simulated")
     row.get_by_text("4 simulated participants, 4 finished").wait_for()
@@ -49,16 +49,16 @@ def test_a_design_is_copied_begun_with_changes_and_analysed(studies, workspace):
     assert (Path(workspace) / "sessions" / "pilot-simulated" / "analysis" / "report.html").is_file()
 
 
-def test_what_a_study_could_show_is_reckoned_and_nonsense_is_told(studies):
+def test_what_a_study_could_show_is_calculated_and_nonsense_is_told(studies):
     tab = studies
     tab.get_by_label("Design", exact=True).click()
     tab.get_by_role("option", name="realism").click()
     tab.get_by_label("Participants", exact=True).fill("ten")
-    tab.get_by_role("button", name="Reckon").click()
+    tab.get_by_role("button", name="Calculate power").click()
     tab.get_by_text("participants must be whole numbers separated by commas, got 'ten'").wait_for()
     tab.get_by_label("Participants", exact=True).fill("12")
-    tab.get_by_label("Trials of each").fill("30")
-    tab.get_by_role("button", name="Reckon").click()
+    tab.get_by_label("Trials each").fill("30")
+    tab.get_by_role("button", name="Calculate power").click()
     table = tab.get_by_role("table").filter(has_text="shows the effect")
     table.wait_for()
     cells = table.locator("tbody td").all_inner_texts()

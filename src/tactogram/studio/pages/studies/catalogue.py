@@ -1,4 +1,4 @@
-"""Studies that can be begun and sessions that were, as the page of studies lists them: no page in it."""
+"""Studies and sessions of a workspace, and the values of the page Studies' forms."""
 
 from __future__ import annotations
 
@@ -11,19 +11,30 @@ from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.studio.pages.studies.experiment_view import report_of
+from tactogram.studio.pages.studies.experiment_view import participant_count, report_of
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.designs import designs
 from tactogram.study.designs.catalogue import margin_text
 from tactogram.study.session.states import status_counts
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import shipped_studies
+from tactogram.text_files import displayable
 from tactogram.workflows.study.simulation import SIMULATED
 from tactogram.workflows.study.studies import check_study
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 SESSIONS, STUDIES, ANALYSES = "sessions", "studies", "studio/analyses"
-"""Folders of the workspace for what is begun, copied and analysed from the page."""
+"""Folders of the workspace for new sessions, copied studies and analyses."""
+HEADINGS: Mapping[str, str] = {
+    "trials": "trials each",
+    "power": "shows the effect",
+    "type_1": "false positive",
+    "equivalence": "shows equivalence",
+    "printed_power": "publication's test: shows the effect",
+    "printed_type_1": "publication's test: false positive",
+    "threshold_error_db": "threshold error, dB",
+}
+"""Headings of a power table, by column."""
 
 
 @dataclass(frozen=True)
@@ -33,40 +44,40 @@ class StudyEntry:
     Parameters
     ----------
     name : str
-        Of a shipped one, or a file's path relative to the workspace.
+        Name of a shipped study, or a file's path relative to the workspace.
     source : Path or str
-        As `tactogram.workflows.study.sessions.begin_session` takes it.
+        As for `tactogram.workflows.study.sessions.begin_session`.
     shipped : bool
     facts : mapping
-        What `check_study` returned; empty where it is wrong.
-    wrong : str
+        From `check_study`; empty if the study is invalid.
+    error : str
     """
 
     name: str
     source: Path | str
     shipped: bool
     facts: Mapping[str, Any] = field(default_factory=dict)
-    wrong: str = ""
+    error: str = ""
 
     @property
     def title(self) -> str:
-        """Its title, or its name where it has none."""
+        """Title, or name."""
         return str(self.facts.get("title") or self.name)
 
     @property
     def question_text(self) -> str:
-        """What is asked, in a sentence."""
+        """The research question, in a sentence."""
         design = designs().get(str(self.facts.get("design")))
         return design.question_text if design else ""
 
     @property
     def line(self) -> str:
-        """How large it is, in a line."""
+        """Design and size, in a line."""
         facts = self.facts
         practice = f", {facts['practice']} of practice" if facts["practice"] else ""
         margins = ", ".join(margin_text(name, value) for name, value in facts["margins"].items())
         if not margins and designs()[facts["design"]].margins:
-            margins = "none, so that nothing can be shown to be equivalent"
+            margins = "none, so that equivalence cannot be shown"
         return (
             f"{facts['design']}, up to {facts['trials']} trials{practice}, {facts['stimuli']} stimuli; "
             f"order {facts['order']}, {', '.join(facts['languages'])}"
@@ -81,13 +92,13 @@ class SessionEntry:
     Parameters
     ----------
     name : str
-        Its folder, relative to the workspace.
+        Folder relative to the workspace.
     title, line : str
     simulated : bool
-        Whether simulated participants took it.
+        Whether its participants are simulated.
     report : Path or None
-    wrong : str
-        Why it cannot be opened, if it cannot.
+    error : str
+        Why it cannot be opened.
     """
 
     name: str
@@ -95,54 +106,42 @@ class SessionEntry:
     line: str = ""
     simulated: bool = False
     report: Path | None = None
-    wrong: str = ""
+    error: str = ""
 
 
 def workspace_studies(workspace: Workspace) -> list[StudyEntry]:
-    """Return the shipped studies and those of the workspace, each checked; once, also where it holds the package."""
+    """Return the shipped studies and those of the workspace, checked, each once."""
     shipped = shipped_studies()
-    own = sorted(
-        {path.resolve() for path in workspace.studies()} - {path.resolve() for path in shipped.values()}
-    )
-    found = [_listed(name, name, shipped=True) for name in shipped]
-    return found + [_listed(workspace.name_of(path), path, shipped=False) for path in own]
+    own = {path.resolve() for path in workspace.studies()} - {path.resolve() for path in shipped.values()}
+    entries = [_study_entry(name, name, shipped=True) for name in shipped]
+    return entries + [_study_entry(workspace.name_of(path), path, shipped=False) for path in sorted(own)]
 
 
-def begun(workspace: Workspace) -> list[SessionEntry]:
+def workspace_sessions(workspace: Workspace) -> list[SessionEntry]:
     """Return the sessions of the workspace, newest first."""
-    return [_begun(workspace, folder) for folder in workspace.sessions()]
+    return [_session_entry(workspace, folder) for folder in workspace.sessions()]
 
 
-def session_folder(workspace: Workspace, name: str) -> Path:
-    """Return a new folder for a session, relative to the workspace.
-
-    Raises
-    ------
-    ParameterError
-        If the name is none for a folder, or is taken.
-    """
-    checked = _name(name)
-    if checked.endswith(SIMULATED):
+def new_session_folder(workspace: Workspace, name: str) -> Path:
+    """Return the folder of a new session, relative to the workspace; `ParameterError` if its name is invalid or taken."""
+    name = name.strip()
+    if not NAME.fullmatch(name):
         raise ParameterError(
-            f"name: {SIMULATED} at the end stands for simulated participants, got {checked!r}"
+            f"name must be 1 to 40 letters, digits, _ and -, beginning with a letter or digit, got {name[:60]!r}"
         )
-    folder = Path(SESSIONS) / checked
+    if name.endswith(SIMULATED):
+        raise ParameterError(f"name: {SIMULATED} is reserved for simulated participants, got {name!r}")
+    folder = Path(SESSIONS) / name
     if workspace.inside(folder).exists():
-        raise ParameterError(f"{folder} is there already; give another name, or go on with it below")
+        raise ParameterError(f"{folder} exists; choose another name, or open the session in the table")
     return folder
 
 
 def copy_study(workspace: Workspace, name: str) -> Path:
-    """Copy a shipped study into the workspace, to be changed, and return the file.
-
-    Raises
-    ------
-    DataError
-        If there is a file of that name.
-    """
+    """Copy a shipped study into the workspace and return the file; `DataError` if it exists."""
     target = workspace.inside(Path(STUDIES) / f"{name}.toml")
     if target.exists():
-        raise DataError(f"{workspace.name_of(target)} is there already; change that one, or move it away")
+        raise DataError(f"{workspace.name_of(target)} exists; change that file, or move it away")
     target.parent.mkdir(parents=True, exist_ok=True)
     with atomic_write(target) as part:
         shutil.copyfile(shipped_studies()[name], part)
@@ -150,92 +149,65 @@ def copy_study(workspace: Workspace, name: str) -> Path:
 
 
 def analysis_folder(workspace: Workspace, source: Path) -> Path:
-    """Return where the analysis of a session or table is written."""
+    """Return the folder for the analysis of a session or table."""
     if source.is_dir():
         return report_of(source).parent
     return workspace.inside(Path(ANALYSES) / re.sub(r"[^A-Za-z0-9_.-]", "-", workspace.name_of(source)))
 
 
-def counts_of(text: str, what: str) -> tuple[int, ...]:
-    """Return whole numbers separated by commas; () of an empty text.
+def split_commas(text: str | None) -> list[str]:
+    """Return the parts of a field between commas, without empty ones."""
+    return [part.strip() for part in (text or "").split(",") if part.strip()]
 
-    Raises
-    ------
-    ParameterError
-        If one is none.
-    """
+
+def counts_of(text: str, name: str) -> tuple[int, ...]:
+    """Return the whole numbers of a field ``name``, or raise `ParameterError`."""
     try:
-        return tuple(int(part) for part in text.split(",") if part.strip())
+        return tuple(int(part) for part in split_commas(text))
     except ValueError:
-        raise ParameterError(f"{what} must be whole numbers separated by commas, got {text[:60]!r}") from None
+        raise ParameterError(f"{name} must be whole numbers separated by commas, got {text[:60]!r}") from None
 
 
-def pairs_of(text: str, what: str) -> dict[str, str]:
-    """Return ``name=value`` pairs separated by commas; {} of an empty text.
-
-    Raises
-    ------
-    ParameterError
-        If one is none.
-    """
-    found = {}
-    for part in filter(None, (part.strip() for part in text.split(","))):
-        name, sign, value = part.partition("=")
-        if not sign or not name.strip() or not value.strip():
-            raise ParameterError(f"{what} must be name=value, separated by commas, got {part[:60]!r}")
-        found[name.strip()] = value.strip()
-    return found
+def pairs_of(text: str, name: str) -> dict[str, str]:
+    """Return the ``key=value`` pairs of a field ``name``, or raise `ParameterError`."""
+    pairs = {}
+    for part in split_commas(text):
+        key, sign, value = (piece.strip() for piece in part.partition("="))
+        if not (key and sign and value):
+            raise ParameterError(f"{name} must be name=value, separated by commas, got {part[:60]!r}")
+        pairs[key] = value
+    return pairs
 
 
 def power_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:
-    """Return the headings and cells of a power table for people; what is exact for independent answers is left out."""
-    kept = [name for name in rows[0] if not name.startswith("exact_")]
+    """Return headings and cells of a power table, without the columns that assume independent answers."""
+    columns = [name for name in rows[0] if not name.startswith("exact_")]
     cells = [
-        [f"{row[name]:.2f}" if isinstance(row[name], float) else str(row[name]) for name in kept]
+        [f"{row[name]:.2f}" if isinstance(row[name], float) else str(row[name]) for name in columns]
         for row in rows
     ]
-    return [HEADINGS.get(name, name.replace("_", " ")) for name in kept], cells
+    return [HEADINGS.get(name, name.replace("_", " ")) for name in columns], cells
 
 
-HEADINGS: Mapping[str, str] = {
-    "trials": "trials of each",
-    "power": "shows the effect",
-    "type_1": "shows what is not there",
-    "equivalence": "shows equivalence",
-    "printed_power": "publication's test: effect",
-    "printed_type_1": "publication's test: what is not there",
-    "threshold_error_db": "error of a threshold, dB",
-}
-
-
-def _listed(name: str, source: Path | str, *, shipped: bool) -> StudyEntry:
+def _study_entry(name: str, source: Path | str, *, shipped: bool) -> StudyEntry:
     try:
         return StudyEntry(name, source, shipped, check_study(source))
     except TactogramError as error:
-        return StudyEntry(name, source, shipped, wrong=str(error))
+        return StudyEntry(name, source, shipped, error=displayable(str(error)))
 
 
-def _begun(workspace: Workspace, folder: Path) -> SessionEntry:
+def _session_entry(workspace: Workspace, folder: Path) -> SessionEntry:
     name = workspace.name_of(folder)
     try:
         with SessionStore(folder) as store:
             progress = store.progress()
             simulated = any(one["simulated"] for one in progress)
-            stand = status_counts(one["status"] for one in progress)
-            who = f"{len(progress)} {'simulated ' if simulated else ''}participant{'' if len(progress) == 1 else 's'}"
+            counts = status_counts(one["status"] for one in progress)
+            people = participant_count(len(progress), simulated=simulated)
             title = store.study.title.en or store.study.title.ja
-            line = (
-                f"{store.study.name}: {who}{f', {stand}' if stand else ''}{', ended' if store.ended else ''}"
-            )
+            line = ", ".join(filter(None, (people, counts, "ended" if store.ended else "")))
+            line = f"{store.study.name}: {line}"
     except TactogramError as error:
-        return SessionEntry(name, wrong=str(error))
+        return SessionEntry(name, error=displayable(str(error)))
     report = report_of(folder)
     return SessionEntry(name, title, line, simulated, report if report.is_file() else None)
-
-
-def _name(text: str) -> str:
-    if not NAME.fullmatch(text.strip()):
-        raise ParameterError(
-            f"name must be 1 to 40 letters, digits, _ and -, beginning with a letter or digit, got {text[:60]!r}"
-        )
-    return text.strip()

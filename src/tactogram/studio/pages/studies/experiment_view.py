@@ -1,4 +1,4 @@
-"""View of a session for the experimenter: pure functions of the store's content."""
+"""The experimenter's view of a session: pure functions of the store's content."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from tactogram.study.session.states import NOT_BEGUN, status_counts
 from tactogram.study.session.store import SessionStore
 
 LATEST = 15
-"""Answers that are shown as they come."""
+"""Latest answers in the view."""
 QUIET_S = 120.0
-"""After which a participant who is going on is marked: something may be wrong."""
+"""An active participant without an answer for so long is highlighted."""
 DEVICE = (
     ("px_per_mm", "{} px/mm"),
     ("refresh_hz", "{} Hz"),
@@ -24,12 +24,12 @@ DEVICE = (
     ("audio_latency_ms", "sound {} ms late"),
     ("pointer", "{}"),
 )
-"""Facts of a device that are shown, and how."""
+"""Facts of a device in the view, and their form."""
 
 
 @dataclass(frozen=True)
 class ParticipantRow:
-    """One participant, as the page shows them.
+    """One participant in the view.
 
     Parameters
     ----------
@@ -37,17 +37,18 @@ class ParticipantRow:
     simulated : bool
     status : str
         One of `tactogram.study.session.states.STATES`.
-    where, since, device : str
+    place, since, device : str
+        Current page, time since the last answer, facts of the device.
     share : float
-        Of the trials that are done.
+        Share of the trials that are done.
     quiet : bool
-        Whether nothing came for long from someone who is going on.
+        Whether an active participant has not answered for `QUIET_S`.
     """
 
     code: str
     simulated: bool
     status: str
-    where: str
+    place: str
     since: str
     device: str
     share: float
@@ -56,17 +57,7 @@ class ParticipantRow:
 
 @dataclass(frozen=True)
 class SessionView:
-    """A session at one moment.
-
-    Parameters
-    ----------
-    rows : tuple of Row
-    notes : tuple of mapping
-    latest : tuple of Answer
-        The last ones to trials, newest first.
-    ended : str or None
-    withdrawn, answers : int
-    """
+    """A session at one moment; ``latest`` holds answers to trials, newest first."""
 
     rows: tuple[ParticipantRow, ...]
     notes: tuple[Mapping[str, Any], ...]
@@ -77,35 +68,34 @@ class SessionView:
 
     @property
     def unfinished(self) -> int:
-        """How many may still answer: who is going on, and who has not begun."""
-        return self.going + self.not_begun
+        """Participants who may still answer."""
+        return self.active + self.not_begun
 
     @property
-    def going(self) -> int:
-        """How many began and are not at the end."""
+    def active(self) -> int:
+        """Participants who have begun and not finished."""
         return sum(row.status == "active" for row in self.rows)
 
     @property
     def not_begun(self) -> int:
-        """How many were enrolled and answered nothing yet."""
+        """Participants who are enrolled and have not answered anything."""
         return sum(row.status == NOT_BEGUN for row in self.rows)
 
     @property
     def simulated(self) -> bool:
-        """Whether simulated participants are among them."""
+        """Whether there are simulated participants."""
         return any(row.simulated for row in self.rows)
 
     def summary(self) -> str:
-        """Return in a line how far all are."""
-        kind = f"{'simulated ' if self.simulated else ''}participant{'' if len(self.rows) == 1 else 's'}"
-        stand = status_counts(row.status for row in self.rows)
-        parts = [f"{len(self.rows)} {kind}", *([stand] if stand else [])]
-        parts += [f"{self.withdrawn} withdrew"] if self.withdrawn else []
-        return f"{', '.join(parts)}; {self.answers} answers"
+        """Return the progress of all participants in a line."""
+        counts = status_counts(row.status for row in self.rows)
+        withdrawn = f"{self.withdrawn} withdrew" if self.withdrawn else ""
+        parts = [participant_count(len(self.rows), simulated=self.simulated), counts, withdrawn]
+        return f"{', '.join(filter(None, parts))}; {self.answers} answers"
 
 
 def view_of(store: SessionStore, *, now: datetime | None = None) -> SessionView:
-    """Return what the page shows of a session."""
+    """Return the view of a session."""
     moment = now or datetime.now(UTC)
     rows = tuple(_row(one, store.device(one["participant"]), moment) for one in store.progress())
     latest = [row for row in store.latest(3 * LATEST) if row.design != "questions"]
@@ -114,45 +104,48 @@ def view_of(store: SessionStore, *, now: datetime | None = None) -> SessionView:
     )
 
 
-def _row(known: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> ParticipantRow:
-    status = str(known["status"])
-    silent = (
-        None
-        if known["last"] is None
-        else max(0.0, (now - datetime.fromisoformat(known["last"])).total_seconds())
-    )
+def _row(progress: Mapping[str, Any], device: Mapping[str, Any], now: datetime) -> ParticipantRow:
+    status, last = str(progress["status"]), progress["last"]
+    silent = None if last is None else max(0.0, (now - datetime.fromisoformat(last)).total_seconds())
     return ParticipantRow(
-        known["participant"],
-        known["simulated"],
+        progress["participant"],
+        progress["simulated"],
         status,
-        place_text(known),
+        place_text(progress),
         since_text(silent),
         device_text(device),
-        share_of(known),
+        share_of(progress),
         status == "active" and silent is not None and silent > QUIET_S,
     )
 
 
-def share_of(known: Mapping[str, Any]) -> float:
-    """Return how much a participant has done, 0 to 1; who has finished has done all, however short a staircase was."""
-    return 1.0 if known["status"] == "finished" else float(known["trials"] / max(1, known["of"]))
+def participant_count(count: int, *, simulated: bool) -> str:
+    """Return ``2 simulated participants``."""
+    return f"{count} {'simulated ' if simulated else ''}participant{'' if count == 1 else 's'}"
 
 
-def place_text(known: Mapping[str, Any]) -> str:
-    """Return where a participant is: ``trial 13 of 90``."""
-    page = known["page"]
-    if known["status"] == "finished" or page is None:
-        return f"{known['trials']} trials done"
+def share_of(progress: Mapping[str, Any]) -> float:
+    """Return the share of trials done; 1 for finished participants, however short their staircase was."""
+    if progress["status"] == "finished":
+        return 1.0
+    return float(progress["trials"] / max(1, progress["of"]))
+
+
+def place_text(progress: Mapping[str, Any]) -> str:
+    """Return a participant's page: ``trial 13 of 90``."""
+    page = progress["page"]
+    if progress["status"] == "finished" or page is None:
+        return f"{progress['trials']} trials done"
     if page.startswith("practice-"):
         return f"practice {page.removeprefix('practice-').partition('.')[0]}"
     if page.startswith("trial-"):
-        return f"trial {page.removeprefix('trial-').partition('.')[0]} of {known['of']}"
-    texts = {"consent": "consent not answered yet", "before": "questions before", "after": "questions after"}
+        return f"trial {page.removeprefix('trial-').partition('.')[0]} of {progress['of']}"
+    texts = {"consent": "consent not given yet", "before": "questions before", "after": "questions after"}
     return texts.get(page, str(page))
 
 
 def since_text(seconds: float | None) -> str:
-    """Return how long ago an answer came."""
+    """Return the time since an answer."""
     if seconds is None:
         return "no answer yet"
     if seconds < 60:
@@ -163,26 +156,25 @@ def since_text(seconds: float | None) -> str:
 
 
 def device_text(facts: Mapping[str, Any]) -> str:
-    """Return what a device said, in a line; speeds of several areas are joined."""
-    said = []
+    """Return a device's facts in a line; speeds in several areas are joined."""
+    texts = []
     for name, form in DEVICE:
         values = [facts[key] for key in (f"{name}_a", f"{name}_b") if key in facts]
         values = values or ([facts[name]] if name in facts else [])
         if values:
-            said.append(form.format(" and ".join(_short(value) for value in values)))
-    return ", ".join(said)
+            texts.append(form.format(" and ".join(_short(value) for value in values)))
+    return ", ".join(texts)
 
 
 def peeking_text(view: SessionView) -> str:
-    """Return what is said before results are looked at while people still take part; "" where nobody does."""
+    """Return the warning before an interim analysis; "" if nobody can answer any more."""
     if not view.unfinished or view.ended:
         return ""
-    left = ((view.going, "finished"), (view.not_begun, "begun"))
+    left = ((view.active, "finished"), (view.not_begun, "begun"))
     who = " and ".join(f"{count} {'has' if count == 1 else 'have'} not {how}" for count, how in left if count)
     return (
-        f"Of {len(view.rows)} enrolled, {who}; the study was not ended. Who looks at results "
-        "and decides by them whether to go on finds differences by chance more often than alpha says. That the "
-        "analysis was looked at will be noted."
+        f"Of {len(view.rows)} enrolled, {who}; the study has not ended. Deciding from interim results whether to "
+        "continue finds differences by chance more often than alpha says. A note will record this look at the analysis."
     )
 
 
@@ -192,17 +184,17 @@ def folder_of(session: str) -> str:
 
 
 def address_of(name: str) -> str:
-    """Return the address of a session's page from its folder relative to the workspace."""
+    """Return the address of a session's page; ``name`` is its folder relative to the workspace."""
     return f"/experiment/{name.replace('/', '~')}"
 
 
 def report_of(folder: Path) -> Path:
-    """Return where a session's report is written."""
+    """Return the file of a session's report."""
     return folder / "analysis" / "report.html"
 
 
 def answers_rows(latest: Sequence[Answer]) -> list[list[str]]:
-    """Return the last answers without what would tell how the study comes out: no condition, no right or wrong."""
+    """Return answers without conditions and correctness, which would reveal the result."""
     return [
         [
             row.participant,

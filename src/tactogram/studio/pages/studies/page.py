@@ -1,4 +1,4 @@
-"""The page Studies: what can be asked, sessions begun, what a study could show, and what answers show."""
+"""The page Studies: designs, sessions, power and analysis."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from nicegui import events, ui
 
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import busy, in_background, page, report_errors, upload
+from tactogram.studio.layout import busy, heading, hint, in_background, page, report_errors, upload
 from tactogram.studio.pages.studies.catalogue import (
     STUDIES,
     SessionEntry,
     StudyEntry,
-    begun,
     copy_study,
-    session_folder,
+    new_session_folder,
+    split_commas,
+    workspace_sessions,
     workspace_studies,
 )
 from tactogram.studio.pages.studies.experiment_view import address_of
@@ -33,42 +34,37 @@ def add(studio: Studio) -> None:
         with page("Studies"):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             ui.label(
-                "A study is a file: what is felt, in which order, what is asked. Begin a session of one, and people "
-                "take it on this machine or on tablets. As they come, the designs play simulated recordings."
+                "A study is a file that sets stimuli, their order and the questions. Begin a session of a study, and "
+                "participants take it on this machine or on tablets. The designs play simulated recordings."
             ).classes("quiet")
             await StudiesPage(studio).draw()
 
 
 class StudiesPage:
-    """One such page.
-
-    Parameters
-    ----------
-    studio : Studio
-    """
+    """One tab."""
 
     def __init__(self, studio: Studio) -> None:
         self.studio, self.workspace = studio, studio.workspace
 
     async def draw(self) -> None:
-        """Draw everything."""
+        """Draw the page."""
         studies = await in_background(workspace_studies, self.workspace)
-        sessions = await in_background(begun, self.workspace)
+        sessions = await in_background(workspace_sessions, self.workspace)
         self._sessions(sessions)
         own = [study for study in studies if not study.shipped]
         with ui.element("section").classes("w-full stack"):
             with ui.row().classes("items-center justify-between w-full"):
-                ui.label("Study files of this workspace").classes("h2")
-                given = upload("Add a study file (TOML)", on_upload=report_errors(self._upload))
-                given.props('accept=".toml"').classes("listless")
+                heading("Study files of this workspace")
+                field = upload("Add a study file (TOML)", on_upload=report_errors(self._upload))
+                field.props('accept=".toml"').classes("listless")
             if own:
                 self._cards(own)
             else:
                 ui.label("None yet: copy a design below and change it, or add a file.").classes("quiet")
-            ui.label("Designs").classes("h2")
+            heading("Designs")
             self._cards([study for study in studies if study.shipped])
         power()
-        analysis(self.workspace, [one for one in sessions if not one.wrong])
+        analysis(self.workspace, [session for session in sessions if not session.error])
 
     def _cards(self, studies: list[StudyEntry]) -> None:
         with ui.element("div").classes("studies w-full"):
@@ -77,15 +73,15 @@ class StudiesPage:
                     self._card(study)
 
     def _card(self, study: StudyEntry) -> None:
-        ui.label(study.title).classes("h2")
-        ui.label(study.name).classes("quiet small")
-        if study.wrong:
-            ui.label(study.wrong).classes("text-negative").props('role="alert"')
+        heading(study.title)
+        hint(study.name)
+        if study.error:
+            ui.label(study.error).classes("text-negative").props('role="alert"')
             return
         ui.label(study.question_text)
-        ui.label(study.line).classes("quiet small")
+        hint(study.line)
         if study.facts["source"]:
-            ui.label(f"Reproduces: {study.facts['source']}").classes("quiet small")
+            hint(f"Reproduces: {study.facts['source']}")
         if study.facts["simulated_stimuli"]:
             ui.label("simulated stimuli").classes("simulated")
         with ui.row().classes("gap-2 foot"):
@@ -94,68 +90,63 @@ class StudiesPage:
             check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("outline")
             check.props(f'aria-label="Check {study.name}: make and render every stimulus"')
             if study.shipped:
-                copied = ui.button("Copy", on_click=report_errors(lambda: self._copy(study))).props("outline")
-                copied.props(f'aria-label="Copy {study.name} into the workspace"')
+                copy = ui.button("Copy", on_click=report_errors(lambda: self._copy(study))).props("outline")
+                copy.props(f'aria-label="Copy {study.name} into the workspace"')
 
     def _sessions(self, sessions: list[SessionEntry]) -> None:
         if not sessions:
             return
         with ui.element("section").classes("card w-full stack overflow-x-auto"):
-            ui.label("Sessions").classes("h2")
+            heading("Sessions")
             with ui.element("table").classes("people"):
                 with ui.element("thead"), ui.element("tr"):
-                    for heading in ("Folder", "Study", "How far", "Report"):
-                        ui.element("th").props('scope="col"')._text = heading
+                    for name in ("Folder", "Study", "Progress", "Report"):
+                        ui.element("th").props('scope="col"')._text = name
                 with ui.element("tbody"):
-                    for one in sessions:
-                        self._session(one)
+                    for session in sessions:
+                        self._session(session)
 
-    def _session(self, one: SessionEntry) -> None:
+    def _session(self, session: SessionEntry) -> None:
         with ui.element("tr"):
             with ui.element("th").props('scope="row"'):
-                if one.wrong:
-                    ui.label(one.name)
+                if session.error:
+                    ui.label(session.name)
                 else:
-                    ui.link(one.name, address_of(one.name))
-                if one.simulated:
+                    ui.link(session.name, address_of(session.name))
+                if session.simulated:
                     ui.label("simulated").classes("simulated")
-            for text in (one.title, one.line or one.wrong):
+            for text in (session.title, session.line or session.error):
                 with ui.element("td"):
                     ui.label(text)
             with ui.element("td"):
-                if one.report is not None:
-                    ui.link("open", f"/reports?of={quote(self.workspace.name_of(one.report))}").props(
-                        f'aria-label="Report of {one.name}"'
-                    )
+                if session.report is not None:
+                    address = f"/reports?of={quote(self.workspace.name_of(session.report))}"
+                    ui.link("open", address).props(f'aria-label="Report of {session.name}"')
 
     def _begin(self, study: StudyEntry) -> None:
         with (
             ui.dialog().props('aria-label="Begin a session"') as dialog,
             ui.card().classes("w-96 max-w-full"),
         ):
-            ui.label(f"Begin a session: {study.title}").classes("h2")
+            heading(f"Begin a session: {study.title}")
             name = ui.input("Name of the session's folder", value=study.facts["name"]).classes("w-full")
-            changed = (
-                ui.input("Changes (optional)")
-                .props('placeholder="design.repeats=2, seed=7"')
-                .classes("w-full")
+            changes = ui.input("Changes (optional)").props('placeholder="design.repeats=2, seed=7"')
+            changes.classes("w-full")
+            hint(
+                "Answers are stored in this folder of the workspace. The study cannot be changed after the session has "
+                "begun."
             )
-            ui.label(
-                "Answers go into this folder of the workspace. What the study is cannot change once begun."
-            ).classes("quiet small")
 
-            async def go() -> None:
-                folder = session_folder(self.workspace, name.value or "")
-                changes = parse_changes(
-                    [part.strip() for part in (changed.value or "").split(",") if part.strip()]
-                )
+            async def begin() -> None:
+                folder = new_session_folder(self.workspace, name.value or "")
+                values = parse_changes(split_commas(changes.value))
                 with busy("beginning the session"):
-                    await in_background(self.studio.sessions.begin, study.source, folder, changes=changes)
+                    await in_background(self.studio.sessions.begin, study.source, folder, changes=values)
                 ui.navigate.to(address_of(folder.as_posix()))
 
             with ui.row().classes("justify-end w-full"):
-                ui.button("Not now", on_click=dialog.close).props("flat")
-                ui.button("Begin", on_click=report_errors(go))
+                ui.button("Cancel", on_click=dialog.close).props("flat")
+                ui.button("Begin", on_click=report_errors(begin))
         dialog.open()
 
     @report_errors
@@ -163,13 +154,11 @@ class StudiesPage:
         with busy(f"making and rendering the stimuli of {study.name}", button=button):
             facts = await in_background(check_study, study.source, stimuli=True)
         count = len(facts["rendered"] or {})
-        ui.notify(
-            f"{study.name}: nothing is wrong; {count} signals were made and rendered on {facts['display']}"
-        )
+        ui.notify(f"{study.name}: no problems; {count} signals were made and rendered on {facts['display']}")
 
     def _copy(self, study: StudyEntry) -> None:
         path = copy_study(self.workspace, study.name)
-        ui.notify(f"copied to {self.workspace.name_of(path)}; change it with any editor")
+        ui.notify(f"copied to {self.workspace.name_of(path)}; change it with any text editor")
         ui.navigate.reload()
 
     async def _upload(self, event: events.UploadEventArguments) -> None:

@@ -1,4 +1,4 @@
-"""Parts of the page Studies: what a study of some size could show, and what answers show."""
+"""Parts of the page Studies: power of a planned study, and analysis of answers."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from urllib.parse import quote
 from nicegui import ui
 
 from tactogram.errors import ParameterError
-from tactogram.studio.layout import busy, in_background, report_errors
+from tactogram.studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram.studio.pages.studies.catalogue import (
     SessionEntry,
     analysis_folder,
     counts_of,
     pairs_of,
     power_rows,
+    split_commas,
 )
+from tactogram.studio.pages.studies.experiment_view import participant_count
 from tactogram.studio.workspace.folder import RUN, STORE, Workspace
 from tactogram.study.answers import SUFFIXES
 from tactogram.study.designs import designs
@@ -25,29 +27,29 @@ SIMULATIONS = 2000
 
 
 def power() -> None:
-    """Draw the form and the table of what a study of some size could show."""
+    """Draw the form and table of statistical power."""
     with ui.element("section").classes("card w-full stack"):
-        ui.label("Before a study: how many trials can show what").classes("h2")
-        ui.label(
-            f"By {SIMULATIONS} studies of simulated participants for each row. What is left empty is as typical; "
-            "put in what a pilot gave."
-        ).classes("quiet small")
+        heading("Before a study: statistical power")
+        hint(
+            f"Each row simulates {SIMULATIONS} studies with simulated participants. Empty fields have typical values; "
+            "enter those of a pilot."
+        )
         with ui.row().classes("items-end gap-4"):
             tables = list(power_tables())
             design = ui.select(tables, value=tables[0], label="Design").props("dense").classes("w-36")
             people = ui.input("Participants").props('dense placeholder="10,20"').classes("w-32")
-            trials = ui.input("Trials of each").props('dense placeholder="30,90"').classes("w-32")
+            trials = ui.input("Trials each").props('dense placeholder="30,90"').classes("w-32")
             effect = ui.number("Effect").props("dense").classes("w-24")
             margin = ui.number("Margin").props("dense").classes("w-24")
-            button = ui.button("Reckon")
+            button = ui.button("Calculate power")
         shown = ui.column().classes("w-full gap-2").props('aria-live="polite"')
 
         @report_errors
-        async def reckon() -> None:
+        async def calculate() -> None:
             from tactogram.workflows.study.power import study_power
 
-            with busy("taking studies by simulated participants", button=button):
-                found = await in_background(
+            with busy("simulating studies", button=button):
+                result = await in_background(
                     study_power,
                     design.value,
                     participants=counts_of(people.value or "", "participants"),
@@ -59,49 +61,50 @@ def power() -> None:
             shown.clear()
             with shown:
                 _table(
-                    *power_rows(found["rows"]),
-                    caption=f"What a study of design {found['design']} shows, as a share of studies",
+                    *power_rows(result["rows"]),
+                    caption=f"Design {result['design']}: share of simulated studies with each result",
                 )
                 with (
-                    ui.expansion("In full, with what is assumed").classes("w-full"),
+                    ui.expansion("Full report with assumptions").classes("w-full"),
                     ui.element("div").classes("power"),
                 ):
-                    ui.element("pre")._text = found["text"]
+                    ui.element("pre")._text = result["text"]
 
-        button.on_click(reckon)
+        button.on_click(calculate)
 
 
 def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
     """Draw the form that analyses a session or a table of answers."""
     with ui.element("section").classes("card w-full stack"):
-        ui.label("After a study: what answers show").classes("h2")
-        ui.label(
-            "The publication's own test and the sound one, with intervals and verdicts; margins are those of the "
-            "study's file. Tables of others are read by their headings."
-        ).classes("quiet small")
+        heading("After a study: analysis")
+        hint(
+            "The publication's test and a sound one, with intervals and verdicts; margins are those of the study's "
+            "file. Tables of other programs are read by their headings."
+        )
         tables = [workspace.name_of(path) for path in workspace.files(*SUFFIXES) if _may_be_answers(path)]
         sources = {
-            one.name: f"session {one.name}{' (simulated)' if one.simulated else ''}" for one in sessions
+            session.name: f"session {session.name}{' (simulated)' if session.simulated else ''}"
+            for session in sessions
         }
         sources |= {name: f"table {name}" for name in tables}
         if not sources:
-            ui.label("No session was begun here, and no table lies here (.csv, .tsv, .parquet).").classes(
-                "quiet"
-            )
+            ui.label("No sessions or tables (.csv, .tsv, .parquet) in this workspace yet.").classes("quiet")
             return
-        first = sessions[0].name if sessions else None  # which table holds answers is not known
+        first = sessions[0].name if sessions else None  # it is unknown which tables hold answers
         source = ui.select(sources, label="Answers", value=first, with_input=True).props("dense")
         source.classes("w-96")
         with (
-            ui.expansion("A table of others, other margins").classes("w-full"),
+            ui.expansion("Tables of other programs, other margins").classes("w-full"),
             ui.row().classes("items-end gap-4"),
         ):
-            design = ui.input("Design of its rows").props(f'dense placeholder="{next(iter(designs()))}"')
-            columns = ui.input("Their headings of our columns").props(
+            design = ui.input("Design of the table").props(f'dense placeholder="{next(iter(designs()))}"')
+            columns = ui.input("Names of columns in the table").props(
                 'dense placeholder="participant=subject"'
             )
-            constants = ui.input("What a column is in every row").props('dense placeholder="question=which"')
-            margins = ui.input("Margins instead of the file's").props('dense placeholder="which=0.1"')
+            constants = ui.input("Values that are the same in every row").props(
+                'dense placeholder="question=which"'
+            )
+            margins = ui.input("Other margins").props('dense placeholder="which=0.1"')
         button = ui.button("Analyse")
         shown = ui.column().classes("w-full gap-1").props('aria-live="polite"')
 
@@ -121,18 +124,16 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                     design=(design.value or "").strip() or None,
                     columns=pairs_of(columns.value or "", "headings"),
                     constants=pairs_of(constants.value or "", "columns"),
-                    margins=margins_of(
-                        [part.strip() for part in (margins.value or "").split(",") if part.strip()]
-                    ),
+                    margins=margins_of(split_commas(margins.value)),
                 )
             shown.clear()
             with shown:
                 for section in result["sections"]:
-                    who = f"{section['participants']} {'simulated ' if section['simulated'] else ''}participants"
-                    for found in section["findings"]:
-                        if found["role"] == "confirmatory":
-                            said = found["verdict"] or f"{found['measure']} {found['estimate']:.3g}"
-                            ui.label(f"{section['title']}, {found['of']}: {said} ({who})")
+                    who = participant_count(section["participants"], simulated=section["simulated"])
+                    for finding in section["findings"]:
+                        if finding["role"] == "confirmatory":
+                            text = finding["verdict"] or f"{finding['measure']} {finding['estimate']:.3g}"
+                            ui.label(f"{section['title']}, {finding['of']}: {text} ({who})")
                 ui.link("Open the report", f"/reports?of={quote(workspace.name_of(out / 'report.html'))}")
 
         button.on_click(analyse)
@@ -152,7 +153,7 @@ def _table(headings: list[str], rows: list[list[str]], *, caption: str) -> None:
 
 
 def _may_be_answers(path: Path) -> bool:
-    """Return whether a file is a table that stands alone: not one of those beside answers, of a store or of a run."""
+    """Return whether a table may hold answers: it does not belong to a session's export, a store or a run."""
     if path.name.endswith((".participants.csv", ".notes.csv")):
         return False
     if any((path.parent / name).is_file() for name in (STORE, RUN)):
