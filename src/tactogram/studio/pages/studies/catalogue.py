@@ -123,7 +123,7 @@ def workspace_sessions(workspace: Workspace) -> list[SessionEntry]:
 
 
 def new_session_folder(workspace: Workspace, name: str) -> Path:
-    """Return the folder of a new session, relative to the workspace; `ParameterError` if its name is invalid or taken."""
+    """Return the folder of a new session, relative to the workspace; `ParameterError` for an invalid or taken name."""
     name = name.strip()
     if not NAME.fullmatch(name):
         raise ParameterError(
