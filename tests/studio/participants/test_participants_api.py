@@ -597,3 +597,13 @@ def test_participants_pages_start_without_torch(tmp_path, write_study):
         [sys.executable, "-c", script, str(tmp_path), str(study)], capture_output=True, text=True, check=True
     )
     assert json.loads(done.stdout.replace("'", '"')) == []
+
+
+@pytest.mark.parametrize("text", ["{", "[]", "{}", "\xff"])
+def test_a_damaged_origin_is_refused_in_a_line(tmp_path, opened, text):
+    sessions, session, _ = opened(tmp_path)
+    sessions.close()
+    (session.folder / "origin.json").write_bytes(text.encode("latin-1"))
+    with pytest.raises(DataError, match=r"origin\.json: .*; run the study again with its file") as told:
+        sessions.open(session.folder)
+    assert "\n" not in str(told.value)

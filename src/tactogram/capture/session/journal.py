@@ -18,6 +18,7 @@ from typing import Any, Self, TextIO
 
 from tactogram.errors import DataError
 from tactogram.signal.io.locks import lock
+from tactogram.text_files import parse_json
 
 FILE = "session.jsonl"
 
@@ -118,10 +119,7 @@ class Journal:
             os.ftruncate(file.fileno(), len(whole.encode()))
         events = []
         for number, line in enumerate(whole.splitlines(), 1):
-            try:
-                entry = json.loads(line)
-            except ValueError as error:
-                raise DataError(f"{self.path}: line {number} is not JSON: {error}") from error
+            entry = parse_json(line, f"{self.path}: line {number}")
             if not isinstance(entry, dict) or "event" not in entry:
                 raise DataError(f"{self.path}: line {number} must be an event, got {line[:60]!r}")
             events.append(entry)

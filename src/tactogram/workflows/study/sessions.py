@@ -13,6 +13,7 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Page
+from tactogram.text_files import read_json
 from tactogram.workflows.study.studies import check_study, study_folder
 
 if TYPE_CHECKING:
@@ -61,9 +62,10 @@ def origin_folder(session: Path | str) -> Path:
     if not path.is_file():
         return Path(session)
     try:
-        return study_folder(json.loads(path.read_text(encoding="utf-8"))["study"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise DataError(f"{path}: not readable: {error}; run the study again with its file") from error
+        return study_folder(read_json(path)["study"])
+    except (DataError, KeyError, TypeError) as error:
+        reason = str(error) if isinstance(error, DataError) else f"{path}: lacks the study"
+        raise DataError(f"{reason}; run the study again with its file") from None
 
 
 def keep_origin(folder: Path, study: Path | str) -> None:
