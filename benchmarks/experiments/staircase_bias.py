@@ -16,7 +16,7 @@ from scipy.special import ndtr, ndtri
 
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import write_text
-from tactogram.study.analysis.psychometric import fit_psychometric, reversal_threshold
+from tactogram.study.analysis.psychometric import fit_logistic, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold
 from tactogram.study.designs.staircase import Staircase, StaircaseTrack
 from tactogram.study.simulated_participants import SimulatedEffect
@@ -89,7 +89,7 @@ def _row(design: Staircase, spread: float, observers: int, rng: np.random.Genera
             errors["mean_of_reversals"].append(mean - settled)
         try:
             found = estimate_threshold(x, right)
-            most_likely = fit_psychometric(x, right, rng=rng, shape="logistic", target=AT_75, draws=0)
+            most_likely = fit_logistic(x, right, target=AT_75)
         except DataError:
             continue
         errors["fit"].append(found.threshold - settled)

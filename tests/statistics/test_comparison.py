@@ -3,16 +3,15 @@ import pytest
 from scipy import stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics import (
-    by_participant,
+from tactogram.statistics.comparison import (
     friedman_wilcoxon,
     mann_whitney,
     paired_t,
     steel_dwass,
     student_t,
-    summary,
     welch_t,
 )
+from tactogram.statistics.summary import by_participant, summary
 
 # S. Aoki's worked example of the Steel-Dwass test, with the t and p that he prints.
 AOKI = {

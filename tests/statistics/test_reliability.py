@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.statistics import intraclass_correlation, krippendorff_alpha
+from tactogram.statistics.reliability import intraclass_correlation, krippendorff_alpha
 
 NAN = np.nan
 # K. Krippendorff, "Computing Krippendorff's Alpha-Reliability", 2011, Sec. C to E: 4 observers, 12 units, missing data.

@@ -110,13 +110,7 @@ class Answers:
         return iter(self.rows)
 
     def column(self, name: str) -> tuple[Any, ...]:
-        """Return a column; an extra one as text, "" where a row lacks it.
-
-        Raises
-        ------
-        ParameterError
-            If no row has it.
-        """
+        """Return a column; an extra one as text, "" where a row lacks it, `ParameterError` if all do."""
         if name in COLUMNS:
             return tuple(getattr(row, name) for row in self.rows)
         if name not in self.extra_columns:
@@ -195,22 +189,13 @@ def write_answers(path: Path, answers: Answers) -> None:
 def read_answers(path: Path) -> Answers:
     """Read a table that `write_answers` wrote, or another with these columns.
 
-    Raises
-    ------
-    DataError
-        Naming file and row, if a column is missing or a cell is not of its column's type.
+    Raises `DataError`, naming file and row, if a column is missing or a cell is not of its column's type.
     """
     return answers_of(*read_cells(path), where=str(path))
 
 
 def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], list[list[str]]]:
-    """Return the headings and the rows of any table as text.
-
-    Raises
-    ------
-    DataError
-        If the file is not a readable table, or a row has more or fewer cells than there are headings.
-    """
+    """Return the headings and the rows of any table as text; raise `DataError` if it is not readable."""
     suffix = _suffix(path)
     if suffix == ".parquet":
         table = read_parquet(path)

@@ -45,22 +45,11 @@ def ordered(
 ) -> tuple[tuple[int, int, T], ...]:
     """Return (block, repeat, item) of each trial of one participant, in order.
 
-    Parameters
-    ----------
-    items : sequence
-        At least one.
-    rule : {"random", "blocks", "latin", "williams", "as-listed"}
-        - ``random``: all repeats of all items in one random order, one block.
-        - ``blocks``: each repeat is a block of all items, each in its own random order.
-        - ``latin``, ``williams``: each repeat is a block; its order is a row of the square, the next one for the next
-          repeat and for the next participant. The numbers of the items are drawn once for the study.
-        - ``as-listed``: block by block in the given order.
-    repeats : int
-        Presentations of each item.
-    seed : int
-        Of the study.
-    participant : int
-        Number of the participant, from 1.
+    - ``random``: all repeats of all items in one random order, one block.
+    - ``blocks``: each repeat is a block of all items, each in its own random order.
+    - ``latin``, ``williams``: each repeat is a block; its order is a row of the square, the next one for the next
+      repeat and for the next participant. The numbers of the items are drawn once for the study.
+    - ``as-listed``: block by block in the given order.
     """
     if not items:
         raise ParameterError("an order needs at least 1 item, got 0")

@@ -66,13 +66,7 @@ class Question(BaseModel):
         return self
 
     def accepted(self, text: str) -> str:
-        """Return an answer as it is stored.
-
-        Raises
-        ------
-        ParameterError
-            If it is not one of the options, off the scale, or empty where it is required.
-        """
+        """Return an answer as it is stored; raise `ParameterError` if it is no option, off the scale, or missing."""
         text = text.strip()
         if not text:
             if self.required:

@@ -164,11 +164,8 @@ class StudyAnalysis:
 def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnalysis:
     """Return the analysis of every question in the answers to one study.
 
-    Raises
-    ------
-    DataError
-        If there is no answer to a trial, answers are of several studies, or people and simulated participants are
-        mixed.
+    Raises `DataError` if there is no answer to a trial, answers are of several studies, or people and simulated
+    participants are mixed.
     """
     plan = plan or AnalysisPlan({})
     studies = answers.unique("study")

@@ -101,15 +101,7 @@ class Study(BaseModel):
 
     @classmethod
     def load(cls, study: Path | str, *, changes: Mapping[str, Any] | None = None) -> Self:
-        """Read a TOML file, or one of `shipped_studies` by name; ``changes`` are values by dotted key.
-
-        Raises
-        ------
-        DataError
-            If the file is not TOML.
-        ParameterError
-            If there is no such file, or a key or value is not one of a study.
-        """
+        """Read a TOML file, or one of `shipped_studies` by name; ``changes`` are values by dotted key."""
         path = shipped_studies().get(str(study), Path(study))
         if not path.exists():
             names = ", ".join(shipped_studies())

@@ -58,19 +58,9 @@ class PresentedStimulus:
 class PageQuestion:
     """A question on a page, and what the answer will mean; participants see the question alone.
 
-    Parameters
-    ----------
-    question : Question
-    slot : str
-        Slot of the stimulus that it is about, where the page asks about each.
-    side : str
-        Slot of the target.
-    right : str
-        Correct answer, "" if there is none.
-    stimulus, condition, other, other_condition : str
-        Columns of the answer; see `tactogram.study.answers`.
-    values : mapping from str to float
-        ``value`` of each answer; by default the number that the answer is.
+    ``slot`` is that of the stimulus in question, where the page asks about each; ``side`` is that of the target;
+    ``right`` is the correct answer, if any; ``values`` are the ``value`` of each answer, by default the number that it
+    is. The other members are columns of `tactogram.study.answers`.
     """
 
     question: Question
@@ -133,13 +123,7 @@ class Page:
     layout: Mapping[str, Any] = field(default_factory=dict)
 
     def accepted(self, responses: Mapping[str, str]) -> dict[str, str]:
-        """Return the valid answers to its questions, by key.
-
-        Raises
-        ------
-        ParameterError
-            If one is missing, invalid, or to no question of this page.
-        """
+        """Return the valid answers by key; raise `ParameterError` if one is missing, invalid or unknown."""
         keys = [question.key for question in self.questions]
         if unknown := sorted(set(responses) - set(keys)):
             raise ParameterError(

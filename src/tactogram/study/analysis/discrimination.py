@@ -45,27 +45,19 @@ def analyse_discrimination(
 ) -> AnalysisSection:
     """Return the analysis of answers that are right or wrong, where chance is one half.
 
-    Confirmatory is the share over all textures, by GEE with participants as clusters; of a single participant the
-    exact binomial of that person's answers.
+    Confirmatory is the share over all textures, by GEE with participants as clusters; of a single participant the exact
+    binomial of that person's answers.
 
     Parameters
     ----------
     answers : Answers
         One row per trial of one question; ``correct``, else ``value`` as 1 or 0.
-    title : str
     d_prime : callable
         From a share correct to d'.
     margin : float, optional
         Of the share correct, e.g. 0.1, set before the answers were seen.
     printed : bool
         Whether a publication printed the mean share without a test.
-
-    Raises
-    ------
-    DataError
-        If no answer is right or wrong.
-    ParameterError
-        If the margin is not between 0 and 0.5.
     """
     marked = [row if row.correct is None else replace(row, value=float(row.correct)) for row in answers]
     kept, notes = numeric_answers(Answers(tuple(marked)), title)

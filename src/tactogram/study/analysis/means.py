@@ -17,20 +17,7 @@ def analyse_means(answers: Answers, *, title: str, margin: float | None = None) 
     """Return the mean of each stimulus and condition over participants, and the differences between conditions.
 
     Confirmatory are the differences, each participant's mean over stimuli paired: Student's t with Holm's correction
-    over the pairs of conditions.
-
-    Parameters
-    ----------
-    answers : Answers
-        To one question; ``value`` is averaged.
-    title : str
-    margin : float, optional
-        Of a difference between conditions, set before the answers were seen.
-
-    Raises
-    ------
-    DataError
-        If no answer is a number.
+    over the pairs of conditions. Raises `DataError` if no answer is a number.
     """
     kept, notes = numeric_answers(answers, title)
     cells: dict[tuple[str, str], list[float]] = {}

@@ -19,14 +19,7 @@ from tactogram.study.designs.design import Design, MarginScale, ab_question
 from tactogram.study.orders import balanced_sides, generator, ordered
 from tactogram.study.power.assumptions import GEE, PowerAssumptions
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import (
-    DesignContext,
-    Page,
-    PageAnswers,
-    PageQuestion,
-    Participant,
-    PresentedStimulus,
-)
+from tactogram.study.trials import DesignContext, Page, PageAnswers, Participant, Slot
 from tactogram.study.wording import Wording
 
 if TYPE_CHECKING:
@@ -97,27 +90,9 @@ class Abx(Design):
         first_at, x_is = places[which][repeat - 1].split()
         a, b = pairs[which] if first_at == "A" else pairs[which][::-1]
         x, not_x = (a, b) if x_is == "A" else (b, a)
-        question = PageQuestion(
-            ab_question("which", self.which),
-            side=x_is,
-            right=x_is,
-            stimulus=x.item,
-            condition=x.condition,
-            other=not_x.item,
-            other_condition=not_x.condition,
-            values={slot: float(slot == x_is) for slot in "AB"},
-        )
-        return Page(
-            token=f"trial-{trial}.1",
-            kind=self.kind,
-            trial=trial,
-            block=block,
-            repeat=repeat,
-            total=len(order),
-            presented=(PresentedStimulus("A", a), PresentedStimulus("B", b), PresentedStimulus("X", x)),
-            text=self.instructions,
-            questions=(question,),
-        )
+        question = ab_question("which", self.which, x, not_x, x_is)
+        slots: dict[Slot, Stimulus | None] = {"A": a, "B": b, "X": x}
+        return self.trial_page(trial, [question], slots, block=block, repeat=repeat, total=len(order))
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:

@@ -24,10 +24,8 @@ PACKAGE = __name__.rpartition(".")[0]
 def designs() -> Mapping[str, type[Design]]:
     """Return every design by kind: those of this package, of installed ones, and of ``TACTOGRAM_DESIGNS``.
 
-    Raises
-    ------
-    ParameterError
-        If a file cannot be imported or has no design, or two designs share a kind, a margin or a power table.
+    Raises `ParameterError` if a file cannot be imported or has no design, or two designs share a kind, a margin or a
+    power table.
     """
     return _designs(tuple(folder.resolve() for folder in further_folders(FOLDERS_VARIABLE)))
 

@@ -9,6 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict
@@ -17,7 +18,15 @@ from tactogram.errors import ParameterError
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import DesignContext, Page, PageAnswers, PageQuestion, Participant
+from tactogram.study.trials import (
+    DesignContext,
+    Page,
+    PageAnswers,
+    PageQuestion,
+    Participant,
+    PresentedStimulus,
+    Slot,
+)
 from tactogram.study.wording import Wording
 
 if TYPE_CHECKING:
@@ -83,6 +92,29 @@ class Design(BaseModel, ABC):
         ("intervals": one stimulus after the other), ``area_mm`` and ``target_speed_mm_s`` (areas to stroke),
         ``vas_mm``, ``image_mm``, ``at_most`` (whether the total is an upper limit).
         """
+
+    def trial_page(
+        self,
+        trial: int,
+        questions: Sequence[PageQuestion],
+        slots: Mapping[Slot, Stimulus | None],
+        *,
+        step: int = 1,
+        gains_db: Mapping[Slot, float] = MappingProxyType({}),
+        **values: Any,
+    ) -> Page:
+        """Return a page of a trial with stimuli by slot; ``values`` are further ones of the `Page`."""
+        return Page(
+            token=f"trial-{trial}.{step}",
+            kind=self.kind,
+            questions=tuple(questions),
+            presented=tuple(
+                PresentedStimulus(slot, stimulus, gains_db.get(slot, 0.0)) for slot, stimulus in slots.items()
+            ),
+            trial=trial,
+            step=step,
+            **{"text": self.instructions} | values,
+        )
 
     @abstractmethod
     def total(self, setting: DesignContext) -> int:
@@ -162,14 +194,26 @@ class Design(BaseModel, ABC):
         return participant.two_alternatives()
 
 
-def ab_question(identifier: str, text: Wording, **more: Any) -> Question:
-    """Return a choice between the slots A and B."""
-    return Question(
-        id=identifier,
-        text=text,
-        kind="choice",
-        options=(AnswerOption(value="A"), AnswerOption(value="B")),
-        **more,
+def ab_question(
+    identifier: str,
+    text: Wording,
+    target: Stimulus,
+    other: Stimulus | None,
+    side: str,
+    *,
+    scored: bool = True,
+) -> PageQuestion:
+    """Return a choice between A and B with the target in slot ``side``, which is right if the question is scored."""
+    options = (AnswerOption(value="A"), AnswerOption(value="B"))
+    return PageQuestion(
+        Question(id=identifier, text=text, kind="choice", options=options),
+        side=side,
+        right=side if scored else "",
+        stimulus=target.item,
+        condition=target.condition,
+        other=other.item if other else "",
+        other_condition=other.condition if other else "",
+        values={slot: float(slot == side) for slot in "AB"},
     )
 
 

@@ -11,14 +11,7 @@ from pydantic import Field
 from tactogram.study.designs.design import Design
 from tactogram.study.orders import ordered
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import (
-    DesignContext,
-    Page,
-    PageAnswers,
-    PageQuestion,
-    Participant,
-    PresentedStimulus,
-)
+from tactogram.study.trials import DesignContext, Page, PageAnswers, PageQuestion, Participant
 
 
 class SingleStimulus(Design):
@@ -62,15 +55,13 @@ class SingleStimulus(Design):
         trial = len(history) + 1
         block, repeat, which = order[trial - 1]
         stimulus = stimuli[which]
-        return Page(
-            token=f"trial-{trial}.1",
-            kind=self.kind,
-            trial=trial,
+        questions = self.questions_about(stimulus, setting=setting, participant=participant, trial=trial)
+        return self.trial_page(
+            trial,
+            questions,
+            {"": stimulus},
             block=block,
             repeat=repeat,
             total=len(order),
-            presented=(PresentedStimulus("", stimulus),),
-            text=self.instructions,
-            questions=self.questions_about(stimulus, setting=setting, participant=participant, trial=trial),
             layout=self.layout(),
         )

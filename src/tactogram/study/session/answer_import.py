@@ -54,12 +54,8 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
     """Return the answers of another program's table (``.csv``, ``.tsv`` or ``.parquet``).
 
     A missing ``answer`` is filled from ``value``, and ``value`` from an ``answer`` that is a number; ``study`` defaults
-    to the file's name; without ``trial``, the rows of each participant are counted.
-
-    Raises
-    ------
-    DataError
-        If a mapped heading or a required column is missing, or a cell is not of its column's type.
+    to the file's name; without ``trial``, the rows of each participant are counted. Raises `DataError` if a mapped
+    heading or a required column is missing, or a cell is not of its column's type.
     """
     mapped = mapped or TableMapping()
     headings, rows = read_cells(path, encoding=mapped.encoding)

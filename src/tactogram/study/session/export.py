@@ -61,13 +61,7 @@ KEY_COLUMNS = ("stimulus", "other", "condition", "other_condition")
 
 
 def export_bids(store: SessionStore, out: Path) -> Path:
-    """Write a BIDS data set into a new or empty folder, complete or not at all, and return the folder.
-
-    Raises
-    ------
-    DataError
-        If the folder is not empty, or there is no answer.
-    """
+    """Write a BIDS data set into a new or empty folder, complete or not at all, and return the folder."""
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise DataError(f"{out}: is not empty; give a new folder")
     answers = store.answers()

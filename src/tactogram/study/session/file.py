@@ -41,18 +41,8 @@ WAIT_S = 30.0
 class SessionFile:
     """File of one study session; safe for several threads and processes at once.
 
-    Parameters
-    ----------
-    folder : Path
-    study : Study, optional
-        Required for a new folder; otherwise it must be the study that was begun there.
-
-    Raises
-    ------
-    DataError
-        If the folder holds another study, or a damaged file.
-    ParameterError
-        If a study cannot be begun or continued there.
+    ``study`` is required for a new folder; otherwise it must be the study that was begun there. Raises `DataError` if
+    the folder holds another study, `DamagedSessionError` for a damaged file.
     """
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:
@@ -106,17 +96,7 @@ class SessionFile:
         """Do several writes in one transaction, and return what each returned or raised.
 
         A write that raises stores nothing, and the others are stored. Report none of them before this returns: until
-        then nothing is on the disk.
-
-        Parameters
-        ----------
-        writes : sequence of callable
-            Each calls one of the methods that store something.
-
-        Raises
-        ------
-        DataError
-            If the file cannot be written to; then none of them is stored.
+        then nothing is on the disk. Raises `DataError` if the file cannot be written to; then none is stored.
         """
         results: list[T | Exception] = []
         with self._writing():
@@ -135,11 +115,8 @@ class SessionFile:
     def compact(self) -> None:
         """Rewrite the file without deleted rows, and empty its log.
 
-        Raises
-        ------
-        DataError
-            If another process keeps reading it: deleted rows may then remain in the file or its log until all programs
-            have closed it.
+        Raises `DataError` if another process keeps reading it: deleted rows may then remain in the file or its log
+        until all programs have closed it.
         """
         with self._lock, self._reader_lock, self._damage_reported():
             try:

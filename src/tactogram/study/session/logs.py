@@ -44,13 +44,7 @@ class SessionLogs(SessionPeople):
         return {name: fact for entry in self.device_log(code) for name, fact in entry["facts"].items()}
 
     def note(self, text: str, *, code: str | None = None) -> None:
-        """Store a note of the experimenter, about one participant or the whole study.
-
-        Raises
-        ------
-        ParameterError
-            If it is empty or longer than 4,000 characters, or no participant has the code.
-        """
+        """Store a note about one participant or the study; raise `ParameterError` if empty or too long."""
         if not 0 < len(text.strip()) <= 4000:
             raise ParameterError(f"a note must have 1 to 4000 characters, got {len(text.strip())}")
         with self._writing() as rows:

@@ -56,26 +56,12 @@ class SessionPeople(SessionFile):
         session: str = "1",
         device: Mapping[str, Any] | None = None,
     ) -> Participant:
-        """Return a new participant, with the lowest free number.
+        """Return a new participant, with the lowest free number, and the code, or a random one.
 
-        The number of a withdrawn participant is assigned again, so that the counterbalancing stays complete.
-
-        Parameters
-        ----------
-        code : str, optional
-            Drawn by default.
-        language : {"ja", "en"}, optional
-            By default the study's first.
-        simulated : bool
-        session : str
-        device : mapping, optional
-            Device facts; see `tactogram.study.session.device_facts`.
-
-        Raises
-        ------
-        ParameterError
-            If the code is taken or may be a name, the study lacks the language, or simulated participants and people
-            would share the session.
+        The number of a withdrawn participant is assigned again, so that the counterbalancing stays complete. The
+        language is by default the study's first; ``device`` holds device facts. Raises `ParameterError` if the code is
+        taken or may be a name, the study lacks the language, or simulated participants and people would share the
+        session.
         """
         language = language or self.study.languages[0]
         self._check_language(language)
@@ -112,13 +98,7 @@ class SessionPeople(SessionFile):
             return [record.participant for record in participant_records(rows)]
 
     def set_language(self, code: str, language: Language) -> None:
-        """Change the language of a participant's pages.
-
-        Raises
-        ------
-        ParameterError
-            If the study lacks the language, or no participant has the code.
-        """
+        """Change the language of a participant's pages; raise `ParameterError` if the study lacks it."""
         self._check_language(language)
         self._set(code, "language", language)
 

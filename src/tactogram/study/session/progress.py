@@ -31,18 +31,7 @@ class ParticipantProgress:
 
 @dataclass(frozen=True)
 class ParticipantState:
-    """State of a participant.
-
-    Parameters
-    ----------
-    stored : ParticipantRecord
-    study_ended : bool
-        Whether the experimenter ended the study.
-    page_record : str
-        Answered pages, as one text.
-    progress : ParticipantProgress
-        What follows from them.
-    """
+    """State of a participant: as stored, with the answered pages as one text and the resulting progress."""
 
     stored: ParticipantRecord
     study_ended: bool
@@ -78,13 +67,7 @@ class ParticipantState:
 def progress_after(
     study: Study, participant: Participant, history: tuple[PageAnswers, ...]
 ) -> ParticipantProgress:
-    """Return what follows from the pages that a participant answered.
-
-    Raises
-    ------
-    UnreadableRowError
-        If they are not answers to this study's pages.
-    """
+    """Return what follows from the answered pages; raise `UnreadableRowError` if they do not fit the study."""
     try:
         return ParticipantProgress(history, next_page(study, participant, history))
     except (KeyError, IndexError) as error:
@@ -119,13 +102,7 @@ def with_page(record: str, row: PageRow) -> str:
 
 
 def parse_pages(record: str) -> tuple[PageAnswers, ...]:
-    """Return the pages of a record, in the order in which they were answered.
-
-    Raises
-    ------
-    UnreadableRowError
-        If one does not hold what was stored.
-    """
+    """Return the pages of a record in order; raise `UnreadableRowError` for one that is not readable."""
     pages = [page.split(FIELD) for page in record.split(PAGE)] if record else []
     if not all(len(page) == 4 and page[0].isdecimal() for page in pages):
         raise UnreadableRowError("a row of pages is not readable")

@@ -24,15 +24,7 @@ DAMAGE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 class DamagedSessionError(DataError):
-    """A session file is damaged; the message says how many answers can still be read.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the session.
-    reason : object
-        SQLite's message, or what is wrong with a row.
-    """
+    """A session file is damaged; the message says how many answers can still be read."""
 
     def __init__(self, folder: Path, reason: object) -> None:
         self.folder = folder
@@ -54,18 +46,7 @@ class UnreadableRowError(DataError):
 
 @dataclass(frozen=True)
 class SalvagedSession:
-    """Readable part of a session file.
-
-    Parameters
-    ----------
-    answers : Answers
-    lost : int
-        Answers that were stored and cannot be read.
-    lost_is_exact : bool
-        False where the number of stored answers cannot be read either: at least so many are lost.
-    study : Study or None
-        None where the study cannot be read.
-    """
+    """Readable part of a session file; ``lost`` answers are a minimum unless ``lost_is_exact``."""
 
     answers: Answers
     lost: int
@@ -74,13 +55,7 @@ class SalvagedSession:
 
 
 def session_file(folder: Path) -> Path:
-    """Return the file of a session.
-
-    Raises
-    ------
-    DataError
-        If the folder holds none.
-    """
+    """Return the file of a session; raise `DataError` if the folder holds none."""
     if not (folder / FILE).is_file():
         raise DataError(f"{folder}: no study was begun here; run one, or say which folder holds it")
     return folder / FILE
@@ -94,13 +69,7 @@ def is_damage(error: sqlite3.Error) -> bool:
 
 
 def parse_answer(text: str | bytes) -> Answer:
-    """Return the answer that a row holds as JSON.
-
-    Raises
-    ------
-    UnreadableRowError
-        If it is not JSON, or not that of an answer.
-    """
+    """Return the answer of a row of JSON; raise `UnreadableRowError` if it holds none."""
     values = parse_object(text)
     try:
         return Answer(**values)
@@ -109,13 +78,7 @@ def parse_answer(text: str | bytes) -> Answer:
 
 
 def parse_object(text: str | bytes) -> dict[str, Any]:
-    """Return the JSON object of a cell.
-
-    Raises
-    ------
-    UnreadableRowError
-        If it is none.
-    """
+    """Return the JSON object of a cell; raise `UnreadableRowError` if it holds none."""
     try:
         values = json.loads(text)
     except (ValueError, TypeError, RecursionError) as error:
@@ -126,15 +89,10 @@ def parse_object(text: str | bytes) -> dict[str, Any]:
 
 
 def salvage_session(folder: Path) -> SalvagedSession:
-    """Return every answer of a session file that can be read, whatever else is damaged; the file stays as it is.
+    """Return every answer of a session file that can be read, whatever else is damaged; the file is not changed.
 
-    Answers come by participant and in the order given; where SQLite cannot read the table at all, they are looked for
-    in the bytes of the file, and come in the order of their times.
-
-    Raises
-    ------
-    DataError
-        If the folder holds no session file.
+    Answers come by participant and in the order given. If SQLite cannot read the table at all, they are searched in the
+    bytes of the file, and come in the order of their times.
     """
     path = session_file(folder)
     with tempfile.TemporaryDirectory(prefix="tactogram-salvage-") as temporary:

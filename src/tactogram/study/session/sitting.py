@@ -83,18 +83,7 @@ def answer_rows(
 ) -> tuple[Answer, ...]:
     """Return the rows of the accepted answers to a page.
 
-    Parameters
-    ----------
-    responses : mapping from str to str
-        From `Page.accepted`.
-    at : str
-        ISO time, UTC.
-    rt_ms : mapping from str to float, optional
-        By key; ``""`` stands for the page.
-    played : mapping from str to str, optional
-        Hash of the samples played, by slot.
-    device : mapping, optional
-        From `device_facts.valid_facts`.
+    Response times are by key, with ``""`` for the page; ``played`` are hashes of the samples by slot.
     """
     columns = device_columns(device or {})
     times, hashes = rt_ms or {}, played or {}

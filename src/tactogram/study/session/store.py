@@ -78,13 +78,7 @@ class SessionStore(SessionLogs):
             return self._state(rows, find_participant(rows, code))
 
     def page(self, code: str) -> Page | None:
-        """Return the current page of a participant; None at the end.
-
-        Raises
-        ------
-        ParameterError
-            If no participant has the code, or the experimenter ended the session.
-        """
+        """Return the current page, None at the end; raise `PageNotOpenError` if the experimenter ended the session."""
         state = self.participant_state(code)
         state.check_open()
         return state.page
@@ -104,8 +98,6 @@ class SessionStore(SessionLogs):
 
         Parameters
         ----------
-        code, token : str
-            Participant and page.
         responses : mapping from str to str
             By key of the page's questions.
         rt_ms : mapping from str to float, optional
@@ -156,15 +148,7 @@ class SessionStore(SessionLogs):
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
     ) -> None:
-        """Log playback, before or during it; it is on the disk on return.
-
-        Raises
-        ------
-        PageNotOpenError
-            If the participant is not at that page.
-        ParameterError
-            If no participant has the code, or the page has no such slot.
-        """
+        """Log playback, before or during it; raise `PageNotOpenError` if the participant is not at that page."""
         if not re.fullmatch("[0-9a-f]{64}", sha256):
             raise ParameterError(f"sha256 must be 64 hexadecimal digits, got {sha256[:80]!r}")
         with self._writing() as rows:

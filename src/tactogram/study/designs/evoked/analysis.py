@@ -33,18 +33,8 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
     The publication took the share as the label of an image, without an interval. Confirmatory is the exact binomial of
     each image and word against one half (evoked in most, or in few), with Holm's correction over all: a participant
     answers each once, so that answers are independent. A check compares the share of words that each image evokes with
-    the other images that the same people saw.
-
-    Parameters
-    ----------
-    answers : Answers
-    margin : float, optional
-        Of an image's share of words from that of the others, set before the answers were seen.
-
-    Raises
-    ------
-    DataError
-        If no answer is a number.
+    the other images that the same people saw; the margin is that of this difference. Raises `DataError` if no answer is
+    a number.
     """
     kept, notes = numeric_answers(answers, "evoked")
     cells = {

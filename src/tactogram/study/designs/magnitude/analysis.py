@@ -28,23 +28,15 @@ from tactogram.study.answers import Answer, Answers
 
 
 def analyse_magnitude(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
-    """Return geometric means of estimates by stimulus, and the exponent where intensities are known.
+    """Return geometric means of estimates (``value``) by stimulus, and the exponent where intensities are known.
 
     Confirmatory is the mean over participants of the slopes of log estimate over log intensity, with Student's t
-    interval and p against 0 (no growth).
+    interval and p against 0 (no growth). The margin is that of the exponent's difference from 1 (estimates in
+    proportion), and from 0.
 
-    Parameters
-    ----------
-    answers : Answers
-        ``value`` is the estimate. The intensity is the extra column ``intensity``, else ``intensity_db`` in decibels,
-        else ``level`` as gain=FACTOR, peak=SHARE or sensation=DB, else ``stimulus`` or ``condition`` if it is a number.
-    margin : float, optional
-        Of the exponent's difference from 1 (estimates in proportion), and from 0 (no growth).
-
-    Raises
-    ------
-    DataError
-        If no estimate is above 0.
+    The intensity is the extra column ``intensity``, else ``intensity_db`` in decibels, else ``level`` as gain=FACTOR,
+    peak=SHARE or sensation=DB, else ``stimulus`` or ``condition`` if it is a number. Raises `DataError` if no estimate
+    is above 0.
     """
     kept, notes = numeric_answers(answers, "magnitude")
     above = kept.where(lambda row: row.value > 0)

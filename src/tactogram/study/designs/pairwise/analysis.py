@@ -45,18 +45,9 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Anal
     prefers the first. Intervals, p and equivalence rest on one standard error. Two items that were never compared, not
     even through others, are not tested: their difference follows from the prior alone.
 
-    Parameters
-    ----------
-    answers : Answers
-        ``stimulus`` (with ``condition``) and ``other`` (with ``other_condition``) are the pair; ``value`` is 1 where
-        ``stimulus`` was preferred, 0 where ``other`` was, 0.5 for a tie.
-    margin : float, optional
-        Of a difference of log strengths, set before the answers were seen: 0.4 is 60 % who prefer the first.
-
-    Raises
-    ------
-    DataError
-        If a value is none of these, or there are fewer than two items, or a pair is of one item.
+    ``stimulus`` (with ``condition``) and ``other`` (with ``other_condition``) are the pair; ``value`` is 1 where
+    ``stimulus`` was preferred, 0 where ``other`` was, 0.5 for a tie. The margin is one of log strengths: 0.4 is 60 %
+    who prefer the first. Raises `DataError` for another value, fewer than two items, or a pair of one item.
     """
     kept, notes = numeric_answers(answers, "pairwise")
     pairs = [(_item(row.stimulus, row.condition), _item(row.other, _other(row))) for row in kept]

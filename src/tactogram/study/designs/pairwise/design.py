@@ -24,14 +24,7 @@ from tactogram.study.analysis.bradley_terry import bradley_terry, curvature
 from tactogram.study.designs.design import Design, MarginScale, ab_question
 from tactogram.study.orders import generator, ordered
 from tactogram.study.power.assumptions import PowerAssumptions
-from tactogram.study.trials import (
-    DesignContext,
-    Page,
-    PageAnswers,
-    PageQuestion,
-    Participant,
-    PresentedStimulus,
-)
+from tactogram.study.trials import DesignContext, Page, PageAnswers, PageQuestion, Participant
 from tactogram.study.wording import Wording
 
 if TYPE_CHECKING:
@@ -101,26 +94,15 @@ class PairwiseComparison(Design):
         block, repeat, first, second, information = self._pair(setting, participant, history)
         one, two = setting.stimuli[first], setting.stimuli[second]
         side = self._sides(setting, participant)[trial - 1]
-        question = PageQuestion(
-            ab_question("preferred", self.preferred),
-            side=side,
-            stimulus=one.item,
-            condition=one.condition,
-            other=two.item,
-            other_condition=two.condition,
-            values={slot: float(slot == side) for slot in "AB"},
-        )
+        question = ab_question("preferred", self.preferred, one, two, side, scored=False)
         a, b = (one, two) if side == "A" else (two, one)
-        return Page(
-            token=f"trial-{trial}.1",
-            kind=self.kind,
-            trial=trial,
+        return self.trial_page(
+            trial,
+            [question],
+            {"A": a, "B": b},
             block=block,
             repeat=repeat,
             total=total,
-            presented=(PresentedStimulus("A", a), PresentedStimulus("B", b)),
-            text=self.instructions,
-            questions=(question,),
             more={"first": str(first), "second": str(second)}
             | ({} if information is None else {"expected_bits": f"{information:.4f}"}),
         )

@@ -76,15 +76,7 @@ class Strengths(PowerMethod):
 
 @dataclass(frozen=True)
 class ComparisonCounts:
-    """Answers of the participants of many studies, by presented pair.
-
-    Parameters
-    ----------
-    first, second : int64 array, shape (study, participant, pair)
-        Items of a pair.
-    count, won : int64 array, shape (study, participant, pair)
-        How often the pair was presented, and the first preferred.
-    """
+    """Answers of the participants of many studies by presented pair; arrays of shape (study, participant, pair)."""
 
     first: Counts
     second: Counts
@@ -117,18 +109,9 @@ def simulated_preferences(
 ) -> Iterator[tuple[Numbers, Numbers]]:
     """Yield, in batches of studies, each pair's difference of log strengths and its standard error.
 
-    Both are of shape (study, pair); the first ``items - 1`` pairs are those of the first item, which is stronger by
-    ``effect`` than the others. Pairs are presented as equally often as the number of comparisons allows: with equal
-    items, the choice of the most informative pair comes to the same.
-
-    Parameters
-    ----------
-    people, comparisons : int
-        Participants of each study, and comparisons of each of them over all pairs.
-    effect : float
-        Log strength.
-    person_sd : float
-        Spread between people of the log strength of each item.
+    Both are of shape (study, pair); the first ``items - 1`` pairs are those of the first item, whose log strength is
+    larger by ``effect``. Pairs are presented as equally often as the number of comparisons allows: with equal items,
+    the choice of the most informative pair comes to the same.
     """
     pairs = np.array(list(combinations(range(items), 2)))
     first, second = pairs.T

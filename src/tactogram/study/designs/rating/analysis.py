@@ -83,29 +83,15 @@ def analyse_words(
     margin: float | None = None,
     draws: int = 2000,
 ) -> AnalysisSection:
-    """Return the analysis of scores of words by condition.
+    """Return the analysis of scores (``value``) of words (``question``) of items by condition.
 
     Confirmatory is Friedman's test over the conditions, of two Wilcoxon's signed ranks, on each participant's mean over
     words, and between every two conditions Wilcoxon's with Holm's correction. With one condition each item is compared
     with the mean of the others, by participant.
 
-    Parameters
-    ----------
-    answers : Answers
-        ``question`` is the word, ``value`` the score, ``stimulus`` the item, ``condition`` the version.
-    rng : numpy Generator
-        For the bootstrap.
-    targets : mapping, optional
-        Target scores, whose errors are analysed; without any, the scores themselves are.
-    reference : str, optional
-        Condition whose mean scores are the targets instead.
-    margin : float, optional
-        Of the mean absolute error (or score), in points, set before the answers were seen.
-
-    Raises
-    ------
-    DataError
-        If no answer is a number, the reference is no condition, or a stimulus or word has no target.
+    With ``targets``, or the mean scores of a condition as ``reference``, errors are analysed instead of scores. The
+    margin is one of the mean absolute error (or score), in points, set before the answers were seen. Raises `DataError`
+    if no answer is a number, the reference is no condition, or a stimulus or word has no target.
     """
     kept, notes = numeric_answers(answers, "rating")
     if reference is not None:
@@ -136,10 +122,7 @@ def analyse_words(
 def errors_of(answers: Answers, targets: Targets | None) -> AnswerErrors:
     """Return the absolute errors of scores to their targets, or the scores without targets.
 
-    Raises
-    ------
-    DataError
-        Naming the first stimulus or word without a target.
+    Raises `DataError`, naming the first stimulus or word without a target.
     """
     if targets is not None:
         answers = Answers(
@@ -300,7 +283,6 @@ def _per_word(errors: AnswerErrors, margin: float | None) -> list[Finding]:
 def _table(
     kept: Answers, errors: AnswerErrors, rng: np.random.Generator, draws: int
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return rows by condition and word, and by condition, with intervals by participant."""
     words = bootstrap_by_participant(errors.people, lambda t: _nanmean(t, 0), rng=rng, draws=draws)
     whole = bootstrap_by_participant(
         errors.people, lambda t: _nanmean(_nanmean(t, 2), 0), rng=rng, draws=draws

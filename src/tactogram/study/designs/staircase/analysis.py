@@ -12,7 +12,7 @@ from tactogram.errors import DataError
 from tactogram.statistics.summary import summary
 from tactogram.study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram.study.analysis.paired import paired_findings
-from tactogram.study.analysis.psychometric import PsychometricFit, fit_psychometric, reversal_threshold
+from tactogram.study.analysis.psychometric import LogisticFit, fit_logistic, reversal_threshold
 from tactogram.study.analysis.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
 from tactogram.study.answers import Answers
 from tactogram.study.designs.staircase.reversals import in_order, reversals_of
@@ -37,25 +37,10 @@ def analyse_staircases(
     t; between two staircases the paired difference. Means of reversals are a check: they err more, and are higher the
     fewer there are.
 
-    Parameters
-    ----------
-    answers : Answers
-        ``value`` is the intensity, ``correct`` the outcome, ``condition`` the staircase, in the order of ``trial``.
-    rng : numpy Generator
-        For the bootstrap.
-    margin : float, optional
-        Of a difference between two staircases, dB.
-    guess : float
-        Share correct without any signal.
-    share : float, optional
-        Share correct at the threshold; by default that at which the staircases settle by their rule
-        (`settled_share`), .794 if the rule is unknown.
-    draws : int
-
-    Raises
-    ------
-    DataError
-        If no answer has both a number and an outcome, or no threshold can be estimated.
+    ``value`` is the intensity in dB, ``correct`` the outcome, ``condition`` the staircase, in the order of ``trial``.
+    ``guess`` is the share correct without any signal, ``share`` that at the threshold: by default where the staircases
+    settle by their rule (`settled_share`), .794 if the rule is unknown. Raises `DataError` if no threshold can be
+    estimated.
     """
     kept, notes = numeric_answers(answers.where(lambda row: row.correct is not None), "staircase")
     tracks = {
@@ -206,11 +191,9 @@ def _pooled(
     groups = [in_order(own) for own in kept.where(condition=name).by("participant").values()]
     data = [(own.numbers("value"), own.numbers("correct")) for own in groups]
 
-    def fitted(which: NDArray[np.int64], start: PsychometricFit | None = None) -> PsychometricFit:
+    def fitted(which: NDArray[np.int64], start: LogisticFit | None = None) -> LogisticFit:
         x, y = (np.concatenate([data[k][part] for k in which]) for part in (0, 1))
-        return fit_psychometric(
-            x, y, rng=rng, shape="logistic", guess=guess, target=share, draws=0, start=start
-        )
+        return fit_logistic(x, y, guess=guess, target=share, start=start)
 
     whole = fitted(np.arange(len(data)))
     drawn = []

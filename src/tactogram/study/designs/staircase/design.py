@@ -10,7 +10,7 @@ intensity in dB above the level, ``correct`` the outcome; the extra column ``rev
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -21,14 +21,7 @@ from tactogram.study.designs.design import Design, MarginScale, ab_question, che
 from tactogram.study.orders import generator
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import (
-    DesignContext,
-    Page,
-    PageAnswers,
-    PageQuestion,
-    Participant,
-    PresentedStimulus,
-)
+from tactogram.study.trials import DesignContext, Page, PageAnswers, Participant, Slot
 from tactogram.study.wording import Wording
 
 if TYPE_CHECKING:
@@ -41,20 +34,15 @@ if TYPE_CHECKING:
     from tactogram.study.study_analysis import AnalysisPlan
 
 
+SLOTS: tuple[Slot, Slot] = ("A", "B")
+
+
 @dataclass(frozen=True)
 class StaircaseTrack:
-    """State of one staircase.
+    """State of one staircase: the intensity of its next trial, and those of its reversals, dB.
 
-    Parameters
-    ----------
-    intensity : float
-        Of its next trial, dB.
-    reversals : tuple of float
-        Intensities of its reversals, dB.
-    run : int
-        Number of correct (> 0) or wrong (< 0) answers since the intensity changed.
-    heading : int
-        1 upwards, -1 downwards, 0 before the first change.
+    ``run`` counts correct (> 0) or wrong (< 0) answers since the intensity changed; ``heading`` is 1 upwards, -1
+    downwards, 0 before the first change.
     """
 
     intensity: float
@@ -214,40 +202,28 @@ class Staircase(Design):
         return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
 
     def _page(
-        self, setting: DesignContext, target: Stimulus, side: str, track: StaircaseTrack, trial: int
+        self, setting: DesignContext, target: Stimulus, side: Slot, track: StaircaseTrack, trial: int
     ) -> Page:
         standard = setting.stimulus(self.standard)
-        slots: tuple[PresentedStimulus, ...] = (
-            PresentedStimulus("A", target, track.intensity),
-            PresentedStimulus("B", standard),
-        )
-        if side == "B":
-            slots = PresentedStimulus("A", standard), PresentedStimulus("B", target, track.intensity)
-        question = PageQuestion(
-            ab_question("which", self.which),
-            side=side,
-            right=side,
-            stimulus=target.item,
+        question = replace(
+            ab_question("which", self.which, target, standard, side),
             condition=target.condition or target.name,
-            other=standard.item if standard else "",
-            other_condition=standard.condition if standard else "",
             values=dict.fromkeys("AB", track.intensity),
         )
-        return Page(
-            token=f"trial-{trial}.1",
-            kind=self.kind,
-            trial=trial,
+        slots = {slot: target if slot == side else standard for slot in SLOTS}
+        return self.trial_page(
+            trial,
+            [question],
+            slots,
+            gains_db={side: track.intensity},
             repeat=track.trials + 1,
             total=self.total(setting),
-            presented=slots,
-            text=self.instructions,
-            questions=(question,),
             more={"staircase": target.name, "reversals": str(len(track.reversals))},
             layout={"presentation": "intervals", "at_most": True},
         )
 
 
-def _drawn(active: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, str]:
+def _drawn(active: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, Slot]:
     """Return the target of a trial, of the staircases that have not ended, and its slot."""
     which, side = draw
     return active[int(which * len(active))], "A" if side < 0.5 else "B"

@@ -50,14 +50,8 @@ def simulated_thresholds(
 ) -> Numbers:
     """Return the mean of reversals of 1 up 3 down staircases with two alternatives, for each simulated observer, dB.
 
-    Without the first two reversals; the last intensity where there are too few.
-
-    Parameters
-    ----------
-    place : float64 array, any shape
-        Middle of each observer's logistic function, dB above the start.
-    slope : float
-        Of the function, per dB.
+    ``place`` is the middle of each observer's logistic function, dB above the start. Without the first two reversals;
+    the last intensity where there are too few.
     """
     x = np.zeros(place.shape)
     run, heading, turned, counted = (np.zeros(place.shape, int) for _ in range(4))

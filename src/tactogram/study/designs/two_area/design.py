@@ -23,15 +23,7 @@ from tactogram.study.orders import balanced_sides, generator, ordered
 from tactogram.study.power.assumptions import EXACT, GEE, PowerAssumptions
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
-from tactogram.study.trials import (
-    DesignContext,
-    Page,
-    PageAnswers,
-    PageQuestion,
-    Participant,
-    PresentedStimulus,
-    Slot,
-)
+from tactogram.study.trials import DesignContext, Page, PageAnswers, PageQuestion, Participant, Slot
 from tactogram.study.wording import Wording
 
 if TYPE_CHECKING:
@@ -125,19 +117,19 @@ class TwoArea(Design):
         block, repeat, pair, side = trials[done]
         target, other = pair
         a, b = pair if side == "A" else pair[::-1]
-        return Page(
-            token=f"trial-{done + 1}.{step + 1}",
-            kind=self.kind,
-            trial=done + 1,
+        text, questions = self.instructions, [ab_question(WHICH, self.which, target, other, side)]
+        if step:
+            text = self.reference.filled(item=setting.names.get(a.item, a.item))
+            questions = [self._realism("A", a, b), self._realism("B", b, a)]
+        return self.trial_page(
+            done + 1,
+            questions,
+            {"A": a, "B": b},
             step=step + 1,
             block=block,
             repeat=repeat,
             total=len(trials),
-            presented=(PresentedStimulus("A", a), PresentedStimulus("B", b)),
-            text=self.reference.filled(item=setting.names.get(a.item, a.item)) if step else self.instructions,
-            questions=(self._realism("A", a, b), self._realism("B", b, a))
-            if step
-            else (self._which(target, other, side),),
+            text=text,
             layout={
                 "target_speed_mm_s": self.speed_mm_s,
                 "area_mm": list(self.area_mm),
@@ -197,18 +189,6 @@ class TwoArea(Design):
             ]
         sides = [balanced_sides(self.repeats, rng) for _ in pairs]
         return [(block, repeat, pairs[i], sides[i][repeat - 1]) for block, repeat, i in order]
-
-    def _which(self, target: Stimulus, other: Stimulus, side: str) -> PageQuestion:
-        return PageQuestion(
-            ab_question(WHICH, self.which),
-            side=side,
-            right=side,
-            stimulus=target.item,
-            condition=target.condition,
-            other=other.item,
-            other_condition=other.condition,
-            values={slot: float(slot == side) for slot in "AB"},
-        )
 
     def _realism(self, slot: Slot, rated: Stimulus, other: Stimulus) -> PageQuestion:
         question = Question(

@@ -28,23 +28,10 @@ from tactogram.study.answers import Answers
 
 
 def analyse_realism(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
-    """Return the analysis of marks in two conditions.
+    """Return the analysis of marks (``value``, mm) of textures in two conditions.
 
-    Confirmatory is the paired t-test of the participants' means over all textures.
-
-    Parameters
-    ----------
-    answers : Answers
-        ``value`` is the mark, ``condition`` one of two, ``stimulus`` the texture.
-    margin : float, optional
-        In mm, set before the answers were seen.
-
-    Raises
-    ------
-    DataError
-        If there are not two conditions, or fewer than two participants answered both.
-    ParameterError
-        If the margin is not > 0.
+    Confirmatory is the paired t-test of the participants' means over all textures. Raises `DataError` if there are not
+    two conditions, or fewer than two participants answered both.
     """
     kept, notes = numeric_answers(answers, "realism")
     names = tuple(sorted(kept.unique("condition")))
