@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tactogram.datasets import Recording, create_store
-from tactogram.datasets.examples import Examples, regular_windows, signal_kind
+from tactogram.datasets.examples import Examples, signal_kind
 from tactogram.datasets.splits.split import Segment
 from tactogram.errors import ParameterError
 from tactogram.model import Example
@@ -135,14 +133,14 @@ def test_simulated_is_told(store):
 @pytest.mark.parametrize(
     ("other", "says"),
     [
-        (noise(2, rate=500.0), r"one rate, got 1000 and 500 Hz; --set prepare.rate"),
+        (noise(2, rate=500.0), r"one rate, got 1000 and 500 Hz; prepare.rate"),
         (
             noise(2, axes=("x",)),
-            r"same axes, got x,y,z and x; --set prepare.axes.* prepare.stream=NAME takes one",
+            r"same axes, got x,y,z and x; prepare.axes.* prepare.stream=NAME",
         ),
         (
             noise(2, unit="V"),
-            r"one unit and domain, got m/s\^2 over time and V over time; --set prepare.stream",
+            r"one unit and domain, got m/s\^2 over time and V over time; prepare.stream",
         ),
     ],
 )
@@ -154,15 +152,3 @@ def test_mixed_kinds_are_refused_and_the_option_named(other, says):
 def test_no_examples_have_no_kind(store):
     with pytest.raises(ParameterError, match="no examples"):
         signal_kind(Examples(store, [], Preparation()))
-
-
-@given(samples=st.integers(1, 50), length=st.integers(1, 50), hop=st.integers(1, 9), seed=st.integers(0, 9))
-def test_windows_are_slices(samples, length, hop, seed):
-    signal = noise(seed, samples=samples, axes=("x", "y"))
-    if length > samples:
-        with pytest.raises(ParameterError, match="longer than the signal"):
-            regular_windows(signal, length, hop)
-        return
-    starts = range(0, samples - length + 1, hop)
-    expected = np.stack([signal.samples[:, s : s + length] for s in starts])
-    np.testing.assert_array_equal(regular_windows(signal, length, hop), expected)

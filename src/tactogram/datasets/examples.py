@@ -1,4 +1,4 @@
-"""Prepared pieces of recordings, as learners see them, and windows cut from them."""
+"""Examples: prepared segments of recordings, and windows of them."""
 
 from __future__ import annotations
 
@@ -36,32 +36,26 @@ from tactogram.signal.io.atomic import atomic_write
 
 
 class Examples(Sequence[Example]):
-    """Segments of recordings, prepared when first asked for.
+    """Segments of recordings, prepared on first use.
 
-    A segment is cut first and prepared then, so that no filter carries one side of a split to the other. What
-    was prepared is kept in files and read memory-mapped: memory stays flat.
+    A segment is cut before it is prepared, so that no filter carries one part of a split into another. Prepared signals
+    are stored in files and memory-mapped: memory stays flat.
 
     Parameters
     ----------
     store : Store
     segments : iterable of Segment
         Usually one part of a `Split`.
-    prepare : Prepare
-        Stream, axes, band and rate.
+    prepare : Preparation
     label : str or callable
-        What `Example.material` is; see `labels.Label`.
+        Class of a recording, `Example.material`; see `labels.Label`.
     photographs : iterable of Region, optional
-        What this part may use of photographs: one part of `Split.photographs`. They become
-        `Example.photographs`, by material, and a recording's own image is cut to what is among them, or left out.
-        An own image that is cut has no ``mm_per_pixel``: what was recorded is registered to the whole one.
-        By default none is given, and a recording's own image is whole, as in splits of recordings alone.
+        Photographs that this part may use: one part of `Split.photographs`. They become `Example.photographs`, by
+        material, and a recording's own image is cut to its region among them, or left out. A cut image has no
+        ``mm_per_pixel``, since the recording is registered to the whole one. By default there are none, and own images
+        are whole, as in splits of recordings alone.
     cache_dir : Path, optional
-        Where prepared signals are kept for the next time. By default a folder that goes with this object.
-
-    Raises
-    ------
-    ParameterError
-        If a segment is of no recording of ``store``, or begins after its end (when it is asked for).
+        Folder of prepared signals for reuse. By default a folder that is removed with this object.
     """
 
     def __init__(
@@ -82,7 +76,6 @@ class Examples(Sequence[Example]):
         self._cache, self._making = cache_dir, Lock()
 
     def __len__(self) -> int:
-        """Return the number of segments."""
         return len(self.segments)
 
     @overload
@@ -90,7 +83,7 @@ class Examples(Sequence[Example]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[Example]: ...
     def __getitem__(self, place: int | slice) -> Example | Sequence[Example]:
-        """Return one example, prepared now if it was not yet."""
+        """Return one example, prepared on first use."""
         if isinstance(place, slice):
             return [self[i] for i in range(*place.indices(len(self)))]
         info = self.infos[place]
@@ -109,13 +102,13 @@ class Examples(Sequence[Example]):
         return ratings.rated(item) if ratings is not None and item is not None and item in ratings else None
 
     def photographs_of(self, material: str | None) -> PhotographRegions:
-        """Return the photographs of a material that may be used here, decoded when asked for."""
+        """Return the photographs of a material that may be used here, decoded on demand."""
         if self._photographs is None or material is None:
             return PhotographRegions(self.store, ())
         return PhotographRegions(self.store, self._photographs.get(material, ()))
 
     def _own(self, info: RecordingInfo) -> Region | None:
-        """Return what may be used of a recording's own photograph."""
+        """Return the usable region of a recording's own photograph."""
         key = self.store.image_id(info.id)
         if key is None:
             return None
@@ -128,20 +121,15 @@ class Examples(Sequence[Example]):
 
     @property
     def simulated(self) -> bool:
-        """Whether any of it was made by a formula."""
+        """Whether any of it was computed rather than measured."""
         return any(info.simulated for info in self.infos)
 
     def prepare_all(
         self, *, workers: int | None = None, progress: Callable[[int, int], None] | None = None
     ) -> None:
-        """Prepare every segment now, on several cores.
+        """Prepare every segment now, in threads, by default one per core, since filters release the interpreter's lock.
 
-        Parameters
-        ----------
-        workers : int, optional
-            Threads; by default one per core. Filters and resampling leave the interpreter's lock.
-        progress : callable, optional
-            Called with the number prepared and the total.
+        ``progress`` is called with the number of prepared segments and their total.
         """
         with ThreadPoolExecutor(workers or cores()) as pool:
             tasks = [pool.submit(self._prepared, segment) for segment in self.segments]
@@ -164,26 +152,22 @@ class Examples(Sequence[Example]):
         name = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]
         if self._cache is None or not (self._cache / f"{name}.npy").exists():
             signal = self.prepare.apply(_cut(self.store, segment, stream))
-            held = {"rate": signal.rate, "unit": signal.unit, "axes": signal.axes, "domain": signal.domain}
-            with (
-                self._making
-            ):  # the folder is made once a signal could be prepared: a refused setting leaves none
+            kind = {"rate": signal.rate, "unit": signal.unit, "axes": signal.axes, "domain": signal.domain}
+            # The folder is made after a signal was prepared: refused settings leave none.
+            with self._making:
                 self._cache = self._cache or scratch_of(self)
-            _replace(self._cache / f"{name}.json", json.dumps(held).encode())
+            _replace(self._cache / f"{name}.json", json.dumps(kind).encode())
             _replace(self._cache / f"{name}.npy", signal.samples)
-        held = json.loads((self._cache / f"{name}.json").read_bytes())
+        kind = json.loads((self._cache / f"{name}.json").read_bytes())
         mapped = np.load(self._cache / f"{name}.npy", mmap_mode="r", allow_pickle=False)
-        return Signal(mapped, held["rate"], held["unit"], tuple(held["axes"]), held["domain"])
+        return Signal(mapped, kind["rate"], kind["unit"], tuple(kind["axes"]), kind["domain"])
 
 
 def require_photographs(examples: Sequence[Example]) -> None:
-    """Refuse ``examples`` of materials that have no photograph: for models that learn or work from one.
+    """Raise a `ParameterError` if ``examples`` have a material without photograph: for models that need one.
 
-    Raises
-    ------
-    ParameterError
-        One line that names the materials with recordings and no photograph, and, where a store is behind the
-        examples, those with photographs and no recording: a name spelt in two ways is among both.
+    It names these materials and, if there is a store, those with photographs but no recording: a name spelt in two ways
+    is in both lists.
     """
     if isinstance(examples, Examples):
         lacking = {
@@ -198,7 +182,7 @@ def require_photographs(examples: Sequence[Example]) -> None:
     also = f" (and no recording of {', '.join(unused)})" if unused else ""
     raise ParameterError(
         f"each material must have a photograph, got none of {', '.join(names)}{also}; add some to the data, or leave "
-        f"these out with --where 'material=!{'|'.join(names)}'"
+        f"these out with where material=!{'|'.join(names)}"
     )
 
 
@@ -206,43 +190,34 @@ class _Condition(Mapping[str, Any]):
     """Conditions of a recording, under the names of `CONDITIONS`; the photograph is read on demand."""
 
     def __init__(self, store: Store, info: RecordingInfo, image: Region | None) -> None:
-        self._store, self._id = store, info.id
-        known: dict[str, Any] = {
+        self._store = store
+        values: dict[str, Any] = {
             "speed_mm_s": info.speed_mm_s,
             "force_n": info.force_n,
             "words": dict(info.ratings) or None,
             "image": image,
         }
-        self._known = {name: value for name, value in known.items() if value is not None}
+        self._values = {name: value for name, value in values.items() if value is not None}
 
     def __getitem__(self, name: str) -> Any:
         if name != "image":
-            return self._known[name]
-        region: Region = self._known[name]
+            return self._values[name]
+        region: Region = self._values[name]
         image = cut_out(self._store, region)
-        # What was recorded begins at the edge of the whole photograph: a part of it is registered to nothing.
+        # The recording is registered to the whole photograph: a part of it has no scale.
         return image if region.whole else Image(image.pixels)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._known)
+        return iter(self._values)
 
     def __len__(self) -> int:
-        return len(self._known)
+        return len(self._values)
 
 
 def signal_kind(examples: Sequence[Example], *, simulated: bool | None = None) -> SignalKind:
-    """Return what all ``examples`` have in common.
+    """Return the rate, unit, axes and domain of all ``examples``, with their materials.
 
-    Parameters
-    ----------
-    examples : sequence of Example
-    simulated : bool, optional
-        By default what `Examples` says of itself.
-
-    Raises
-    ------
-    ParameterError
-        If there are none, or they differ in rate, unit, axes or domain; the message says which option helps.
+    ``simulated`` is by default that of `Examples`. A `ParameterError` if there are none, or they differ.
     """
     if not examples:
         raise ParameterError("there are no examples: the part of the split is empty")
@@ -252,17 +227,17 @@ def signal_kind(examples: Sequence[Example], *, simulated: bool | None = None) -
         if signal.rate != first.rate:
             raise ParameterError(
                 f"all signals must have one rate, got {first.rate:g} and {signal.rate:g} Hz; "
-                "--set prepare.rate=HZ resamples them"
+                "prepare.rate=HZ resamples them"
             )
         if signal.axes != first.axes:
             raise ParameterError(
                 f"all signals must have the same axes, got {','.join(first.axes)} and {','.join(signal.axes)}; "
-                "--set prepare.axes=['NAME'] keeps some, --set prepare.stream=NAME takes one stream"
+                "prepare.axes=['NAME'] selects some, prepare.stream=NAME one stream"
             )
         if (signal.unit, signal.domain) != (first.unit, first.domain):
             raise ParameterError(
                 f"all signals must be of one unit and domain, got {first.unit} over {first.domain} and "
-                f"{signal.unit} over {signal.domain}; --set prepare.stream=NAME takes one stream"
+                f"{signal.unit} over {signal.domain}; prepare.stream=NAME selects one stream"
             )
     if simulated is None:
         simulated = isinstance(examples, Examples) and examples.simulated
@@ -270,52 +245,15 @@ def signal_kind(examples: Sequence[Example], *, simulated: bool | None = None) -
     return SignalKind(first.rate, first.unit, first.axes, materials, simulated, first.domain)
 
 
-def random_windows(signal: Signal, count: int, length: int, rng: np.random.Generator) -> NDArray[np.float32]:
-    """Cut ``count`` windows of ``length`` samples at random places; they may overlap.
-
-    Returns
-    -------
-    float32 array, shape (window, axis, time), in the signal's unit
-
-    Raises
-    ------
-    ParameterError
-        If the signal is shorter than a window.
-    """
-    starts = rng.integers(0, len(regular_windows(signal, length, 1)), count)
-    return regular_windows(signal, length, 1)[starts]
-
-
-def regular_windows(signal: Signal, length: int, hop: int) -> NDArray[np.float32]:
-    """Return the windows of ``length`` samples that begin every ``hop`` samples; an incomplete last one is left out.
-
-    Returns
-    -------
-    float32 array, shape (window, axis, time), in the signal's unit
-        A read-only view: nothing is copied.
-
-    Raises
-    ------
-    ParameterError
-        If the signal is shorter than a window.
-    """
-    if length < 1 or hop < 1:
-        raise ParameterError(f"length and hop must be >= 1, got {length} and {hop}")
-    if len(signal) < length:
-        raise ParameterError(f"a window of {length} samples is longer than the signal of {len(signal)}")
-    windows = np.lib.stride_tricks.sliding_window_view(signal.samples, length, axis=1)
-    return windows.transpose(1, 0, 2)[::hop]
-
-
 def cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     available = getattr(os, "sched_getaffinity", None)
     return len(available(0)) if available else os.cpu_count() or 1
 
 
 @cache
 def _version() -> str:
-    """Return the version of this package; looking it up reads a file each time."""
+    """Return the version of this package, which is read from a file."""
     return version("tactogram")
 
 
@@ -332,7 +270,7 @@ def _cut(store: Store, segment: Segment, stream: str) -> Signal:
 
 
 def _replace(path: Path, content: bytes | NDArray[np.float32]) -> None:
-    with atomic_write(path) as part:  # two threads or processes may prepare the same segment
+    with atomic_write(path) as part:  # threads or processes may prepare the same segment
         if isinstance(content, bytes):
             part.write_bytes(content)
         else:

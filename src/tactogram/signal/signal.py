@@ -74,7 +74,6 @@ class Signal:
         object.__setattr__(self, "rate", rate)
 
     def __len__(self) -> int:
-        """Return the number of samples per axis."""
         return int(self.samples.shape[1])
 
     @property

@@ -206,11 +206,11 @@ BROKEN = {
     ),
     "no column of scores": (
         "rater,item,word\nr,p,dry\n",
-        "lacks the column score, has rater, item, word; --set column",
+        "lacks the column score, has rater, item, word; column",
     ),
     "no column of a word": (
         WIDE.replace("sticky", "session"),
-        "lacks the column sticky, has rater.*--set words=A,B",
+        "lacks the column sticky, has rater.*words=A,B",
     ),
     "a column twice": (WIDE.replace("sticky", "さらさらする"), "columns 3 and 11 both are 'dry'"),
     "both forms at once": (
@@ -253,7 +253,7 @@ def test_files_that_are_no_tables_are_refused(tmp_path):
     [
         ({"named": {"who": "rater"}}, "a column must be one of rater, item, .*got 'who'"),
         ({"encoding": "utf-99"}, "one that Python knows, got 'utf-99'"),
-        ({"item": "plate{a}"}, "where the cell goes"),
+        ({"item": "plate{a}"}, "a place for the cell"),
     ],
 )
 def test_columns_that_cannot_be_meant_are_refused(changes, says):

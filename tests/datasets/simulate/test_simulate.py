@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.signal import welch
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
-from tactogram.datasets.simulate import make, simulate, simulated_sets, tasks
+from tactogram.datasets.simulate import make, simulated_sets, tasks
 from tactogram.datasets.simulate.contact import FINGER, PEN, Bristles, feel, transmission
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.photo import photograph
@@ -148,11 +148,6 @@ def test_takes_differ_and_take_n_does_not_depend_on_how_many_there_are():
     many = [make(task).id for task in tasks("stroking9", seed=0, per_class=2, seconds=0.5)[:4]]
     assert len(set(many)) == 4
     assert few == many[::2]
-
-
-def test_recordings_are_made_when_they_are_asked_for():
-    endless = simulate("stroking30", seed=0, per_class=1000, seconds=0.5)
-    assert next(endless).id == make(tasks("stroking30", seed=0, seconds=0.5)[0]).id
 
 
 def test_a_recording_says_what_it_is():

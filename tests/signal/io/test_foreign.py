@@ -164,7 +164,7 @@ def test_a_worksheet_of_others(tmp_path):
 
 def test_options_that_mean_nothing_are_refused(tmp_path):
     soundfile.write(tmp_path / "a.wav", X, 1000)
-    with pytest.raises(ParameterError, match=".wav has no use for columns"):
+    with pytest.raises(ParameterError, match="columns or time does not apply to .wav"):
         read_signal(tmp_path / "a.wav", columns=["x"])
     with pytest.raises(ParameterError, match="full_scale"):
         read_signal(written(tmp_path, "1\n2\n"), full_scale=2, rate=1)

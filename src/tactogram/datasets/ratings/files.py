@@ -1,4 +1,4 @@
-"""Ratings to files and back: Parquet with scale and words inside."""
+"""Rating files: Parquet with scale and words inside."""
 
 from __future__ import annotations
 
@@ -27,13 +27,7 @@ def write_ratings(path: Path, ratings: Ratings) -> None:
 
 
 def read_ratings(path: Path) -> Ratings:
-    """Read what `write_ratings` wrote.
-
-    Raises
-    ------
-    DataError
-        If it is something else.
-    """
+    """Read a file of `write_ratings`; `DataError` if it is something else."""
     try:
         table = read_parquet(path)
         about = json.loads((table.schema.metadata or {})[b"tactogram"])

@@ -27,7 +27,7 @@ class Scale:
     low, high : float
         Lowest and highest score.
     step : float, optional
-        Scores are ``low`` plus whole numbers of it; None allows anything between, as means are.
+        Distance of possible scores; None allows anything between, as for means.
     """
 
     name: str
@@ -44,22 +44,22 @@ class Scale:
             )
 
     def to_unit(self, scores: NDArray[np.float64] | float) -> Any:
-        """Return scores, of any shape and in points of the scale, as 0 (lowest) to 1 (highest): (x - 1) / 6 of 7."""
+        """Return scores, of any shape and in points of the scale, as 0 (lowest) to 1 (highest)."""
         return (scores - self.low) / (self.high - self.low)
 
     def from_unit(self, shares: NDArray[np.float64] | float) -> Any:
-        """Return what `to_unit` was given: ``shares`` of 0 to 1, of any shape, in points of the scale."""
+        """Return shares of 0 to 1, of any shape, in points of the scale: the inverse of `to_unit`."""
         return self.low + shares * (self.high - self.low)
 
     def holds(self, score: float) -> bool:
-        """Say whether a rater can have given ``score``."""
+        """Return whether ``score`` is on the scale."""
         if not self.low <= score <= self.high:
             return False
         steps = 0.0 if self.step is None else (score - self.low) / self.step
         return abs(steps - round(steps)) < 1e-6
 
     def __str__(self) -> str:
-        """Return it in words: ``1 to 7 in steps of 1``."""
+        """Return the range in words: ``1 to 7 in steps of 1``."""
         return f"{self.low:g} to {self.high:g}" + (f" in steps of {self.step:g}" if self.step else "")
 
 
@@ -71,13 +71,7 @@ SCALES: Mapping[str, Scale] = {scale.name: scale for scale in (SEVEN_POINT, EVOK
 
 
 def scale_of(text: str) -> Scale:
-    """Return the scale of that name, or ``LOW:HIGH`` or ``LOW:HIGH:STEP``.
-
-    Raises
-    ------
-    ParameterError
-        If it is neither.
-    """
+    """Return the scale of that name, or ``LOW:HIGH`` or ``LOW:HIGH:STEP``; else a `ParameterError`."""
     if text in SCALES:
         return SCALES[text]
     if text == "7-point":
@@ -88,34 +82,34 @@ def scale_of(text: str) -> Scale:
             raise ValueError(text)  # noqa: TRY301
     except ValueError:
         raise ParameterError(
-            f"a scale must be 7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (--scale=-3:3:1), got {text!r}"
+            f"a scale must be 7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (-3:3:1), got {text!r}"
         ) from None
     return Scale(text, low, high, *rest)
 
 
 @dataclass(frozen=True, eq=False)
 class Ratings:
-    """A table with one row per score; rows of the five columns belong together.
+    """A table with one row per score, in columns of equal length.
 
     Parameters
     ----------
     rater, item, word : sequence of str
-        ``item`` is what was rated: a recording's or a photograph's `item_of`.
+        ``item`` is a recording's or a photograph's `item_of`.
     score : float64 array, shape (row,)
-        On ``scale``, never NaN: a rating that was not given has no row.
+        On ``scale``, never NaN: a missing rating has no row.
     scale : Scale
     order : int64 array, shape (row,), optional
-        Place at which the rater met the item in a session, from 1; -1 where unknown.
+        Position of the item in the rater's session, from 1; -1 if unknown.
     session : sequence of str, optional
-        Empty where unknown.
+        Empty if unknown.
     words : sequence of str, optional
-        All words that were asked, in order; by default those that occur, in the order of their first row.
+        All words of the study, in order; by default those that occur, in the order of their first row.
 
     Raises
     ------
     DataError
-        Naming the row (from 1): a score off the scale, a word that is not among ``words``, or a second score of one
-        rater for one item and word in one session.
+        Naming the row (from 1): a score off the scale, a word that is not among ``words``, or a repeated rating in one
+        session.
     """
 
     rater: tuple[str, ...]
@@ -151,26 +145,24 @@ class Ratings:
         )
 
     def __len__(self) -> int:
-        """Return the number of rows."""
         return len(self.rater)
 
     def __contains__(self, item: object) -> bool:
-        """Say whether an item was rated."""
         return item in self._place
 
     @cached_property
     def items(self) -> tuple[str, ...]:
-        """What was rated, sorted."""
+        """Rated items, sorted."""
         return tuple(sorted(set(self.item)))
 
     @cached_property
     def raters(self) -> tuple[str, ...]:
-        """Who rated, sorted."""
+        """Raters, sorted."""
         return tuple(sorted(set(self.rater)))
 
     @cached_property
     def cube(self) -> NDArray[np.float64]:
-        """Scores, float64, shape (item, rater, word), NaN where there is none; the mean of several sessions."""
+        """Scores, float64, shape (item, rater, word), NaN if missing; the mean of several sessions."""
         shape = (len(self.items), len(self.raters), len(self.words))
         places = tuple(
             np.array([number[name] for name in column])
@@ -203,20 +195,14 @@ class Ratings:
 
     @property
     def means(self) -> NDArray[np.float64]:
-        """Mean over the raters who scored, float64, shape (item, word), NaN where none did."""
+        """Mean over the raters with a score, float64, shape (item, word), NaN if there is none."""
         given = ~np.isnan(self.cube)
         with np.errstate(invalid="ignore"):
             means: NDArray[np.float64] = np.where(given, self.cube, 0).sum(1) / given.sum(1)
         return means
 
     def rated(self, item: str) -> ItemRatings:
-        """Return what was said of one item, for learners: scores as 0 to 1.
-
-        Raises
-        ------
-        ParameterError
-            If nobody rated it.
-        """
+        """Return the ratings of one item as 0 to 1, for learners; `ParameterError` if it was not rated."""
         if item not in self:
             raise ParameterError(f"item must be one of the {len(self.items)} that were rated, got {item!r}")
         scores = self.cube[self._place[item]]
@@ -247,13 +233,7 @@ class Ratings:
         )
 
     def in_words(self, words: Sequence[str]) -> Ratings:
-        """Return the same ratings with their words in another order: that of scores they are held against.
-
-        Raises
-        ------
-        DataError
-            If they are of other words.
-        """
+        """Return the same ratings with their words in another order; `DataError` if ``words`` are others."""
         if sorted(words) != sorted(self.words):
             raise DataError(f"ratings must be of {', '.join(words)}, got {', '.join(self.words)}")
         return replace(self, words=tuple(words))
@@ -265,7 +245,7 @@ def joined(tables: Sequence[Ratings]) -> Ratings:
     Raises
     ------
     DataError
-        If they do not have one scale and the same words, or the same rating stands in two.
+        If they differ in scale or words, or contain the same rating.
     """
     first = tables[0]
     for other in tables[1:]:
@@ -298,18 +278,12 @@ def check_rows(
     rows: Sequence[int] = (),
     table: str = "",
 ) -> None:
-    """Refuse what `Ratings` refuses, naming the ``table`` and its ``rows`` as whoever wrote it counts them.
-
-    Raises
-    ------
-    DataError
-        As `Ratings`.
-    """
+    """Raise the `DataError` of `Ratings`, naming the ``table`` and the numbers of its ``rows``."""
     first: dict[tuple[str, str, str, str], int] = {}
-    known = set(words)
+    vocabulary = set(words)
     for number, key in enumerate(zip(rater, item, word, session, strict=True)):
         where = f"{table}row {rows[number] if rows else number + 1} ({key[0]}, {key[1]}, {key[2]})"
-        if key[2] not in known:
+        if key[2] not in vocabulary:
             raise DataError(f"{where}: word must be one of {', '.join(words)}, got {key[2]!r}")
         if not scale.holds(score[number]):
             raise DataError(f"{where}: score must be {scale}, got {score[number]:g}")
@@ -324,5 +298,5 @@ def _frozen(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def item_of(info: RecordingInfo) -> str | None:
-    """Return what ratings call a recording: its label ``item``, else its material."""
+    """Return the item that a recording belongs to in ratings: its label ``item``, else its material."""
     return info.labels.get("item") or info.material

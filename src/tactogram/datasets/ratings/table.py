@@ -44,15 +44,15 @@ class RatingColumns:
     Parameters
     ----------
     named : mapping from str to str
-        The table's own heading of ``rater``, ``item``, ``word``, ``score``, ``order``, ``session`` or of a word.
+        The table's heading of ``rater``, ``item``, ``word``, ``score``, ``order``, ``session`` or of a word.
     words : tuple of str
-        What was asked; by default the ten words. In the wide form each must have a column.
+        Words of the study; by default the ten words. In the wide form each must have a column.
     ignored : tuple of str
-        Headings of what is no rating, such as an age.
+        Headings of other columns, such as an age.
     item : str
-        What an item is called in the store, after its cell: ``plate{:0>2}`` makes ``7`` ``plate07``.
+        Format of an item's name in the store: ``plate{:0>2}`` makes ``7`` ``plate07``.
     encoding : str
-        Of a CSV or TSV file; ``cp932`` is what Japanese Excel writes.
+        Of a CSV or TSV file; ``cp932`` is that of Japanese Excel.
     """
 
     named: Mapping[str, str] = field(default_factory=dict)
@@ -63,45 +63,36 @@ class RatingColumns:
 
     def __post_init__(self) -> None:
         for name in self.named:
-            if name not in (*NAMED, *self.asked):
+            if name not in (*NAMED, *self.vocabulary):
                 raise ParameterError(
-                    f"a column must be one of {', '.join((*NAMED, *self.asked))}, got {name!r}"
+                    f"a column must be one of {', '.join((*NAMED, *self.vocabulary))}, got {name!r}"
                 )
         try:
-            "".encode(self.encoding)  # refuses what is no text
+            "".encode(self.encoding)  # refuses codecs that are not for text
         except LookupError:
             raise ParameterError(f"encoding must be one that Python knows, got {self.encoding!r}") from None
         try:
             self.item.format("1")
         except (IndexError, KeyError, ValueError):
             raise ParameterError(
-                f"item must say where the cell goes, as plate{{:0>2}} does, got {self.item!r}"
+                f"item must have a place for the cell, such as plate{{:0>2}}, got {self.item!r}"
             ) from None
 
     @property
-    def asked(self) -> tuple[str, ...]:
-        """The words."""
+    def vocabulary(self) -> tuple[str, ...]:
+        """Words of the study, or the ten words."""
         return self.words or WORDS
 
     def word(self, text: str) -> str | None:
-        """Return which of the words a heading or a cell means, or None."""
+        """Return the word that a heading or a cell means, or None."""
         text = text.strip()
-        if text in self.asked:
-            return text
-        known = word_of(text)
-        return known if known in self.asked else None
+        word = text if text in self.vocabulary else word_of(text)
+        return word if word in self.vocabulary else None
 
 
 @dataclass(frozen=True)
 class RatingsTable:
-    """Ratings as read from a table.
-
-    Parameters
-    ----------
-    ratings : Ratings
-    blank : mapping from str to int
-        Cells without a score, by rater; raters without any are left out.
-    """
+    """Ratings as read from a table, with the number of empty cells by rater; raters without any are left out."""
 
     ratings: Ratings
     blank: Mapping[str, int]
@@ -115,15 +106,16 @@ def read_table(
     Parameters
     ----------
     path : Path
-        ``.csv``, ``.tsv`` or ``.parquet``; one that `ratings_io.write_ratings` wrote brings its own scale and words.
+        ``.csv``, ``.tsv`` or ``.parquet``; a file of `tactogram.datasets.ratings.files.write_ratings` has its own scale
+        and words.
     scale : Scale
-    columns : Columns, optional
+    columns : RatingColumns, optional
 
     Raises
     ------
     DataError
-        Naming file and row, where a score is no number or off the scale, a word is unknown, a rating stands there
-        twice, a cell that must be filled is empty, a column is missing or unknown, or there is no row.
+        Naming file and row, if a score is not a number or off the scale, a word is unknown, a rating is repeated, a
+        required cell is empty, a column is missing or unknown, or there is no row.
     """
     columns = columns or RatingColumns()
     if path.suffix.lower() not in SUFFIXES:
@@ -139,7 +131,7 @@ def read_table(
 
 
 def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
-    """Write a table that `read_table` reads, beside first and then renamed; Parquet is always long.
+    """Write a table for `read_table`, atomically; Parquet is always long.
 
     Raises
     ------
@@ -160,7 +152,7 @@ def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
 
 
 class _Reader:
-    """Finds the columns of one table, and reads its rows."""
+    """Reader of one table, which assigns its columns and reads its rows."""
 
     def __init__(self, path: Path, scale: Scale, columns: RatingColumns, headings: Sequence[str]) -> None:
         self.path, self.scale, self.columns = path, scale, columns
@@ -170,44 +162,44 @@ class _Reader:
         for number, heading in enumerate(self.headings):
             if heading in columns.ignored:
                 continue
-            name = theirs.get(heading) or self._own(heading)
+            name = theirs.get(heading) or self._standard(heading)
             if name is None:
                 raise DataError(
                     f"{path}: column {number + 1} {heading!r} is no word and none of {', '.join(NAMED)}; "
-                    "--set column.NAME=HEADING says what it is, --set ignore=HEADING leaves it out"
+                    "column.NAME=HEADING names it, ignore=HEADING leaves it out"
                 )
             if name in self.place:
                 raise DataError(f"{path}: columns {self.place[name] + 1} and {number + 1} both are {name!r}")
             self.place[name] = number
-        self.words = [word for word in columns.asked if word in self.place]
+        self.words = [word for word in columns.vocabulary if word in self.place]
         self.wide = bool(self.words)
         for ours, heading in columns.named.items():
             if ours not in self.place:
-                raise DataError(f"{path}: has no column {heading!r}, but {self._held()}")
+                raise DataError(f"{path}: has no column {heading!r}, but {self._listed()}")
         self._check()
 
-    def _own(self, heading: str) -> str | None:
+    def _standard(self, heading: str) -> str | None:
         lower = heading.casefold()
         return lower if lower in NAMED and lower not in self.columns.named else self.columns.word(heading)
 
-    def _held(self) -> str:
+    def _listed(self) -> str:
         return ", ".join(self.headings) or "none"
 
     def _check(self) -> None:
         if self.wide and ("word" in self.place or "score" in self.place):
             raise DataError(
-                f"{self.path}: must have columns word and score, or a column per word, got both: {self._held()}"
+                f"{self.path}: must have columns word and score, or a column per word, got both: {self._listed()}"
             )
-        needed = ("rater", "item", *(self.columns.asked if self.wide else ("word", "score")))
+        needed = ("rater", "item", *(self.columns.vocabulary if self.wide else ("word", "score")))
         if missing := [name for name in needed if name not in self.place]:
-            hint = (
-                "--set words=A,B says which were asked" if self.wide else "--set column.NAME=HEADING names it"
+            hint = "words=A,B lists the words" if self.wide else "column.NAME=HEADING names it"
+            raise DataError(
+                f"{self.path}: lacks the column {', '.join(missing)}, has {self._listed()}; {hint}"
             )
-            raise DataError(f"{self.path}: lacks the column {', '.join(missing)}, has {self._held()}; {hint}")
 
     def read(self, rows: Iterator[tuple[int, list[str]]]) -> RatingsTable:
         blank: Counter[str] = Counter()
-        found: list[tuple[int, str, str, str, float, int, str]] = []
+        scored: list[tuple[int, str, str, str, float, int, str]] = []
         count = 0
         for number, cells in rows:
             count += 1
@@ -222,18 +214,18 @@ class _Reader:
                     blank[rater] += 1
                 else:
                     score = finite_number(f"{where} ({rater}, {item}, {word})", "score", text)
-                    found.append((number, rater, item, word, score, order, session))
-        if not found:
+                    scored.append((number, rater, item, word, score, order, session))
+        if not scored:
             rest = f"score in any of its rows ({count})" if count else "row below its headings"
             raise DataError(f"{self.path}: holds no {rest}")
-        numbers, raters, items, words, scores, orders, sessions = zip(*found, strict=True)
-        asked = self.columns.words or (
-            self.columns.asked if self.wide else tuple(word for word in WORDS if word in set(words))
+        numbers, raters, items, words, scores, orders, sessions = zip(*scored, strict=True)
+        vocabulary = self.columns.words or (
+            self.columns.vocabulary if self.wide else tuple(word for word in WORDS if word in set(words))
         )
         table = f"{self.path}: "
-        check_rows(raters, items, words, scores, sessions, asked, self.scale, rows=numbers, table=table)
+        check_rows(raters, items, words, scores, sessions, vocabulary, self.scale, rows=numbers, table=table)
         ratings = Ratings(
-            raters, items, words, np.array(scores), self.scale, np.array(orders), sessions, words=asked
+            raters, items, words, np.array(scores), self.scale, np.array(orders), sessions, words=vocabulary
         )
         return RatingsTable(ratings, dict(sorted(blank.items())))
 
@@ -245,7 +237,9 @@ class _Reader:
         text = self._filled(where, "word", cells)
         named = self.columns.word(text)
         if named is None:
-            raise DataError(f"{where}: word must be one of {', '.join(self.columns.asked)}, got {text!r}")
+            raise DataError(
+                f"{where}: word must be one of {', '.join(self.columns.vocabulary)}, got {text!r}"
+            )
         yield named, self._cell("score", cells)
 
     def _cell(self, name: str, cells: Sequence[str]) -> str:
@@ -268,8 +262,8 @@ class _Reader:
 
 
 def _text_rows(path: Path, encoding: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
-    """Return the headings, and the rows that are not empty with their numbers as a spreadsheet shows them."""
-    text = read_text(path, encoding=encoding, hint=", or give encoding=cp932 for what Japanese Excel writes")
+    """Return the headings, and the rows that are not empty with their numbers as in a spreadsheet."""
+    text = read_text(path, encoding=encoding, hint=", or set encoding=cp932 for files of Japanese Excel")
     first = text.partition("\n")[0]
     divider = "\t" if path.suffix.lower() == ".tsv" else max(",;\t", key=first.count)
     (number, headings), *rows = csv_rows(text, path, delimiter=divider) or [(0, [])]
@@ -285,7 +279,7 @@ def _parquet_rows(table: pa.Table) -> tuple[list[str], Iterator[tuple[int, list[
 
 
 def _text(value: Any) -> str:
-    """Return a cell as a spreadsheet shows it: 3.0 and 3 are the same score, rater or item."""
+    """Return a cell as text: 3.0 and 3 are the same score, rater or item."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -303,18 +297,10 @@ def _long(ratings: Ratings) -> Iterator[list[Any]]:
 
 def _wide(ratings: Ratings) -> Iterator[list[Any]]:
     yield ["rater", "item", "order", "session", *ratings.words]
-    met: dict[tuple[str, str, str, int], dict[str, float]] = {}
-    orders = np.asarray(ratings.order).tolist()
-    for key in zip(
-        ratings.rater,
-        ratings.item,
-        ratings.session,
-        orders,
-        ratings.word,
-        ratings.score.tolist(),
-        strict=True,
-    ):
-        met.setdefault(key[:4], {})[key[4]] = key[5]
-    for (rater, item, session, order), scores in met.items():
+    rows: dict[tuple[str, str, str, int], dict[str, float]] = {}
+    keys = zip(ratings.rater, ratings.item, ratings.session, np.asarray(ratings.order).tolist(), strict=True)
+    for key, word, score in zip(keys, ratings.word, ratings.score.tolist(), strict=True):
+        rows.setdefault(key, {})[word] = score
+    for (rater, item, session, order), scores in rows.items():
         cells = [_text(scores[word]) if word in scores else "" for word in ratings.words]
         yield [rater, item, order if order > 0 else "", session, *cells]

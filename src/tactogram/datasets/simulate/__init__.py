@@ -1,7 +1,6 @@
 """Simulator: computed surfaces, touched by a computed finger. Its results are marked simulated."""
 
 from tactogram.datasets.simulate.sets import make as make
-from tactogram.datasets.simulate.sets import simulate as simulate
 from tactogram.datasets.simulate.sets import simulated_sets as simulated_sets
 from tactogram.datasets.simulate.sets import surface_photographs as surface_photographs
 from tactogram.datasets.simulate.sets import tasks as tasks

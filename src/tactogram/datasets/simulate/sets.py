@@ -83,7 +83,7 @@ def simulated_sets() -> dict[str, str]:
     return {name: facts.title for name, facts in SETS.items()}
 
 
-def simulate(
+def tasks(
     set_name: str,
     *,
     seed: int,
@@ -91,8 +91,9 @@ def simulate(
     seconds: float | None = None,
     rate: float | None = None,
     speeds_mm_s: Sequence[float] | None = None,
-) -> Iterator[Recording]:
-    """Yield the recordings of surfaces of a named set, one at a time.
+    own_images: bool = True,
+) -> list[RecordingTask]:
+    """Return the recordings of surfaces of a named set, to be simulated by `make`; errors are `ParameterError`.
 
     Parameters
     ----------
@@ -108,24 +109,9 @@ def simulate(
         Rate of the accelerometer, Hz: 330, 1000, 6000 or 10000 are usual.
     speeds_mm_s : sequence of float, optional
         1 to 2000 mm/s; by default as in the paper.
+    own_images : bool
+        Whether each has the photograph of its surface.
     """
-    for task in tasks(
-        set_name, seed=seed, per_class=per_class, seconds=seconds, rate=rate, speeds_mm_s=speeds_mm_s
-    ):
-        yield make(task)
-
-
-def tasks(
-    set_name: str,
-    *,
-    seed: int,
-    per_class: int | None = None,
-    seconds: float | None = None,
-    rate: float | None = None,
-    speeds_mm_s: Sequence[float] | None = None,
-    own_images: bool = True,
-) -> list[RecordingTask]:
-    """Return the recordings that `simulate` yields as tasks; errors are `ParameterError`."""
     facts = _set(set_name)
     takes = facts.per_class if per_class is None else per_class
     length = facts.seconds if seconds is None else seconds

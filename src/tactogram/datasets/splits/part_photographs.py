@@ -1,4 +1,4 @@
-"""The photographs that one part of a split may use, by what they show; decoded and cut when asked for."""
+"""Photographs that one part of a split may use, by material; decoded and cut on demand."""
 
 from __future__ import annotations
 
@@ -11,19 +11,12 @@ from tactogram.signal import Image
 
 
 class PhotographRegions(Sequence[Image]):
-    """Regions of photographs in a store, each decoded and cut when asked for.
-
-    Attributes
-    ----------
-    store : Store
-    regions : tuple of Region
-    """
+    """Regions of photographs in a store, each decoded and cut on demand."""
 
     def __init__(self, store: Store, regions: Iterable[Region]) -> None:
         self.store, self.regions = store, tuple(regions)
 
     def __len__(self) -> int:
-        """Return the number of regions."""
         return len(self.regions)
 
     @overload
@@ -31,25 +24,24 @@ class PhotographRegions(Sequence[Image]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[Image]: ...
     def __getitem__(self, place: int | slice) -> Image | Sequence[Image]:
-        """Return one region as an image of its own."""
         if isinstance(place, slice):
             return PhotographRegions(self.store, self.regions[place])
         return cut_out(self.store, self.regions[place])
 
 
 def cut_out(store: Store, region: Region) -> Image:
-    """Return a region of a photograph as an image of its own."""
+    """Return a region of a photograph as an image."""
     whole = store.photograph(region.key)
     return whole if region.whole else whole.cut(region.top, region.left, region.bottom, region.right)
 
 
 def by_material(store: Store, regions: Iterable[Region]) -> dict[str, tuple[Region, ...]]:
-    """Return ``regions`` by what they show."""
-    given: dict[str, list[Region]] = {}
+    """Return ``regions`` by the material they show."""
+    by_key: dict[str, list[Region]] = {}
     for region in regions:
-        given.setdefault(region.key, []).append(region)
+        by_key.setdefault(region.key, []).append(region)
     return {
-        material: tuple(region for key in keys for region in given.get(key, ()))
+        material: tuple(region for key in keys for region in by_key.get(key, ()))
         for material, keys in store.photographs_by_material.items()
     }
 

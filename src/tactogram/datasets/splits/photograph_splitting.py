@@ -1,9 +1,9 @@
-"""The photographs of a split: whole ones held out where a material has several, disjoint regions where it has not.
+"""Splitting of photographs: whole ones held out if a material has several, otherwise disjoint regions.
 
-What the recordings' split asks, the photographs follow. A material whose recordings all stand in one part (a split by
-material) has all its photographs there: the question is then what a surface feels like that was never seen. A
-material with recordings in several parts has photographs in each of them: whole ones where there are enough, else
-disjoint rectangles of the same one. A photograph that only recordings of one part name as their own goes with them.
+The photographs follow the recordings' split. A material whose recordings are all in one part (a split by material) has
+all its photographs there: its surface is then unseen. A material with recordings in several parts has photographs in
+each of them: whole ones if there are enough, otherwise disjoint rectangles of the same one. A photograph that only
+recordings of one part name as their own goes with them.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from tactogram.datasets.store.store import Store
 from tactogram.errors import ParameterError
 
 GAP = 16
-"""Pixels left out between two regions of one photograph: the side of a JPEG block of colour."""
+"""Pixels between two regions of one photograph: the side of a JPEG block of colour."""
 ORDER = ("train", "test", "validation")
-"""Of the parts, the one that needs most photographs first."""
+"""Parts by their need of photographs."""
 SMALLEST = 32
-"""Pixels that each side of a region must have, so that there is a texture to be seen in it."""
+"""Pixels on each side of a region, so that it shows a texture."""
 
 
 def split_photographs(
@@ -45,23 +45,23 @@ def split_photographs(
         Of recordings of ``store``.
     seed : int
     test, validation : float, 0 to 1
-        Shares of each material's photographs where it has one for each of its parts; at least one for each. The
-        paper of the visual-tactile GAN has 80/10/10 (Sec. 4.1).
+        Shares of each material's photographs if it has one for each of its parts; at least one for each. The paper of
+        the visual-tactile GAN has 80/10/10 (Sec. 4.1).
     gap : int, pixels
-        What is left out between two regions of one photograph.
+        Distance between two regions of one photograph.
     smallest : int, pixels
-        Sides that a region has at least: what is cut from it must fit.
+        Smallest side of a region: crops must fit.
 
     Returns
     -------
     Split
-        ``by_region`` names the materials whose parts share a photograph, ``photograph_note`` says it in a sentence.
-        Materials without photographs have none; `require_photographs` refuses them.
+        ``by_region`` names the materials whose parts share a photograph, ``photograph_note`` describes the split in a
+        sentence. Materials without photographs get none; `require_photographs` refuses them.
 
     Raises
     ------
     ParameterError
-        If a share is not one, or a photograph is too small to be cut for its parts.
+        If a share is invalid, or a photograph is too small to be cut for its parts.
     """
     if not (test >= 0 and validation >= 0 and test + validation < 1):
         raise ParameterError(f"test + validation must be below 1 and each >= 0, got {test} + {validation}")
@@ -71,7 +71,7 @@ def split_photographs(
     dealt: dict[str, list[Region]] = {part: [] for part in split.parts}
     by_region: set[str] = set()
     whole: list[str] = []
-    followed: list[str] = []
+    single_part: list[str] = []
 
     def cut(key: str, of: Sequence[str], parts: Sequence[str], random: np.random.Generator) -> None:
         try:
@@ -85,13 +85,13 @@ def split_photographs(
 
     for material, photographs in materials.items():
         random = np.random.default_rng([seed, zlib.crc32(material.encode())])
-        given, left = photographs.deal({"test": test, "validation": validation}, random)
-        for part, keys in given.items():
+        by_part, remaining = photographs.deal({"test": test, "validation": validation}, random)
+        for part, keys in by_part.items():
             dealt[part] += [Region(key) for key in keys]
-        for key in left:
+        for key in remaining:
             cut(key, [material], photographs.parts, random)
-        if not left:
-            (followed if len(photographs.parts) == 1 else whole).append(material)
+        if not remaining:
+            (single_part if len(photographs.parts) == 1 else whole).append(material)
     for key, (of, parts) in shared.items():
         if len(parts) == 1:
             dealt[parts[0]].append(Region(key))
@@ -99,17 +99,18 @@ def split_photographs(
             cut(key, of, parts, np.random.default_rng([seed, zlib.crc32(key.encode())]))
     return replace(
         split,
-        photographs={part: tuple(sorted(held, key=lambda r: r.key)) for part, held in dealt.items()},
+        photographs={part: tuple(sorted(regions, key=lambda r: r.key)) for part, regions in dealt.items()},
         photograph_gap=gap,
         by_region=tuple(sorted(by_region)),
-        photograph_note=_note(sorted(by_region), whole, followed, gap),
+        photograph_note=_note(sorted(by_region), whole, single_part, gap),
     )
 
 
 def whole_photographs(store: Store, materials: Iterable[str] | None = None) -> tuple[Region, ...]:
-    """Return every photograph of ``materials``, by default of all: for data that nothing was trained on."""
+    """Return every photograph of ``materials``, by default of all: for data that no training used."""
     wanted = store.photographs_by_material if materials is None else set(materials)
-    keys = {key for name, held in store.photographs_by_material.items() if name in wanted for key in held}
+    by_material = store.photographs_by_material
+    keys = {key for name in by_material if name in wanted for key in by_material[name]}
     return tuple(Region(key) for key in sorted(keys))
 
 
@@ -124,22 +125,9 @@ def cut_photograph(
 ) -> dict[str, Region]:
     """Return a rectangle of one photograph for each of ``parts``, ``gap`` pixels apart.
 
-    The first part has one half across the longer side; the others share the other half in the same way. Which half
-    is drawn, so that the light that falls from one side in every photograph does not tell the parts apart.
-
-    Parameters
-    ----------
-    key : str
-    size : (rows, columns)
-    parts : sequence of str
-        The one that needs most first.
-    gap, smallest : int, pixels
-    random : Generator
-
-    Raises
-    ------
-    ParameterError
-        If a rectangle would have a side below ``smallest``.
+    The first part gets one half across the longer side; the others share the other half in the same way. The half is
+    drawn, so that light from one side in every photograph does not distinguish the parts. ``size`` is (rows, columns);
+    a rectangle with a side below ``smallest`` is a `ParameterError`.
     """
     regions = {}
     top, left, bottom, right = 0, 0, *size
@@ -162,36 +150,36 @@ def cut_photograph(
 
 @dataclass(frozen=True)
 class _MaterialPhotographs:
-    """The photographs of one material, and where its recordings stand."""
+    """Photographs of one material, and the parts of its recordings."""
 
     parts: tuple[str, ...]
-    """Parts that have recordings of it, in `ORDER`."""
+    """Parts with recordings of it, in `ORDER`."""
     tied: Mapping[str, str]
-    """Part by key, of photographs that only recordings of that part name as their own."""
+    """Part by key of photographs that only recordings of that part name as their own."""
     free: tuple[str, ...]
-    """Photographs of the material at large, sorted."""
+    """Other photographs of the material, sorted."""
 
     def deal(
         self, shares: Mapping[str, float], random: np.random.Generator
     ) -> tuple[dict[str, list[str]], tuple[str, ...]]:
-        """Return whole photographs by part, and those left to be cut: too few to give each part one."""
-        given: dict[str, list[str]] = {part: [] for part in self.parts}
+        """Return whole photographs by part, and those to be cut because they are fewer than the parts."""
+        dealt: dict[str, list[str]] = {part: [] for part in self.parts}
         for key, part in self.tied.items():
-            given[part].append(key)
-        if len(self.free) < sum(not held for held in given.values()):
-            return given, self.free
+            dealt[part].append(key)
+        if len(self.free) < sum(not keys for keys in dealt.values()):
+            return dealt, self.free
         names = random.permutation(self.free).tolist()
         total = len(self.free) + len(self.tied)
         first, *others = self.parts
         for done, part in enumerate(others, 1):
-            # One is kept for each part still to come, and for the first, that has none yet.
-            kept = sum(not given[other] for other in (first, *others[done:]))
-            wanted = max(round(shares[part] * total), 1) - len(given[part])
-            count = max(min(wanted, len(names) - kept), 0)
-            given[part] += names[:count]
+            # One is reserved for each later part, and for the first, if it has none yet.
+            reserved = sum(not dealt[other] for other in (first, *others[done:]))
+            wanted = max(round(shares[part] * total), 1) - len(dealt[part])
+            count = max(min(wanted, len(names) - reserved), 0)
+            dealt[part] += names[:count]
             names = names[count:]
-        given[first] += names
-        return given, ()
+        dealt[first] += names
+        return dealt, ()
 
 
 def _uses(
@@ -248,20 +236,20 @@ def _halves(box: tuple[int, int, int, int], gap: int) -> tuple[tuple[int, int, i
     return (top, left, bottom, middle), (top, middle + gap, bottom, right)
 
 
-def _note(by_region: Sequence[str], whole: Sequence[str], followed: Sequence[str], gap: int) -> str:
-    told = []
-    if followed:
-        told.append(
-            f"{len(followed)} materials stand in one part each, with all their photographs: those tested are surfaces "
-            "never seen"
+def _note(by_region: Sequence[str], whole: Sequence[str], single_part: Sequence[str], gap: int) -> str:
+    sentences = []
+    if single_part:
+        sentences.append(
+            f"{len(single_part)} materials stand in one part each, with all their photographs: those tested are "
+            "surfaces never seen"
         )
     if whole:
-        told.append(
+        sentences.append(
             f"of {len(whole)} materials photographs were held out whole: surfaces seen, photographs not"
         )
     if by_region:
-        told.append(
+        sentences.append(
             f"of {len(by_region)} materials there are too few photographs to hold one out: disjoint regions of the "
             f"same one, {gap} pixels apart, were trained on and tested ({', '.join(by_region)})"
         )
-    return "; ".join(told) or "no photographs"
+    return "; ".join(sentences) or "no photographs"

@@ -1,4 +1,4 @@
-"""Splits that cannot leak: made by recording, session, subject, material or condition, and written down.
+"""Splits that cannot leak: by recording, session, subject, material or condition, saved as files.
 
 A window, an augmentation or a weak pair is cut *after* the split, from the segments and photographs of one part.
 """
@@ -19,7 +19,7 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import read_json
 
 By = Literal["recording", "session", "subject", "material", "condition"]
-"""What stays together on one side of a split."""
+"""What stays together in one part of a split."""
 
 FORMAT = "tactogram-split"
 VERSION = 1
@@ -27,16 +27,9 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class Segment:
-    """A recording, or a part of one in time.
+    """A recording, or an interval of one.
 
-    Parameters
-    ----------
-    id : str
-        The recording.
-    start_s : float, s
-        Where it begins; in mm for a stream over displacement.
-    stop_s : float, s, optional
-        Where it ends, likewise; None is the end of the recording.
+    It goes from ``start_s`` to ``stop_s``, s, or mm for a stream over displacement; None is the end.
     """
 
     id: str
@@ -57,11 +50,11 @@ class Region:
     Parameters
     ----------
     key : str
-        The photograph in its store.
+        Of the photograph in its store.
     top, left : int, pixels
-        Its first row and column.
+        First row and column.
     bottom, right : int, pixels, optional
-        The row and the column after its last; None is the edge of the photograph.
+        Row and column after the last; None is the edge of the photograph.
     """
 
     key: str
@@ -81,7 +74,7 @@ class Region:
         return (self.top, self.left, self.bottom, self.right) == (0, 0, None, None)
 
     def distance(self, other: Region) -> float:
-        """Return how many pixels lie between two regions of one photograph; below 0 if they share some."""
+        """Return the number of pixels between two regions of one photograph; below 0 if they overlap."""
         rows = max(self.top - _end(other.bottom), other.top - _end(self.bottom))
         columns = max(self.left - _end(other.right), other.left - _end(self.right))
         return max(rows, columns)
@@ -99,22 +92,22 @@ class Split:
     ----------
     train, validation, test : tuple of Segment
     by : str
-        What stays on one side: a `By`, ``"order"`` (`split_last`) or ``"block"`` (`contiguous_blocks`).
+        What stays in one part: a `By`, ``"order"`` (`split_last`) or ``"block"`` (`contiguous_blocks`).
     seed : int or None
-        What it was drawn with; None if nothing was drawn.
+        None if nothing was drawn.
     gap_s : float, s
-        How far apart two parts of one recording have to lie to stand on two sides. 0 with whole recordings.
+        Smallest distance between two parts of one recording. 0 with whole recordings.
     groups : mapping from id to str
-        The session, subject, material or condition of each recording, where ``by`` is one of these.
+        Session, subject, material or condition of each recording, if ``by`` is one of these.
     photographs : mapping from part to tuple of Region
-        Which photographs, or regions of them, each part may use; empty where photographs were not split.
-        Made by `split_photographs`.
+        Photographs, or regions of them, that each part may use, as of `split_photographs`; empty if photographs were
+        not split.
     photograph_gap : int, pixels
-        How far apart two parts' regions of one photograph have to lie.
+        Smallest distance between two parts' regions of one photograph.
     by_region : tuple of str
-        Materials with too few photographs to hold one out: disjoint regions of theirs stand on different sides.
+        Materials with too few photographs to hold one out: disjoint regions are in different parts.
     photograph_note : str
-        What a held-out photograph is in this split, for whoever reads its results.
+        Meaning of a held-out photograph in this split, for reports.
     """
 
     train: tuple[Segment, ...]
@@ -138,7 +131,7 @@ class Split:
         return {"train": self.train, "validation": self.validation, "test": self.test}
 
     def as_dict(self) -> dict[str, Any]:
-        """Return its fields as plain values; those of photographs only where photographs were split."""
+        """Return its fields as plain values; those of photographs only if photographs were split."""
         values = asdict(self)
         if not self.photographs:
             for name in ("photographs", "photograph_gap", "by_region", "photograph_note"):
@@ -146,13 +139,7 @@ class Split:
         return values
 
     def check(self) -> None:
-        """Refuse a split in which anything stands on two sides.
-
-        Raises
-        ------
-        LeakError
-            Naming the recording, the group or the photograph, and the two parts.
-        """
+        """Raise a `LeakError` if a recording, group or photograph is in two parts."""
         side_of_group: dict[str, str] = {}
         by_recording: dict[str, list[tuple[float, float, str]]] = defaultdict(list)
         for part, segments in self.parts.items():
@@ -167,7 +154,7 @@ class Split:
         self._check_photographs()
 
     def _check_recording(self, id: str, held: Sequence[tuple[float, float, str]]) -> None:
-        """Refuse parts of one recording, sorted by their start, that touch on two sides."""
+        """Check parts of one recording, sorted by their start."""
         if self.by != "block" and len({part for _, _, part in held}) > 1:
             names = " and in ".join(sorted({part for _, _, part in held}))
             raise LeakError(f"recording {id} is in {names}")
@@ -184,7 +171,6 @@ class Split:
                     )
 
     def _check_photographs(self) -> None:
-        """Refuse regions of one photograph that touch on two sides."""
         if unknown := sorted(self.photographs.keys() - self.parts.keys()):
             raise ParameterError(f"photographs must be of {', '.join(self.parts)}, got {', '.join(unknown)}")
         by_key: dict[str, list[tuple[str, Region]]] = defaultdict(list)
@@ -201,7 +187,7 @@ class Split:
                     )
 
     def save(self, path: Path) -> None:
-        """Write it as JSON; the whole file or nothing."""
+        """Write it as JSON, atomically."""
         values = {"format": FORMAT, "version": VERSION, "by": self.by, "seed": self.seed, "gap_s": self.gap_s}
         segments = {part: [[s.id, s.start_s, s.stop_s] for s in held] for part, held in self.parts.items()}
         values |= segments | {"groups": dict(self.groups)}
@@ -219,7 +205,7 @@ class Split:
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Read what `save` wrote.
+        """Read a file of `save`.
 
         Raises
         ------

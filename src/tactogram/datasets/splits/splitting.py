@@ -31,18 +31,18 @@ def split_fractions(
     index : iterable of RecordingInfo
         Usually ``store.index``.
     by : str
-        What stays on one side. By recording, each class is shared out for itself, so that all parts have
-        all classes where there are enough recordings.
+        What stays in one part. By recording, each class is split separately, so that all parts have all classes if
+        there are enough recordings.
     test, validation : float, 0 to 1
-        Shares of the recordings (by recording) or of the groups. What is asked for gets at least one.
+        Shares of the recordings (by recording) or of the groups; at least one if above 0.
     seed : int
     label : str or callable
-        What the classes are.
+        Class of a recording.
 
     Raises
     ------
     ParameterError
-        If a share is not one, or there are too few recordings or groups.
+        If a share is invalid, or there are too few recordings or groups.
     """
     if not (test >= 0 and validation >= 0 and test + validation < 1):
         raise ParameterError(f"test + validation must be below 1 and each >= 0, got {test} + {validation}")
@@ -55,9 +55,9 @@ def split_fractions(
         names = random.permutation(sorted(members)).tolist()
         enough = len(names) > len(shares)
         for done, (part, share) in enumerate(shares.items(), 1):
-            # One for each part still to come; where there are too few, train comes first, then test.
-            kept = 1 + (len(shares) - done if enough else 0)
-            count = max(min(max(round(share * len(members)), 1), len(names) - kept), 0)
+            # One is reserved for each later part; if there are too few, train comes first, then test.
+            reserved = 1 + (len(shares) - done if enough else 0)
+            count = max(min(max(round(share * len(members)), 1), len(names) - reserved), 0)
             parts[part] += [id for name in names[:count] for id in members[name]]
             names = names[count:]
         parts["train"] += [id for name in names for id in members[name]]
@@ -72,14 +72,10 @@ def split_fractions(
 def split_last(
     index: Iterable[RecordingInfo], n: int, *, validation: int = 0, label: Label = "material"
 ) -> Split:
-    """Let the last ``n`` recordings of each class test, and the ``validation`` before them validate.
+    """Test on the last ``n`` recordings of each class, and validate on the ``validation`` before them.
 
-    The order is that of ``labels["recording"]``, then of the source path, numbers as numbers.
-
-    Raises
-    ------
-    ParameterError
-        If a class has too few recordings.
+    The order is that of ``labels["recording"]``, then of the source path, numbers in order. A class with too few
+    recordings is a `ParameterError`.
     """
     if n < 1 or validation < 0:
         raise ParameterError(f"n must be >= 1 and validation >= 0, got {n} and {validation}")
@@ -107,21 +103,10 @@ def kfold(
     validation: float = 0.0,
     label: Label = "material",
 ) -> list[Split]:
-    """Deal recordings or groups to ``folds`` test parts; each is tested exactly once.
+    """Deal recordings or groups to ``folds`` (>= 2) test parts; each is tested exactly once.
 
-    By recording, each class is dealt out for itself, so that every fold tests every class.
-
-    Parameters
-    ----------
-    index : iterable of RecordingInfo
-    folds : int, >= 2
-    by : str
-        What stays on one side.
-    seed : int
-    validation : float, 0 to 1
-        Share of each training part that validates; at least one of each class, or one group.
-    label : str or callable
-        What the classes are.
+    By recording, each class is dealt separately, so that every fold tests every class. ``validation`` is the share of
+    each training part for validation; at least one of each class, or one group.
 
     Raises
     ------
@@ -161,24 +146,16 @@ def kfold(
 def contiguous_blocks(
     index: Iterable[RecordingInfo], seconds: Mapping[str, float], *, blocks: int = 10, gap_s: float
 ) -> list[Split]:
-    """Cut each recording into ``blocks`` equal parts in time; split k tests part k of every recording.
+    """Cut each recording into ``blocks`` (>= 2) equal parts in time; split k tests part k of every recording.
 
-    For few and long takes: the closest fair reading of "all data was divided into ten parts" (Saga et al.,
-    "Machine Learning-based Classification and Generation of Vibrotactile Information", Sec. II-C).
-
-    Parameters
-    ----------
-    index : iterable of RecordingInfo
-    seconds : mapping from id to float, s
-        How long each recording is.
-    blocks : int, >= 2
-    gap_s : float, s
-        What is left out of training on both sides of the tested part: the length of one window.
+    For few and long takes: the closest fair reading of "all data was divided into ten parts" (Saga et al., "Machine
+    Learning-based Classification and Generation of Vibrotactile Information", Sec. II-C). ``seconds`` are the durations
+    by id; ``gap_s`` is left out of training on both sides of the tested part: the length of one window.
 
     Raises
     ------
     ParameterError
-        If a recording is too short to leave anything to train on.
+        If a recording is too short to leave anything for training.
     """
     if blocks < 2:
         raise ParameterError(f"blocks must be >= 2, got {blocks}")
@@ -207,9 +184,9 @@ def contiguous_blocks(
     return splits
 
 
-def natural_order(info: RecordingInfo) -> tuple[list[tuple[int, int, str]], list[tuple[int, int, str]]]:
+def natural_order(info: RecordingInfo) -> list[list[tuple[int, int, str]]]:
     """Return the key that sorts recordings by number, then by source."""
-    return natural_key(info.labels.get("recording", "")), natural_key(info.source or info.id)
+    return [natural_key(text) for text in (info.labels.get("recording", ""), info.source or info.id)]
 
 
 def _strata(infos: Sequence[RecordingInfo], label: Label) -> dict[str, dict[str, list[str]]]:
@@ -245,7 +222,7 @@ def _group(info: RecordingInfo, by: By) -> str:
         value = info.id if by == "recording" else getattr(info, by)
         if value is not None:
             return str(value)
-    raise ParameterError(f"{info.source or info.id} has no {by}: split by recording, or say it in the data")
+    raise ParameterError(f"{info.source or info.id} has no {by}: split by recording, or add it to the data")
 
 
 def _whole(

@@ -98,11 +98,9 @@ class Store:
         return open_store, (self.path,)
 
     def __len__(self) -> int:
-        """Return the number of recordings."""
         return self._count
 
     def __contains__(self, id: object) -> bool:
-        """Return whether it holds a recording of this id."""
         return isinstance(id, str) and self._places.find(id) is not None
 
     @property

@@ -69,13 +69,11 @@ class StoreWriter:
         self._done = False
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Remove what was written, unless it was finished."""
         self._shards.abandon()
         self._pictures.abandon()
         if not self._done:

@@ -1,4 +1,4 @@
-"""Signals from files and into files, with unit and level."""
+"""Reading and writing of signals, with unit and level, and of pictures."""
 
 from tactogram.signal.io.files import READABLE as READABLE
 from tactogram.signal.io.files import WRITABLE as WRITABLE

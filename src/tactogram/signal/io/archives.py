@@ -1,4 +1,4 @@
-"""ZIP archives (NPZ, XLSX) sized up before anything in them is unpacked."""
+"""Zip archives (NPZ, XLSX), whose size is checked before they are unpacked."""
 
 from __future__ import annotations
 
@@ -13,29 +13,18 @@ from tactogram.errors import DataError
 
 MIB = 2**20
 SMALL = 256 * MIB
-"""What any archive may unpack to, bytes."""
+"""Unpacked size that any archive may have."""
 MOST_GROWTH = 100
-"""How many times its size a larger one may unpack to: measured signals shrink to a third at best."""
+"""Unpacked over packed size of larger ones: measured signals compress to a third at best."""
 
 
 def check_archive(
     file: BinaryIO, where: Path | str, *, most_bytes: int | None = None, most_members: int = 10_000
 ) -> None:
-    """Refuse an archive that grows too large; its directory bounds how far it is ever unpacked.
+    """Raise a `DataError` if a file is not an archive, is too large unpacked, or has misleading or object arrays.
 
-    Parameters
-    ----------
-    file : binary file
-    where : Path or str
-        What an error names.
-    most_bytes : int, optional
-        What its members may unpack to together; by default `SMALL`, or `MOST_GROWTH` times its size.
-    most_members : int
-
-    Raises
-    ------
-    DataError
-        If it is no archive, or unpacks to more; if an array in it is of objects, or claims more than its member holds.
+    ``most_bytes`` is the unpacked size of all members, by default `SMALL`, or `MOST_GROWTH` times the packed size; the
+    archive's directory guarantees it.
     """
     size = file.seek(0, 2)
     most = max(SMALL, MOST_GROWTH * size) if most_bytes is None else most_bytes
@@ -49,7 +38,7 @@ def check_archive(
 
 
 def _problem(archive: zipfile.ZipFile, most_bytes: int, most_members: int) -> str | None:
-    """Return what an archive is refused for: its size, arrays of objects, arrays that claim more than they hold."""
+    """Return why an archive is refused, if it is."""
     members = archive.infolist()
     unpacked = sum(member.file_size for member in members)
     if len(members) > most_members or unpacked > most_bytes:

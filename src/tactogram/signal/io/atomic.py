@@ -1,4 +1,4 @@
-"""Atomic files: written under a name of their own beside their place, then renamed."""
+"""Atomic files: written beside their place under a temporary name, then renamed."""
 
 from __future__ import annotations
 
@@ -11,19 +11,11 @@ from pathlib import Path
 
 @contextmanager
 def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Iterator[Path]:
-    """Give a path to write to, which takes the place of ``path`` if all goes well and is removed if not.
+    """Yield a path of the same suffix whose file replaces ``path`` on success and is removed otherwise.
 
-    Readers find the old file or the new one, each whole. Of several writers, each writes a file of its own and the last
-    one stays.
-
-    Parameters
-    ----------
-    path : Path
-        Its folder is made if it is not there. The path that is given has the same suffix.
-    durable : bool
-        Whether the file is on the disk itself (fsync) before it is renamed, so that a power cut leaves a whole one.
-    over : bool
-        Whether it takes the place of a file that is there; otherwise that one stays.
+    Readers find the old file or the new one, complete; of several writers, the last one wins. The folder is made if
+    missing. ``durable`` synchronises the file to the disk before it is renamed, so that it survives a power cut.
+    Without ``over``, an existing file stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.stem}-{secrets.token_hex(4)}.part{path.suffix}")
@@ -40,16 +32,13 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
 
 
 def write_text(path: Path, text: str) -> None:
-    r"""Write ``text`` to ``path`` in UTF-8; the whole file or nothing.
-
-    A surrogate, from a file name that is not UTF-8, is written as ``\udcff``, which JSON reads back.
-    """
+    r"""Write ``text`` to ``path`` in UTF-8, atomically; bytes of file names that are not UTF-8 become ``\udcff``."""
     with atomic_write(path) as part:
         part.write_text(text, encoding="utf-8", errors="backslashreplace")
 
 
 def to_disk(*paths: Path) -> None:
-    """Return when files and folders are on the disk itself (fsync): a power cut takes nothing of them."""
+    """Synchronise files and folders to the disk (fsync), so that they survive a power cut."""
     for path in paths:
         if os.name == "nt" and path.is_dir():  # cannot be opened there; the file system sees to it
             continue
@@ -61,7 +50,7 @@ def to_disk(*paths: Path) -> None:
 
 
 def _take(part: Path, path: Path) -> None:
-    """Give a file its name, unless the name is taken."""
+    """Rename a file, unless the name is taken."""
     try:
         os.link(part, path)
     except FileExistsError:

@@ -1,4 +1,4 @@
-"""Columns of a table: time and samples, with units, for text and worksheets alike."""
+"""Columns of a table, text or worksheet: time and samples, with units."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, UnitError
+from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 
 TIME_NAMES = ("time", "t", "timestamp", "timestamps", "time_stamp", "seconds")
 """Headings of a column of time stamps, in any case, with ``_s``, ``_ms``, ``_us`` or ``[s]`` … for the unit."""
-
 SLOWEST = 0.1
-"""Steps in s above which a time column without unit is asked for one: rather ms than s."""
+"""Step above which a time column needs a unit, since it is likely in ms."""
 
 
 @dataclass(frozen=True)
@@ -30,15 +30,15 @@ class TableColumns:
     names : tuple of str
         Of the sample columns.
     places : tuple of int
-        Where they stand, from 0.
+        Indices of the sample columns.
     unit : str, optional
-        One of `UNITS`, where the headings say.
+        One of `UNITS`, if the headings name it.
     factors : tuple of float
-        What brings each column to ``unit``.
+        Factors that convert each column to ``unit``.
     time : int, optional
-        Where the time stamps stand.
+        Index of the time stamps.
     seconds : float, optional
-        Their unit in s; None if the heading does not say.
+        Unit of the time stamps in s, if the heading names it.
     """
 
     names: tuple[str, ...]
@@ -50,7 +50,7 @@ class TableColumns:
 
     @property
     def used(self) -> tuple[int, ...]:
-        """Places of the samples, then of the time stamps."""
+        """Indices of the samples, then of the time stamps."""
         return self.places if self.time is None else (*self.places, self.time)
 
 
@@ -63,14 +63,10 @@ def choose(
     axes: Sequence[str] | None,
     time: str | None,
 ) -> TableColumns:
-    """Return which of the columns headed ``headings`` to read.
+    """Return the columns to read.
 
-    The columns named by ``columns``; else by ``axes``, if they are headings; else all but the time.
-
-    Raises
-    ------
-    DataError
-        If a column is missing, named twice, or the chosen ones are in different units.
+    They are those named by ``columns``; else by ``axes``, if they are headings; else all but the time. A missing or
+    repeated one, or different units, are a `DataError`.
     """
     split = [split_heading(text) for text in headings]
     names = [name for name, _ in split]
@@ -105,28 +101,42 @@ def choose(
     )
 
 
-def in_units(
-    numbers: NDArray[np.float64], chosen: TableColumns, path: Path
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return samples (axis, time) in ``chosen.unit`` and stamps in s, from ``numbers`` (row, used column).
-
-    Raises
-    ------
-    DataError
-        If the time column has no unit and its steps do not tell which.
-    """
-    samples = numbers[:, : len(chosen.places)].T
+def table_content(
+    numbers: NDArray[np.float64],
+    chosen: TableColumns,
+    rows: Sequence[int],
+    headings: Sequence[str],
+    description: SignalDescription | None,
+    path: Path,
+    *,
+    named: bool,
+) -> FileContent:
+    """Return the content of a table from ``numbers`` (row, used column) and the numbers of its rows in the file."""
+    samples, times = numbers[:, : len(chosen.places)].T, None
     if any(factor != 1 for factor in chosen.factors):
         samples = samples * np.array(chosen.factors)[:, None]
-    if chosen.time is None:
-        return samples, None
-    times = numbers[:, -1]
-    if chosen.seconds is None and len(times) > 1 and abs(float(np.median(np.diff(times)))) > SLOWEST:
-        raise DataError(
-            f"{path}: time column without unit goes in steps of {np.median(np.diff(times)):g}: "
-            "head it 'time [s]', 'time [ms]' or 'time [us]'"
-        )
-    return samples, times * (chosen.seconds or 1.0)
+    if chosen.time is not None and description is None:
+        times = numbers[:, -1]
+        if chosen.seconds is None and len(times) > 1 and abs(float(np.median(np.diff(times)))) > SLOWEST:
+            raise DataError(
+                f"{path}: time column without unit goes in steps of {np.median(np.diff(times)):g}: "
+                "head it 'time [s]', 'time [ms]' or 'time [us]'"
+            )
+        times = times * (chosen.seconds or 1.0)
+
+    def place(axis: int, sample: int) -> str:
+        column = chosen.time if axis < 0 else chosen.places[axis]
+        return f"row {rows[sample]}, column {headings[column or 0]!r}"
+
+    return FileContent(
+        samples=samples,
+        axes=chosen.names if named else (),
+        rate=description.rate if description else None,
+        times=times,
+        unit=description.unit if description else chosen.unit,
+        description=description,
+        place=place,
+    )
 
 
 def _find(headings: Sequence[str], names: Sequence[str], name: str, path: Path) -> int:

@@ -1,4 +1,4 @@
-"""Content of a file before it becomes a Signal: numbers, metadata, and where each stands."""
+"""Content of a file before it becomes a Signal: numbers, metadata, and their place in the file."""
 
 from __future__ import annotations
 
@@ -18,31 +18,31 @@ from tactogram.signal.timing import to_uniform
 from tactogram.signal.units import parse_unit
 
 ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
-"""What reading a damaged zip archive raises, which NPZ and XLSX files are."""
+"""Errors of a damaged zip archive (NPZ, XLSX)."""
 
 
 @dataclass(frozen=True, eq=False)
 class FileContent:
-    """The numbers in a file.
+    """Numbers in a file.
 
     Parameters
     ----------
     samples : float array, shape (axis, time)
         In ``unit`` if that is known.
     axes : tuple of str
-        Names of the axes; empty if the file names none.
+        Empty if the file names none.
     rate : float, optional
-        None if the file has time stamps or does not say.
+        None if the file has time stamps or does not state it.
     times : float64 array, shape (time,), s, optional
         Time stamps.
     unit : str, optional
-        One of `UNITS`; None if the file does not say.
-    description : Description, optional
+        One of `UNITS`, if the file states it.
+    description : SignalDescription, optional
         If this package wrote the file.
     place : function from (axis, sample) to str
-        Where in the file a sample stands, e.g. ``"row 7, column 'x'"``; axis -1 is the time stamp.
+        Place of a sample in the file, e.g. ``"row 7, column 'x'"``; axis -1 is the time stamp.
     comment : str, optional
-        Of a WAV or FLAC that somebody else wrote.
+        Of a foreign WAV or FLAC.
     """
 
     samples: NDArray[np.float32] | NDArray[np.float64]
@@ -56,13 +56,7 @@ class FileContent:
 
 
 def check(content: FileContent, path: Path) -> None:
-    """Refuse what is no signal, naming the place.
-
-    Raises
-    ------
-    DataError
-        If there are no samples, one is not finite (in float32), or time goes back.
-    """
+    """Raise a `DataError` with the place if there are no samples, one is not finite (in float32), or time goes back."""
     if content.samples.size == 0:
         raise DataError(f"{path}: no samples")
     with np.errstate(over="ignore", invalid="ignore"):
@@ -89,13 +83,7 @@ def check(content: FileContent, path: Path) -> None:
 def assemble(
     content: FileContent, path: Path, *, unit: str | None, axes: Sequence[str] | None, rate: float | None
 ) -> Signal:
-    """Return the signal in ``content``, with what the file does not say taken from the arguments.
-
-    Raises
-    ------
-    DataError
-        If something is missing, or an argument contradicts the file.
-    """
+    """Return the signal in ``content``, completed by the arguments; `DataError` if they contradict the file."""
     check(content, path)
     samples, names = _axes(content, path, axes)
     samples, unit = _unit(content, samples, path, unit)

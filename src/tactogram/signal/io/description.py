@@ -1,4 +1,4 @@
-"""Signal description: the metadata written beside samples so that they mean the same when read again."""
+"""Signal description: metadata written with samples so that they are read back unchanged."""
 
 from __future__ import annotations
 
@@ -21,14 +21,13 @@ class SignalDescription:
     Parameters
     ----------
     rate : float
-        Exactly; a WAV header has whole Hz only.
+        Exact; a WAV header has whole Hz only.
     unit : str
     axes : tuple of str
     domain : {"time", "displacement"}
     full_scale : float, optional
-        What the largest integer stands for, in ``unit``; for integer samples only.
+        Value of the largest integer, in ``unit``; for integer samples only.
     metadata : mapping from str to JSON values
-        Whatever else is known.
     """
 
     rate: float
@@ -46,13 +45,7 @@ class SignalDescription:
         return cls(signal.rate, signal.unit, signal.axes, signal.domain, full_scale, dict(metadata or {}))
 
     def encode(self) -> str:
-        """Return it as one line of ASCII.
-
-        Raises
-        ------
-        ParameterError
-            If the metadata is not JSON.
-        """
+        """Return it as one line of ASCII; `ParameterError` if the metadata is not JSON."""
         facts = {
             "tactogram": VERSION,
             "rate": self.rate,
@@ -69,13 +62,7 @@ class SignalDescription:
 
 
 def decode(text: str, where: str) -> SignalDescription | None:
-    """Return the description in ``text``, or None if it is a comment of somebody else's.
-
-    Raises
-    ------
-    DataError
-        If it is ours, but damaged or from a later version.
-    """
+    """Return the description in ``text``, or None for a foreign comment; `DataError` if it is damaged or too new."""
     try:
         facts = parse_json(text, where)
     except DataError:

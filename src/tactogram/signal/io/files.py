@@ -1,16 +1,20 @@
-"""Signals from files and into files, by suffix: .wav, .flac, .csv, .tsv, .txt (read only), .npz, .xlsx."""
+"""Signal files, by suffix: .wav, .flac, .csv, .tsv, .txt (read only), .npz, .xlsx."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import arrays, sound, table, worksheet
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.content import FileContent, assemble
+from tactogram.signal.io.content import assemble
 from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.signal import Signal
 from tactogram.signal.timing import SamplingTiming, estimate_timing
@@ -21,7 +25,21 @@ READABLE = (*SOUND, *TABLES, ".npz", ".xlsx")
 WRITABLE = tuple(suffix for suffix in READABLE if suffix != ".txt")
 
 
-def read_signal(
+@dataclass(frozen=True, eq=False)
+class SignalFile:
+    """A signal with the metadata of its file, and its time stamps (s) if it has any."""
+
+    signal: Signal
+    metadata: dict[str, Any]
+    times: NDArray[np.float64] | None
+
+    @cached_property
+    def timing(self) -> SamplingTiming | None:
+        """Rate and jitter of the time stamps."""
+        return None if self.times is None else estimate_timing(self.times)
+
+
+def read_file(
     path: str | Path,
     *,
     unit: str | None = None,
@@ -31,14 +49,12 @@ def read_signal(
     time: str | None = None,
     sheet: str | None = None,
     full_scale: float | None = None,
-) -> Signal:
-    """Return the signal in a file.
+) -> SignalFile:
+    """Return the signal in a file, with metadata and timing.
 
-    What this package wrote needs no argument: rate, unit, level, axes and domain come back as they were. The arguments
-    say what other files do not; one that contradicts the file is refused. A file that names no unit is
-    taken as unit ``"1"``; a WAV then is in parts of full scale.
-
-    A table or NPZ with time stamps is brought to even spacing (`tactogram.signal.timing.to_uniform`);
+    Files of this package need no argument: rate, unit, level, axes and domain come back as they were. The arguments
+    complete other files; one that contradicts the file is refused. Without a unit it is ``"1"``; a WAV is then in parts
+    of full scale. A table or NPZ with time stamps is resampled to even spacing (`tactogram.signal.timing.to_uniform`);
     `read_file` reports the jitter.
 
     Parameters
@@ -46,9 +62,9 @@ def read_signal(
     path : Path
         Its suffix, in any case, is one of `READABLE`.
     unit : str, optional
-        Unit of the samples: one of `UNITS`, or one that is brought to them, such as ``"g"`` or ``"mm"``.
+        Unit of the samples: one of `UNITS`, or one that is converted to them, such as ``"g"`` or ``"mm"``.
     axes : sequence of str, optional
-        Names of the axes to read, where the file names them; else names for all that it has.
+        Axes to read, if the file names them; else names for all its axes.
     rate : float, Hz, optional
         Of the samples. With time stamps, of the result (by default the estimated one).
     columns : sequence of str, optional
@@ -56,76 +72,56 @@ def read_signal(
     time : str, optional
         Column or array of time stamps; by default one called time, t or timestamp, ``[s]``, ``[ms]``, ``_ms`` …
     sheet : str, optional
-        Worksheet, where there are several.
+        Worksheet, if there are several.
     full_scale : float, optional
-        What 1.0 in a WAV or FLAC stands for, in ``unit``.
+        Value of 1.0 in a WAV or FLAC, in ``unit``.
 
     Raises
     ------
     DataError
         One line that names file and row or byte.
     ParameterError
-        For a suffix that is none of these, or an argument that the format has no use for.
+        For another suffix, or an argument that does not apply to the format.
     """
-    signal, _ = _read(
-        _existing(path),
-        unit=unit,
-        axes=axes,
-        rate=rate,
-        columns=columns,
-        time=time,
-        sheet=sheet,
-        full_scale=full_scale,
-    )
-    return signal
-
-
-@dataclass(frozen=True, eq=False)
-class SignalFile:
-    """A signal, and what else its file says.
-
-    Parameters
-    ----------
-    signal : Signal
-    metadata : dict
-        As `read_metadata`.
-    timing : Timing, optional
-        What its time stamps say; None if it has none, or this package wrote it.
-    """
-
-    signal: Signal
-    metadata: dict[str, Any]
-    timing: SamplingTiming | None
-
-
-def read_file(path: str | Path, **options: Any) -> SignalFile:
-    """Return the signal in a file with its metadata and timing; ``options`` and errors as `read_signal`."""
     path = _existing(path)
-    signal, content = _read(path, **options)
-    timing = None if content.times is None else estimate_timing(content.times)
-    return SignalFile(signal, _metadata(content.description or content.comment), timing)
+    suffix = _suffix(path, READABLE)
+    for name, useless in (
+        ("full_scale", suffix not in SOUND and full_scale is not None),
+        ("columns or time", suffix in SOUND and (columns is not None or time is not None)),
+        ("sheet", suffix != ".xlsx" and sheet is not None),
+    ):
+        if useless:
+            raise ParameterError(f"{name} does not apply to {suffix}; omit it")
+    match suffix:
+        case ".wav" | ".flac":
+            content = sound.read(path, full_scale=full_scale)
+        case ".npz":
+            content = arrays.read(path, columns=columns, time=time)
+        case ".xlsx":
+            content = worksheet.read(path, columns=columns, axes=axes, time=time, sheet=sheet)
+        case _:
+            content = table.read(path, columns=columns, axes=axes, time=time)
+    signal = assemble(content, path, unit=unit, axes=axes, rate=rate)
+    return SignalFile(signal, _metadata(content.description or content.comment), content.times)
+
+
+def read_signal(path: str | Path, **options: Any) -> Signal:
+    """Return the signal in a file; options and errors as `read_file`."""
+    return read_file(path, **options).signal
 
 
 def read_metadata(path: str | Path) -> dict[str, Any]:
-    """Return the metadata that was given to `write_signal`; of a foreign WAV or FLAC its ``comment``, else nothing.
-
-    Raises
-    ------
-    DataError
-        If the file is not what its suffix says.
-    """
+    """Return the metadata of `write_signal`, or the ``comment`` of a foreign WAV or FLAC; else nothing."""
     path = _existing(path)
-    found: SignalDescription | str | None
     match _suffix(path, READABLE):
         case ".wav" | ".flac":
-            found = sound.describe(path)
+            return _metadata(sound.describe(path))
         case ".npz":
-            found = arrays.describe(path)
+            return _metadata(arrays.describe(path))
         case ".xlsx":
-            found = worksheet.describe(path)
+            return _metadata(worksheet.describe(path))
         case _:
-            found = table.describe(path)
-    return _metadata(found)
+            return _metadata(table.describe(path))
 
 
 def write_signal(
@@ -136,24 +132,24 @@ def write_signal(
     subtype: str | None = None,
     full_scale: float | None = None,
 ) -> None:
-    """Write a signal so that `read_signal` gives it back: level, unit, axes, domain and rate.
+    """Write a signal so that `read_signal` returns it with level, unit, axes, domain and rate.
 
     Float samples (WAV's default, CSV, TSV, NPZ, XLSX) come back exactly. Integer ones come back within half a step of
-    the full scale, which is the peak, or 1 for a signal of unit 1 that fits; it is never clipped.
-    The file is written beside its place and then renamed: there is the whole file or none.
+    the full scale, which is the peak, or 1 for a signal of unit 1 that fits; it is never clipped. The file is written
+    atomically.
 
     Parameters
     ----------
     path : Path
-        Its suffix is one of `WRITABLE`. The folder is made if it is not there.
+        Its suffix is one of `WRITABLE`. The folder is made if missing.
     signal : Signal
     metadata : mapping from str to JSON values, optional
-        Whatever else is known, such as ``{"simulated": True}``; `read_metadata` gives it back.
+        Further metadata, such as ``{"simulated": True}``, for `read_metadata`.
     subtype : str, optional
         Sample format of WAV (``"FLOAT"``, ``"DOUBLE"``, ``"PCM_U8"``, ``"PCM_16"``, ``"PCM_24"``, ``"PCM_32"``) or FLAC
         (``"PCM_24"``, ``"PCM_16"``, ``"PCM_S8"``); the first of each is the default.
     full_scale : float, optional
-        What the largest integer stands for, in the signal's unit.
+        Value of the largest integer, in the signal's unit.
 
     Raises
     ------
@@ -178,42 +174,10 @@ def write_signal(
                 table.write(part, signal, description, suffix=suffix)
 
 
-def _read(
-    path: Path,
-    *,
-    unit: str | None = None,
-    axes: Sequence[str] | None = None,
-    rate: float | None = None,
-    columns: Sequence[str] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    full_scale: float | None = None,
-) -> tuple[Signal, FileContent]:
-    suffix = _suffix(path, READABLE)
-    _refuse(suffix not in SOUND and full_scale is not None, "full_scale", suffix)
-    _refuse(suffix in SOUND and (columns is not None or time is not None), "columns or time", suffix)
-    _refuse(suffix != ".xlsx" and sheet is not None, "sheet", suffix)
-    match suffix:
-        case ".wav" | ".flac":
-            content = sound.read(path, full_scale=full_scale)
-        case ".npz":
-            content = arrays.read(path, columns=columns, time=time)
-        case ".xlsx":
-            content = worksheet.read(path, columns=columns, axes=axes, time=time, sheet=sheet)
-        case _:
-            content = table.read(path, columns=columns, axes=axes, time=time)
-    return assemble(content, path, unit=unit, axes=axes, rate=rate), content
-
-
-def _metadata(found: SignalDescription | str | None) -> dict[str, Any]:
-    if isinstance(found, str):
-        return {"comment": found}
-    return dict(found.metadata) if found else {}
-
-
-def _refuse(useless: bool, name: str, suffix: str) -> None:
-    if useless:
-        raise ParameterError(f"{suffix} has no use for {name}; leave it out")
+def _metadata(description: SignalDescription | str | None) -> dict[str, Any]:
+    if isinstance(description, str):
+        return {"comment": description}
+    return dict(description.metadata) if description else {}
 
 
 def _existing(path: str | Path) -> Path:

@@ -1,4 +1,4 @@
-"""Files that one process at a time may hold; the system lets go when a process ends, however it ends."""
+"""File locks, which the system releases when a process ends for whatever reason."""
 
 from __future__ import annotations
 
@@ -7,25 +7,16 @@ import sys
 
 
 def lock(opened: int, *, shared: bool = False) -> bool:
-    """Lock a file until it is closed, and say whether that went; nothing is waited for.
+    """Lock the open file of a descriptor until it is closed, without waiting; return whether it is locked.
 
-    Parameters
-    ----------
-    opened : int
-        Descriptor of the open file. What is opened twice is held twice, by one process too.
-    shared : bool
-        Let others hold it who ask so as well; on Windows nobody.
-
-    Raises
-    ------
-    OSError
-        If the file system has no locks.
+    A file that is opened twice is locked separately, even by one process. Other ``shared`` locks are allowed, except on
+    Windows. A file system without locks raises an OSError.
     """
-    # Each module is there on one kind of system only.
+    # Each module exists on one kind of system only.
     if sys.platform == "win32":
         import msvcrt
 
-        os.lseek(opened, 1 << 30, os.SEEK_SET)  # behind the end: what is locked cannot be read there
+        os.lseek(opened, 1 << 30, os.SEEK_SET)  # behind the end, since locked bytes cannot be read
         try:
             msvcrt.locking(opened, msvcrt.LK_NBLCK, 1)
         except OSError:

@@ -1,13 +1,12 @@
-"""Photographs from files, as 8-bit sRGB: what is converted, what is refused, and how large one may be; images to PNG.
+"""Pictures: photographs from files as 8-bit sRGB, and images to PNG.
 
-What is done, in this order: the picture is turned as its EXIF tag says; 16-bit grey is scaled so that 65535
-becomes 255 (16-bit colour loses its low byte); transparent pixels are laid over white, as a page shows them;
-CMYK, Lab, YCbCr, palettes and grey become RGB. A colour profile inside the file is not applied. Of several
-pictures in one file the first is read.
+Conversions, in this order: the picture is rotated by its EXIF tag; 16-bit grey is scaled so that 65535 becomes 255
+(16-bit colour loses its low byte); transparent pixels are composited over white; CMYK, Lab, YCbCr, palettes and grey
+become RGB. A colour profile inside the file is not applied. Of several pictures in one file the first is read.
 
-Refused, in one line: what is no picture or of none of `PICTURE_FORMATS`, truncated or damaged files, more than
-`MOST_PIXELS` (before anything of that size is unpacked), and pixels without an agreed white: floating point, and
-whole numbers beyond 16 bits.
+Refused, in one line: files that are not one of `PICTURE_FORMATS`, truncated or damaged files, more than `MOST_PIXELS`
+(before anything of that size is unpacked), and pixels without an agreed white: floating point, and whole numbers beyond
+16 bits.
 """
 
 from __future__ import annotations
@@ -29,61 +28,28 @@ from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import Image
 
 PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
-"""Formats that are read. Others that Pillow knows run programs (EPS) or are no photographs."""
+"""Readable formats. Others of Pillow's run programs (EPS) or are no photographs."""
 
 MOST_PIXELS = 2**26
 """8192 x 8192, 192 MiB unpacked: more than any camera's texture photo, far less than a decompression bomb."""
-
 EXIF_ORIENTATION = 0x0112
 METADATA = "tactogram"
-"""Key of the PNG text that holds what is known of an image, as JSON."""
+"""Key of the PNG text with an image's metadata as JSON."""
 
 
 def read_image(
     path: Path | str, *, mm_per_pixel: float | None = None, width_mm: float | None = None
 ) -> Image:
-    """Return the photograph in a file.
+    """Return the photograph in a file; errors are a `DataError` that names the file.
 
-    Parameters
-    ----------
-    path : Path
-        In one of `PICTURE_FORMATS`; what it is is read from its first bytes, not from its suffix.
-    mm_per_pixel, width_mm : float, optional
-        Its scale, either per pixel or for the whole width as it stands upright. At most one.
-
-    Returns
-    -------
-    Image
-        uint8 pixels, shape (row, column, 3), sRGB.
-
-    Raises
-    ------
-    DataError
-        One line that names the file; see the module.
-    ParameterError
-        If both scales are given, or one is not > 0.
+    The format, one of `PICTURE_FORMATS`, follows from the first bytes, not from the suffix. The scale is optional, per
+    pixel or for the width of the upright picture.
     """
     return decode_image(picture_bytes(path), name=str(path), mm_per_pixel=mm_per_pixel, width_mm=width_mm)
 
 
 def write_image(path: Path | str, image: Image, *, metadata: Mapping[str, Any] | None = None) -> None:
-    """Write an image as PNG, so that `read_image` gives its pixels back.
-
-    The file is written beside its place and then renamed: there is the whole file or none.
-
-    Parameters
-    ----------
-    path : Path
-        Ends in ``.png``. The folder is made if it is not there.
-    image : Image
-    metadata : mapping from str to JSON values, optional
-        Whatever else is known, such as ``{"simulated": True}``; `read_image_metadata` gives it back.
-
-    Raises
-    ------
-    ParameterError
-        For another suffix, or metadata that is not JSON.
-    """
+    """Write an image as PNG, atomically; `read_image` returns its pixels and `read_image_metadata` its metadata."""
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise ParameterError(f"{path}: an image is written as .png, got {path.suffix or 'no suffix'!r}")
@@ -97,13 +63,7 @@ def write_image(path: Path | str, image: Image, *, metadata: Mapping[str, Any] |
 
 
 def read_image_metadata(path: Path | str) -> dict[str, Any]:
-    """Return the metadata that was given to `write_image`; of another picture nothing.
-
-    Raises
-    ------
-    DataError
-        If the file is no picture, or what it says is damaged.
-    """
+    """Return the metadata of `write_image`, of another picture nothing; `DataError` if unreadable."""
     with _opened(picture_bytes(path), str(path)) as picture:
         text = getattr(picture, "text", {}).get(METADATA, "{}")
     try:
@@ -116,22 +76,7 @@ def read_image_metadata(path: Path | str) -> dict[str, Any]:
 def decode_image(
     data: bytes, *, name: str, mm_per_pixel: float | None = None, width_mm: float | None = None
 ) -> Image:
-    """Return the photograph in ``data``, as `read_image` does.
-
-    Parameters
-    ----------
-    data : bytes
-        Of a file.
-    name : str
-        What errors call it.
-    mm_per_pixel, width_mm : float, mm, optional
-        Its scale, or what its width shows; at most one.
-
-    Raises
-    ------
-    DataError, ParameterError
-        As `read_image`.
-    """
+    """Return the photograph in the bytes of a file, as `read_image` does; errors call it ``name``."""
     if mm_per_pixel is not None and width_mm is not None:
         raise ParameterError("give mm_per_pixel or width_mm, got both")
     if width_mm is not None and not 0 < width_mm < np.inf:
@@ -141,7 +86,7 @@ def decode_image(
             pixels = _pixels(ImageOps.exif_transpose(picture), name)
     except DataError:
         raise
-    except Exception as error:  # whatever a decoder trips over in a damaged file, the user needs its name
+    except Exception as error:  # decoders raise anything for a damaged file
         raise DataError(f"{name}: not a readable picture: {_line(error)}") from error
     if width_mm is not None:
         mm_per_pixel = width_mm / pixels.shape[1]
@@ -149,13 +94,7 @@ def decode_image(
 
 
 def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
-    """Return rows and columns of the upright picture in ``data``; a JPEG is not unpacked for it.
-
-    Raises
-    ------
-    DataError
-        If it is not a picture.
-    """
+    """Return rows and columns of the upright picture in ``data``; a JPEG is not unpacked for it."""
     try:
         with _opened(data, name) as picture:
             columns, rows = picture.size
@@ -168,13 +107,7 @@ def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
 
 
 def picture_bytes(path: Path | str) -> bytes:
-    """Return the content of a picture file.
-
-    Raises
-    ------
-    DataError
-        If it cannot be read or is empty.
-    """
+    """Return the content of a picture file; `DataError` if it is unreadable or empty."""
     try:
         data = Path(path).read_bytes()
     except OSError as error:
@@ -185,7 +118,7 @@ def picture_bytes(path: Path | str) -> bytes:
 
 
 def is_plain(data: bytes, *, name: str) -> bool:
-    """Say whether ``data`` needs no conversion but unpacking: upright 8-bit RGB or grey in PNG, JPEG or WebP."""
+    """Return whether ``data`` needs no conversion but unpacking: upright 8-bit RGB or grey in PNG, JPEG or WebP."""
     with _opened(data, name) as picture:
         turned = picture.getexif().get(EXIF_ORIENTATION, 1) != 1
         known = picture.format in ("PNG", "JPEG", "WEBP") and picture.mode in ("RGB", "L")
@@ -193,10 +126,10 @@ def is_plain(data: bytes, *, name: str) -> bool:
 
 
 def _opened(data: bytes, name: str) -> Pillow.Image:
-    """Return the picture, of which only the header has been read, if it is of a size to be unpacked."""
+    """Return the picture, of which only the header has been read, if its size is allowed."""
     try:
         with warnings.catch_warnings():
-            # Pillow warns of large pictures; `MOST_PIXELS` refuses them.
+            # Pillow warns of large pictures, which `MOST_PIXELS` refuses.
             warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
             picture = Pillow.open(io.BytesIO(data), formats=PICTURE_FORMATS)
     except UnidentifiedImageError as error:

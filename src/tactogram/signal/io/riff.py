@@ -1,4 +1,4 @@
-"""The chunks of a WAV file: what libsndfile does not check or keep (truncation, long comments)."""
+"""Chunks of a WAV file that libsndfile does not check or keep (truncation, long comments)."""
 
 from __future__ import annotations
 
@@ -15,17 +15,7 @@ _UNKNOWN_SIZE = 0xFFFFFFFF
 
 @dataclass(frozen=True)
 class WavHeader:
-    """Header of a WAV file.
-
-    Parameters
-    ----------
-    channels, rate, bits : int
-        As in the fmt chunk.
-    start, size : int, bytes
-        Of the samples in the file.
-    comment : str, optional
-        The INFO chunk's ICMT.
-    """
+    """Header of a WAV file: the fmt chunk, place and size of the samples in bytes, and the INFO chunk's ICMT."""
 
     channels: int
     rate: int
@@ -36,13 +26,7 @@ class WavHeader:
 
 
 def read_header(path: Path) -> WavHeader:
-    """Return the header of a WAV file (RIFF or RF64).
-
-    Raises
-    ------
-    DataError
-        If it is empty, something else, truncated, or has no rate, channels or samples; naming the byte.
-    """
+    """Return the header of a WAV file (RIFF or RF64); a `DataError` names the byte."""
     length = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(12)
@@ -102,9 +86,9 @@ def _comment(chunk: bytes) -> str | None:
 
 
 def append_comment(path: Path, text: str) -> None:
-    """Put ``text`` (ASCII) behind the samples of a RIFF file as the INFO chunk's ICMT.
+    """Append ``text`` (ASCII) to a RIFF file as the INFO chunk's ICMT.
 
-    libsndfile writes such comments too, but drops them without a word from some 4,000 characters on.
+    libsndfile writes such comments too, but silently drops them from some 4,000 characters on.
     """
     value = text.encode("ascii") + b"\0"
     info = b"INFO" + struct.pack("<4sI", b"ICMT", len(value)) + value + b"\0" * (len(value) % 2)

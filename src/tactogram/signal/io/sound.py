@@ -40,18 +40,9 @@ class _SoundInfo:
 
 
 def read(path: Path, *, full_scale: float | None = None) -> FileContent:
-    """Return what a WAV or FLAC file holds.
+    """Return the content of a WAV or FLAC file; ``full_scale`` is the value of 1.0, if the file does not state it.
 
-    Parameters
-    ----------
-    path : Path
-    full_scale : float, optional
-        What 1.0 (the largest integer) stands for, where the file does not say; 1 by default.
-
-    Raises
-    ------
-    DataError
-        If the file is not what its suffix says, is truncated, or was changed after this package described it.
+    A `DataError` if it is not what its suffix says, is truncated, or was changed after it was described.
     """
     facts = _facts(path)
     description = _description(facts, path)
@@ -86,7 +77,7 @@ def read(path: Path, *, full_scale: float | None = None) -> FileContent:
 
 
 def describe(path: Path) -> SignalDescription | str | None:
-    """Return the description in the file, somebody else's comment, or None."""
+    """Return the description in the file, a foreign comment, or None."""
     facts = _facts(path)
     return _description(facts, path) or facts.comment or None
 
@@ -100,13 +91,7 @@ def write(
     subtype: str | None = None,
     full_scale: float | None = None,
 ) -> None:
-    """Write ``signal`` to ``path`` in the format of ``suffix``.
-
-    Raises
-    ------
-    ParameterError
-        If the format cannot hold the signal, or ``full_scale`` is less than its peak.
-    """
+    """Write ``signal`` in the format of ``suffix``; `ParameterError` if that or ``full_scale`` cannot hold it."""
     subtype = subtype or SUBTYPES[suffix][0]
     if subtype not in SUBTYPES[suffix]:
         raise ParameterError(
@@ -144,7 +129,7 @@ def _name(path: Path) -> str | bytes:
 
 
 def _blocks(file: soundfile.SoundFile) -> Iterator[NDArray[Any]]:
-    """Yield the samples (time, axis) as far as they go: a damaged header may promise any number."""
+    """Yield the available samples (time, axis): a damaged header may promise any number."""
     dtype = "float32" if file.subtype == "FLOAT" else "float64"
     while len(block := file.read(_BLOCK, dtype=dtype, always_2d=True)):
         yield block
@@ -190,9 +175,9 @@ def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:
 
 
 def _integers(signal: Signal, bits: int, full_scale: float | None) -> tuple[NDArray[np.int32], float]:
-    """Return the samples as the upper ``bits`` of int32, and the level that full scale stands for.
+    """Return the samples as the upper ``bits`` of int32, and the value of full scale.
 
-    Unless it is given, full scale is the peak; or 1 for a signal of unit 1 that fits, so that sound stays as it is.
+    By default full scale is the peak; or 1 for a signal of unit 1 that fits, so that sound is unchanged.
     """
     most = 2 ** (bits - 1)
     peak = float(np.abs(signal.samples).max())

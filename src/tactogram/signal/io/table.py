@@ -1,4 +1,4 @@
-"""CSV and TSV: foreign ones as they come, our own exact to the last bit."""
+"""CSV and TSV: foreign ones as they are, own ones exact to the last bit."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.io.columns import TableColumns, choose, in_units
+from tactogram.signal.io.columns import TableColumns, choose, table_content
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.signal import Signal
@@ -32,44 +32,24 @@ def read(
     axes: Sequence[str] | None = None,
     time: str | None = None,
 ) -> FileContent:
-    """Return what a text table holds: one row per sample.
+    """Return the content of a text table with one row per sample.
 
-    Separated by tab, semicolon, comma or blanks, whichever fits; lines that begin with ``#`` or ``%`` are comments;
-    the first other line is a heading if it is not all numbers. Decimal points only.
-
-    Raises
-    ------
-    DataError
-        Naming the line, counted from 1, and the column.
+    Separated by tab, semicolon, comma or blanks, whichever fits; lines that begin with ``#`` or ``%`` are comments; the
+    first other line is a heading if it is not all numbers. Decimal points only. A `DataError` names the line, counted
+    from 1, and the column.
     """
     headings, rows, kept, comments, separator = _rows(path)
     descriptions = [found for line in comments[:3] if (found := decode(line, str(path)))]
     description = descriptions[0] if descriptions else None
-    chosen = choose(
-        headings, path, description, columns=columns, axes=axes, time=_stamps(description, headings, time)
-    )
+    stamps = headings[0] if description is not None else time
+    chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
     numbers = _numbers(rows, kept, headings, chosen, separator, path)
-    samples, times = (
-        in_units(numbers, chosen, path) if description is None else (numbers.T[: len(chosen.names)], None)
-    )
-
-    def place(axis: int, sample: int) -> str:
-        column = chosen.time if axis < 0 else chosen.places[axis]
-        return f"row {kept[sample]}, column {headings[column or 0]!r}"
-
-    return FileContent(
-        samples=samples,
-        axes=() if headings[0] == "1" and headings[-1] == str(len(headings)) else chosen.names,
-        rate=description.rate if description else None,
-        times=times,
-        unit=description.unit if description else chosen.unit,
-        description=description,
-        place=place,
-    )
+    named = not (headings[0] == "1" and headings[-1] == str(len(headings)))
+    return table_content(numbers, chosen, kept, headings, description, path, named=named)
 
 
 def headings(path: Path) -> list[str]:
-    """Return the names of the columns of a text table, units left out; ``"1"``, ``"2"``, … where it has no heading."""
+    """Return the names of the columns of a text table without units; ``"1"``, ``"2"``, … if it has no heading."""
     return [split_heading(name)[0] for name in _rows(path)[0]]
 
 
@@ -82,7 +62,7 @@ def describe(path: Path) -> SignalDescription | None:
 
 
 def write(path: Path, signal: Signal, description: SignalDescription, *, suffix: str) -> None:
-    """Write one row per sample: time (or position), then the axes; nine digits, which is float32 exactly."""
+    """Write one row per sample: time (or position), then the axes; nine digits represent float32 exactly."""
     separator = "\t" if suffix == ".tsv" else ","
     rows = np.column_stack([np.arange(len(signal)) / signal.rate, signal.samples.T.astype(np.float64)])
     with path.open("w", encoding="utf-8", newline="") as file:
@@ -92,13 +72,13 @@ def write(path: Path, signal: Signal, description: SignalDescription, *, suffix:
 
 
 def heading(signal: Signal) -> list[str]:
-    """Return the heading of a table of ``signal``: what and its unit."""
+    """Return the heading of a table of ``signal``, with units."""
     first = "time [s]" if signal.domain == "time" else "position [mm]"
     return [first, *(f"{name} [{signal.unit}]" for name in signal.axes)]
 
 
 def _rows(path: Path) -> tuple[list[str], list[str], list[int], list[str], str]:
-    """Return headings, the rows below them and their line numbers, comments, and what separates cells."""
+    """Return headings, the rows below them and their line numbers, comments, and the separator."""
     text = _text(path)
     lines = text.split("\n")
     comments = [line[1:].strip() for line in lines if line.startswith(COMMENTS)]
@@ -132,12 +112,12 @@ def _text(path: Path, length: int = -1) -> str:
 
 
 def _separator(rows: Sequence[str]) -> str:
-    """Return what separates the cells of the first rows: the first candidate that is in every one of them."""
+    """Return the separator of the first rows: the first candidate that is in every one of them."""
     first = rows[:_SNIFFED_ROWS]
     for candidate in ("\t", ";", ","):
         if all(candidate in row for row in first):
             return candidate
-    # Rows that lack it are the fault of the rows, not of the separator, where most have it.
+    # If most rows have it, the others are wrong, not the separator.
     for candidate in ("\t", ";", ","):
         if sum(candidate in row for row in first) > len(first) / 2:
             return candidate
@@ -173,11 +153,6 @@ def _without_last_separator(
     if not headings[-1] or headings[-1].isdigit():
         headings = headings[:-1]
     return [row.rstrip(" ")[:-1] for row in rows], headings
-
-
-def _stamps(description: SignalDescription | None, headings: Sequence[str], time: str | None) -> str | None:
-    """Return the column that stands before the axes in our own files, else what was asked for."""
-    return headings[0] if description is not None else time
 
 
 def _numbers(
@@ -217,7 +192,7 @@ def _explain(
     separator: str,
     path: Path,
 ) -> NoReturn:
-    """Raise what is wrong with the first row that is."""
+    """Raise the error of the first invalid row."""
     for number, row in zip(kept, rows, strict=True):
         cells = _cells(row, separator, path)
         if len(cells) != len(headings):

@@ -1,10 +1,11 @@
-"""XLSX: one row per sample, as in a text table; openpyxl reads it row by row."""
+"""XLSX: one row per sample, as in a text table, read row by row by openpyxl."""
 
 from __future__ import annotations
 
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import ParseError
@@ -15,7 +16,7 @@ from openpyxl.utils.exceptions import InvalidFileException
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.archives import check_archive
-from tactogram.signal.io.columns import choose, in_units
+from tactogram.signal.io.columns import choose, table_content
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.table import heading
@@ -35,12 +36,9 @@ def read(
     time: str | None = None,
     sheet: str | None = None,
 ) -> FileContent:
-    """Return what a worksheet holds: ``sheet``, or the only one. Its first row that is not empty is the heading.
+    """Return the content of a worksheet, ``sheet`` or the only one; its first row that is not empty is the heading.
 
-    Raises
-    ------
-    DataError
-        Naming the row, as numbered in the sheet, and the column.
+    A `DataError` names the row, as numbered in the sheet, and the column.
     """
     with _opened(path) as book:
         description = _describe(book, path)
@@ -61,30 +59,13 @@ def read(
         chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
         kept: list[int] = []
         values: list[list[float]] = []
-        for number, row in [] if named else [(first, head)]:
-            kept.append(number)
-            values.append([_number(row, i, number, headings, path) for i in chosen.used])
-        for number, row in filled:
+        for number, row in chain([] if named else [(first, head)], filled):
             kept.append(number)
             values.append([_number(row, i, number, headings, path) for i in chosen.used])
     if not values:
         raise DataError(f"{path}: no rows below the heading")
     numbers = np.array(values, dtype=np.float64)
-    samples, times = in_units(numbers, chosen, path)
-
-    def place(axis: int, sample: int) -> str:
-        column = chosen.time if axis < 0 else chosen.places[axis]
-        return f"row {kept[sample]}, column {headings[column or 0]!r}"
-
-    return FileContent(
-        samples=samples,
-        axes=chosen.names if named else (),
-        rate=description.rate if description else None,
-        times=None if description else times,
-        unit=description.unit if description else chosen.unit,
-        description=description,
-        place=place,
-    )
+    return table_content(numbers, chosen, kept, headings, description, path, named=named)
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -94,13 +75,7 @@ def describe(path: Path) -> SignalDescription | None:
 
 
 def write(path: Path, signal: Signal, description: SignalDescription) -> None:
-    """Write the sheet ``signal``, and the description in the first cell of the sheet ``tactogram``.
-
-    Raises
-    ------
-    ParameterError
-        If the signal has more samples than a sheet has rows.
-    """
+    """Write the sheet ``signal``, and the description in the first cell of the sheet ``tactogram``."""
     if len(signal) >= MOST_ROWS:
         raise ParameterError(
             f"a worksheet holds at most {MOST_ROWS - 1} samples, got {len(signal)}; write .csv"
@@ -116,7 +91,7 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
-    """Give the workbook; all of it is unpacked once before, so that damage is found here and not midway."""
+    """Yield the workbook, unpacked once before to find damage early."""
     if path.stat().st_size == 0:
         raise DataError(f"{path}: empty file")
     try:

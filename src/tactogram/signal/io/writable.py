@@ -9,22 +9,10 @@ from tactogram.errors import ParameterError
 
 
 def check_writable(path: Path, *, folder: bool = False) -> None:
-    """Refuse a path that no file can be written to; nothing is left there, and no folder is made.
+    """Raise a `ParameterError` if a file, or with ``folder`` a folder of files, cannot be written to a path.
 
-    Rights alone do not say it (a file system may be read-only, a network share may have its own): a file without a
-    name is opened in the nearest folder that there is.
-
-    Parameters
-    ----------
-    path : Path
-        Of a file, which may be there already; its folders need not be.
-    folder : bool
-        Whether it is that of a folder with files.
-
-    Raises
-    ------
-    ParameterError
-        If it cannot be written, or is a folder where a file is needed, or the other way round.
+    Permissions are not sufficient (a file system may be read-only, a network share may have its own), so an unnamed
+    file is opened in the nearest existing folder; nothing is left there, and no folder is made.
     """
     try:
         if folder and path.exists() and not path.is_dir():
