@@ -32,7 +32,7 @@ def test_the_recipe_is_read_as_it_was_written(run):
 
 
 def test_a_folder_holds_one_run(run):
-    with pytest.raises(RunError, match="a run is here already and has begun; --resume"):
+    with pytest.raises(RunError, match="contains a run, which has begun; resume it"):
         Run.create(run.folder, recipe=run.recipe, data={}, identity="abc")
 
 
@@ -105,5 +105,5 @@ def test_a_checkpoint_of_another_learner_is_refused(run):
     learner = Counter()
     run.save_checkpoint(learner, TrainingPosition())
     learner.load_state = lambda state: state["weights"]
-    with pytest.raises(RunError, match="checkpoint.safetensors: the checkpoint is not of this run"):
+    with pytest.raises(RunError, match="checkpoint.safetensors: the checkpoint is of another run"):
         run.restore(learner)

@@ -27,8 +27,8 @@ from tactogram.workflows.training.train import train
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"accelerator": "nothing"}, "--accelerator nothing"),
-        ({"devices": 0}, "--devices 0"),
+        ({"accelerator": "nothing"}, "accelerator nothing"),
+        ({"devices": 0}, "devices 0"),
         ({"where": {"material": "cork"}}, "at least 2 materials"),
         ({"changes": {"prepare.axes": ["q"]}}, "axis must be one of x, y, z"),
         ({"changes": {"prepare.axes": []}}, "prepare.axes.*at least 1 item"),

@@ -171,7 +171,7 @@ def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tin
     with pytest.raises(RunError, match="training is not finished"):
         load_run(killed)
     assert main(command) == 1
-    assert "--resume goes on with it" in capsys.readouterr().err
+    assert "resume it" in capsys.readouterr().err
     assert main([*command, "--resume", "--set", "seed=5"]) == 1
     assert "begun with another recipe" in capsys.readouterr().err
     assert main([*command, "--resume"]) == 0

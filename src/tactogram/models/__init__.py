@@ -1,4 +1,4 @@
-"""One folder per model. A folder with a ``model.toml`` is a model: there is no list of them anywhere."""
+"""Models: one folder each. A folder with a ``model.toml`` is a model; there is no other list."""
 
 from __future__ import annotations
 
@@ -22,17 +22,16 @@ if TYPE_CHECKING:
     import torch
 
 ENTRY_POINTS = "tactogram.models"
-"""Group under which an installed package names its models: ``my_model = "my_package.my_model"``."""
+"""Entry points of installed packages with models: ``my_model = "my_package.my_model"``."""
 
 FOLDERS_VARIABLE = "TACTOGRAM_MODELS"
 """Environment variable with further folders of models, separated as in PATH."""
-
 
 MOST_COUNT = 10_000_000
 """Largest integer of a configuration: weeks of steps, and far more than any network's width."""
 
 LearnsFrom = Literal["recordings", "ratings", "images", "both"]
-"""Recordings of materials; what was rated (signals, or images); rated images; rated surfaces beside rated signals."""
+"""Recordings of materials; rated signals or images; rated images; or both rated surfaces and rated signals."""
 
 
 class ModelDescription(BaseModel):
@@ -41,25 +40,25 @@ class ModelDescription(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str = Field(min_length=1)
-    """What the publication is called."""
+    """Title of the publication."""
     authors: tuple[str, ...] = Field(min_length=1)
     """Family name and initials, in the order of the publication."""
     year: int = Field(ge=1900, le=2100)
     doi: str = ""
-    """Without resolver, e.g. ``10.1109/HAPTICS.2014.6775475``; empty where there is none."""
+    """Without resolver, e.g. ``10.1109/HAPTICS.2014.6775475``; empty if there is none."""
     task: Literal["classification", "generation", "prediction"]
     needs: tuple[str, ...] = ()
-    """Conditions that must be given, from `tactogram.model.CONDITIONS`."""
+    """Required conditions, from `tactogram.model.CONDITIONS`."""
     takes: tuple[str, ...] = ()
-    """Further conditions that may be given."""
+    """Optional conditions."""
     gives: Literal["signal", "image", "probabilities", "scores"]
-    """What comes out."""
+    """Kind of output."""
     learns_from: LearnsFrom = "recordings"
-    """What a training is given."""
+    """Kind of training data."""
 
     @field_validator("needs", "takes")
     @classmethod
-    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+    def _are_conditions(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
             if name not in CONDITIONS:
                 raise ValueError(f"conditions are {', '.join(CONDITIONS)}; unknown {name!r}")
@@ -67,26 +66,20 @@ class ModelDescription(BaseModel):
 
 
 class ModelInfo(ModelDescription):
-    """A model that can be used, and where it is. Its code, and torch with it, is imported on demand."""
+    """A model and its folder. Its code, and torch with it, is imported on demand."""
 
     name: str
-    """Name of the folder; what a recipe's ``model`` and the command line say."""
+    """Name of the folder, in recipes and on the command line."""
     folder: Path
     package: str
-    """What the folder is imported as."""
+    """Import name of the folder."""
 
     def recipes(self) -> tuple[str, ...]:
         """Return the names of the recipes in the folder, sorted."""
         return tuple(sorted(file.stem for file in (self.folder / "recipes").glob("*.toml")))
 
     def recipe(self, name: str) -> Path:
-        """Return the file of the recipe ``name``, or ``name`` itself if it is the path of a TOML file.
-
-        Raises
-        ------
-        ParameterError
-            If there is no such recipe.
-        """
+        """Return the file of the recipe ``name``, or ``name`` itself if it is the path of a TOML file."""
         if name in self.recipes():
             return self.folder / "recipes" / f"{name}.toml"
         if name.endswith(".toml") and Path(name).is_file():
@@ -101,13 +94,7 @@ class ModelInfo(ModelDescription):
         return config
 
     def config(self, values: Mapping[str, Any] | None = None) -> BaseModel:
-        """Return the model's configuration where ``values`` replace the published ones.
-
-        Raises
-        ------
-        ParameterError
-            If a key or value is not one of this model.
-        """
+        """Return the model's configuration, in which ``values`` replace the published ones."""
         config = validated(self.config_class(), values or {}, where=f"config of {self.name}")
         for key, value in config.model_dump().items():
             for number in value if isinstance(value, list | tuple) else [value]:
@@ -120,18 +107,9 @@ class ModelInfo(ModelDescription):
     def build(
         self, config: BaseModel, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
     ) -> Learner:
-        """Import the folder and return an untrained model for signals of ``kind``.
+        """Import the folder and return an untrained model for signals or images of ``kind``.
 
-        Parameters
-        ----------
-        config : BaseModel
-            Of this model's `config_class`.
-        kind : SignalKind or ImageKind
-            What the training signals or images have in common.
-        seed : int
-            Decides the initial weights.
-        device : str or torch.device
-            Where the model computes.
+        ``config`` is of this model's `config_class`; ``seed`` decides the initial weights.
         """
         from tactogram.training.device import memory_checked
 
@@ -140,33 +118,33 @@ class ModelInfo(ModelDescription):
         return learner
 
     def _module(self) -> ModuleType:
-        found = sys.modules.get(self.package)
-        if found is None and "." not in self.package:
+        module = sys.modules.get(self.package)
+        if module is None and "." not in self.package:
             if not (self.folder / "__init__.py").is_file():
                 raise ParameterError(
-                    f"{self.folder}: expected an __init__.py that gives Config and build, found none"
+                    f"{self.folder}: expected an __init__.py with Config and build, found none"
                 )
             return import_path(self.folder)
-        found = found or import_module(self.package)
-        if Path(str(found.__file__)).parent.resolve() != self.folder.resolve():
+        module = module or import_module(self.package)
+        if Path(str(module.__file__)).parent.resolve() != self.folder.resolve():
             raise ParameterError(f"{self.folder}: rename it, {self.package!r} is the name of another module")
-        return found
+        return module
 
 
 def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelInfo]:
     """Return every model by name: those of this package, installed ones, and those in further folders.
 
-    Nothing but ``model.toml`` files is read; no model is imported.
+    Only ``model.toml`` files are read; no model is imported.
 
     Parameters
     ----------
     folders : iterable of paths
-        Each is a model's folder or holds such folders. Those in ``TACTOGRAM_MODELS`` are added.
+        Folders of models, or of folders of models; those in ``TACTOGRAM_MODELS`` are added.
 
     Raises
     ------
     ParameterError
-        If a ``model.toml`` is broken, a folder holds no model, or two models have one name.
+        If a ``model.toml`` is invalid, a folder contains no model, or two models have one name.
     """
     found: dict[str, ModelInfo] = {}
     for folder, package in _places(folders):
@@ -181,13 +159,7 @@ def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelInfo]:
 
 
 def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
-    """Return the model called ``name``.
-
-    Raises
-    ------
-    ParameterError
-        If there is none, with the names there are.
-    """
+    """Return the model called ``name``, of those `available` in ``folders``."""
     models = available(folders)
     if name not in models:
         raise ParameterError(
@@ -201,18 +173,17 @@ def _places(folders: Iterable[Path | str]) -> Iterator[tuple[Path, str]]:
         yield file.parent, f"{__name__}.{file.parent.name}"
     for package in entry_point_modules(ENTRY_POINTS):
         yield _folder_of(package), package
-    for given in further_folders(FOLDERS_VARIABLE, folders):
-        files = (
-            [given / "model.toml"] if (given / "model.toml").is_file() else sorted(given.glob("*/model.toml"))
-        )
+    for folder in further_folders(FOLDERS_VARIABLE, folders):
+        file = folder / "model.toml"
+        files = [file] if file.is_file() else sorted(folder.glob("*/model.toml"))
         if not files:
-            raise ParameterError(f"{given}: expected a folder of models, found no model.toml in it")
+            raise ParameterError(f"{folder}: expected a folder of models, found no model.toml in it")
         for file in files:
             yield file.parent.resolve(), file.parent.resolve().name
 
 
 def _folder_of(package: str) -> Path:
-    """Return where an installed package is, without importing it or its parents."""
+    """Return the folder of an installed package, without importing it or its parents."""
     places: list[str] | None = None
     for depth in range(package.count(".") + 1):
         spec = PathFinder.find_spec(".".join(package.split(".")[: depth + 1]), places)

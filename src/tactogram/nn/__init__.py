@@ -1,4 +1,4 @@
-"""Network parts that two models share."""
+"""Parts of networks and their training that several models share."""
 
 from tactogram.nn.gradient_penalty import gradient_penalty as gradient_penalty
 from tactogram.nn.moving_average import MovingAverage as MovingAverage

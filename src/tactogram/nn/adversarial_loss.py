@@ -21,20 +21,11 @@ LossKind = Literal["cross-entropy", "least-squares"]
 
 
 def adversarial_loss(scores: Sequence[Tensor], *, real: bool, kind: LossKind = "cross-entropy") -> Tensor:
-    """Return how far scores are from saying ``real``, summed over the discriminators.
+    """Return the loss of ``scores``, one tensor of any shape per discriminator, against ``real``, summed over them.
 
     ``cross-entropy``: -log of the sigmoid of a score (real), or of that of its negative, mean over patches. A
     generator that minimises it with ``real=True`` maximises log D(G) rather than minimising log(1 - D(G)): the
     non-saturating form. ``least-squares``: (score - 1)^2, or score^2.
-
-    Parameters
-    ----------
-    scores : sequence of Tensor
-        One per discriminator, any shape: logits, or unbounded scores.
-
-    Returns
-    -------
-    Tensor, scalar
     """
     losses = []
     for score in scores:
@@ -47,19 +38,11 @@ def adversarial_loss(scores: Sequence[Tensor], *, real: bool, kind: LossKind = "
 
 
 def feature_matching_loss(made: Sequence[Sequence[Tensor]], real: Sequence[Sequence[Tensor]]) -> Tensor:
-    """Return the mean distance of a discriminator's features of made pictures from those of real ones.
+    """Return the mean distance of the features of generated pictures from those of real ones.
 
     ``1/N_D sum_k 1/(L+1) sum_l |D_k^(l)(real) - D_k^(l)(made)|_1``, the norm a mean over the features' values as in
-    pix2pixHD; over all layers but the last, which is the score. No gradient flows into the real ones.
-
-    Parameters
-    ----------
-    made, real : sequences of sequences of Tensor
-        As a `MultiScaleDiscriminator` gives them.
-
-    Returns
-    -------
-    Tensor, scalar
+    pix2pixHD; over all layers but the last, which is the score. Features are those of a `MultiScaleDiscriminator`; no
+    gradient flows into the real ones.
     """
     distances = [
         torch.stack([F.l1_loss(a, b.detach()) for a, b in zip(ours[:-1], theirs[:-1], strict=True)]).mean()

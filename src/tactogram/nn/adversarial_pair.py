@@ -1,4 +1,4 @@
-"""A generator and its discriminator, with what their training needs: optimisers, schedule, choice of weights."""
+"""Generator and discriminator with their optimisers, schedule and choice of weights."""
 
 from __future__ import annotations
 
@@ -15,21 +15,13 @@ from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.nn.photo_translation import row_statistics_distance
 
 JUDGED = 256
-"""Pairs of the validation part that weights are chosen by, at most."""
+"""Most pairs of the validation part that weights are chosen by."""
 
 
 class AdversarialPair:
-    """Generator and discriminator, each with Adam; the generator's best weights where there is something to go by.
+    """Generator and discriminator, each with Adam; the generator's best weights if there is a validation part.
 
-    Parameters
-    ----------
-    generator, discriminator : nn.Module
-    learning_rate : float
-        Of both.
-    betas : tuple of float
-    device : torch.device
-    constant : float
-        Share of the training after which the learning rate falls linearly, to 0 at its end. 1 leaves it as it is.
+    ``constant`` is the share of the training after which the learning rate falls linearly, to 0 at its end; 1 keeps it.
     """
 
     def __init__(
@@ -54,7 +46,7 @@ class AdversarialPair:
         self.chosen_by = "row_statistics"
         self.distance: Callable[[Tensor, Tensor], Tensor] = row_statistics_distance
         self.chosen = "last step"
-        """What the weights were chosen by; ``chosen_by`` is what figures are of from now on."""
+        """Distance that the weights were chosen by; ``chosen_by`` names the current ``distance``."""
         self.best, self.best_weights = float("inf"), dict[str, Tensor]()
 
     def setup(self, fabric: Any) -> None:
@@ -65,12 +57,12 @@ class AdversarialPair:
 
     @property
     def bare_generator(self) -> nn.Module:
-        """The generator without Fabric around it."""
+        """The generator without Fabric's wrapper."""
         network: nn.Module = bare(self.generator)
         return network
 
     def train(self, done: float) -> None:
-        """Set both networks to training, and the learning rates to those when a share ``done`` of it is."""
+        """Set both networks to training mode, and the learning rates after a share ``done`` of the training."""
         falling = 1 - max(0.0, done - self.constant) / (1 - self.constant) if self.constant < 1 else 1.0
         for network, optimiser in zip((self.generator, self.discriminator), self.optimisers, strict=True):
             network.train()
@@ -91,13 +83,13 @@ class AdversarialPair:
         self.optimisers[which].step()
 
     def fixed_discriminator(self) -> AbstractContextManager[None]:
-        """Leave the gradients of the discriminator's weights away: the generator's loss needs none."""
+        """Omit the gradients of the discriminator's weights, which the generator's loss does not need."""
         return fixed(self.discriminator)
 
     # -- choice of weights ---------------------------------------------------------------------------------
 
     def validation_distance(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs) -> float:
-        """Return the mean distance of what ``make`` makes of unseen photographs from their pairs' pictures."""
+        """Return the mean distance of the pictures that ``make`` makes of photographs from those of their pairs."""
         count = min(len(pairs), JUDGED)
         places = torch.linspace(0, len(pairs) - 1, count).round().long().numpy()
         total = 0.0
@@ -108,18 +100,18 @@ class AdversarialPair:
         return total / count
 
     def choose(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs | None) -> dict[str, float]:
-        """Keep the generator's weights if they are the best so far on ``pairs``; return the figure."""
+        """Store the generator's weights if they are the best so far on ``pairs``; return the figure."""
         if pairs is None:
             return {}
         figure = self.validation_distance(make, pairs)
-        if self.chosen != self.chosen_by:  # begun with another measure, whose figures are not comparable
+        if self.chosen != self.chosen_by:  # another distance before, whose figures are not comparable
             self.chosen, self.best = self.chosen_by, float("inf")
         if figure <= self.best:
             self.best, self.best_weights = figure, deepcopy(self.bare_generator.state_dict())
         return {f"{self.chosen_by}_unseen": figure}
 
     def settle(self) -> None:
-        """Go on with the best weights that were kept, if any were."""
+        """Continue with the best weights, if any were stored."""
         if self.best_weights:
             self.bare_generator.load_state_dict(self.best_weights)
             self.best_weights = {}
@@ -127,7 +119,7 @@ class AdversarialPair:
     # -- state -------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """Return weights and what the choice of them stands at; the optimisers are in `optimiser_state`."""
+        """Return the weights and the best so far; the optimisers are in `optimiser_state`."""
         return {
             "generator": self.bare_generator.state_dict(),
             "discriminator": bare(self.discriminator).state_dict(),
@@ -141,11 +133,11 @@ class AdversarialPair:
         return [optimiser.state_dict() for optimiser in self.optimisers]
 
     def load_state(self, state: Mapping[str, Any], optimisers: list[Any] | None = None) -> None:
-        """Go on from `state` and `optimiser_state`."""
+        """Continue from `state` and `optimiser_state`."""
         self.bare_generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
         self.best = float("inf") if state["best"] is None else state["best"]
         self.chosen = state["chosen_by"]
         self.best_weights = dict(state["best_weights"])
-        for optimiser, kept in zip(self.optimisers, optimisers or (), strict=False):
-            optimiser.load_state_dict(kept)
+        for optimiser, values in zip(self.optimisers, optimisers or (), strict=False):
+            optimiser.load_state_dict(values)

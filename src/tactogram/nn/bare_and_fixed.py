@@ -1,4 +1,4 @@
-"""A network without what Fabric puts around it, and one whose weights stay as they are for a while."""
+"""Access to a network without Fabric's wrapper, or without gradients."""
 
 from __future__ import annotations
 
@@ -10,21 +10,15 @@ from torch import nn
 
 
 def bare(network: Any) -> Any:
-    """Return a network without Fabric around it: one process may use it while the others wait.
-
-    Parameters
-    ----------
-    network : nn.Module
-        As it was built, or as ``Fabric.setup`` returned it.
-    """
+    """Return a network without Fabric's wrapper, if any: one process may use it while the others wait."""
     return getattr(network, "module", network)
 
 
 @contextmanager
 def fixed(network: nn.Module) -> Iterator[None]:
-    """Leave the gradients of the weights of ``network`` away: the loss of another one needs none.
+    """Omit the gradients of the weights of ``network`` while another one is updated.
 
-    Afterwards all of them learn: not for a network of which a part is frozen (`tactogram.nn.trunks`).
+    Afterwards all weights need gradients: not for networks with a frozen part (`tactogram.nn.trunks`).
     """
     network.requires_grad_(False)
     try:

@@ -16,17 +16,8 @@ class ConditionalBatchNorm(nn.Module):
     """``gamma(y) (x - mu) / sigma + beta(y)`` with ``gamma(y) = y Wg + bg`` and ``beta(y) = y Wb + bb``.
 
     mu and sigma are those of each channel over the batch and all places; in use, the running ones of training.
-    It begins with weights of the label from N(0, gain), bg = 1 and bb = 0: with a small gain as plain batch
-    normalisation.
-
-    Parameters
-    ----------
-    channels : int
-        F of the paper.
-    labels : int
-        C of the paper.
-    gain : float
-        Standard deviation of the label's first weights.
+    ``channels`` is the paper's F, ``labels`` its C. Initial weights of the label are from N(0, ``gain``), bg = 1 and
+    bb = 0: with a small gain it starts as plain batch normalisation.
     """
 
     def __init__(self, channels: int, labels: int, *, gain: float = 0.02) -> None:
@@ -40,13 +31,9 @@ class ConditionalBatchNorm(nn.Module):
         nn.init.zeros_(self.shift.bias)
 
     def forward(self, x: Tensor, label: Tensor) -> Tensor:
-        """Return ``x`` normalised, scaled and shifted.
+        """Return ``x``, (batch, channel, row, column), normalised, scaled and shifted.
 
-        Parameters
-        ----------
-        x : float Tensor, shape (batch, channel, row, column)
-        label : float Tensor, shape (batch, C)
-            One-hot, or weights of several classes: scale and shift are then their weighted means.
+        ``label``, (batch, C), is one-hot, or weights of several classes, of which scale and shift are weighted means.
         """
         gamma, beta = self.scale(label), self.shift(label)  # B, F
         normal: Tensor = self.norm(x)

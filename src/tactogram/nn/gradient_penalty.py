@@ -17,20 +17,10 @@ from torch import Tensor
 def gradient_penalty(
     critic: Callable[[Tensor], Tensor], real: Tensor, made: Tensor, share: Tensor | None = None
 ) -> Tensor:
-    """Return the mean of ``(|grad critic(z)| - 1)^2`` at points z between ``real`` and ``made``.
+    """Return the mean of ``(|grad critic(z)| - 1)^2`` at points z between ``real`` and ``made``, (item, …).
 
-    Parameters
-    ----------
-    critic : callable
-        (item, …) -> (item,) or (item, 1).
-    real, made : Tensor, shape (item, …)
-    share : Tensor, shape (item,), optional
-        How far from ``made`` (0) to ``real`` (1) each point lies; by default uniform from torch's own generator.
-
-    Returns
-    -------
-    Tensor, scalar
-        Not yet weighted by the paper's lambda.
+    Not weighted by the paper's lambda. ``share``, (item,), places each point from ``made`` (0) to ``real`` (1); by
+    default it is uniform from torch's own generator. ``critic`` maps (item, …) to (item,) or (item, 1).
     """
     if share is None:
         share = torch.rand(len(real)).to(real.device)

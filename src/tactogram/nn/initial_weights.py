@@ -1,4 +1,4 @@
-"""Initial weights of pix2pix and its kin.
+"""Initial weights of pix2pix and related networks.
 
 References
 ----------
@@ -15,7 +15,7 @@ from torch import nn
 def normal_(network: nn.Module, gain: float = 0.02) -> None:
     """Draw convolutions from N(0, gain), scales of batch normalisation from N(1, gain); biases become 0.
 
-    Weights of a `ConditionalBatchNorm` and other dense layers stay as they are.
+    Weights of a `ConditionalBatchNorm` and other dense layers are unchanged.
     """
     for module in network.modules():
         if isinstance(module, nn.Conv2d | nn.ConvTranspose2d):

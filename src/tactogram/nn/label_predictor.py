@@ -1,4 +1,4 @@
-"""The classifier of photographs whose word, or whose features, a generator goes by; with its training.
+"""Label predictor: a classifier of photographs whose label or features condition a generator, with its training.
 
 References
 ----------
@@ -29,15 +29,15 @@ Beta = Annotated[float, Field(ge=0, lt=1)]
 
 
 class PredictorConfig(BaseModel):
-    """Numbers of the label predictor, with their place in the paper."""
+    """Settings of the label predictor, with their place in the paper."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     trunk: TrunkName = "densenet201"
-    """Sec. 3.1, "DenseNet-201 backbone", frozen. ``efficientnet_lite0`` brings its weights in a package; ``own`` is
-    a small network that is trained along, not frozen."""
+    """Sec. 3.1, "DenseNet-201 backbone", frozen. The weights of ``efficientnet_lite0`` come in a package; ``own`` is a
+    small network that is trained, too."""
     trunk_weights: str = ""
-    """File of the trunk's weights; empty looks where the package or torchvision keeps them."""
+    """File of the trunk's weights; if empty, those of the package or in torch's cache."""
     hidden: int = Field(default=256, gt=0)
     """Sec. 3.1, "from 1920 to 256"."""
     leak: float = Field(default=0.01, ge=0, lt=1)
@@ -53,9 +53,9 @@ class PredictorConfig(BaseModel):
     betas: tuple[Beta, Beta] = (0.5, 0.999)
     """Sec. 3.2, likewise."""
     scale: float = Field(default=1.5, ge=1, allow_inf_nan=False)
-    """Photographs are scaled by 1 to this much, then cropped. Sec. 3.1, "[1, 1.5]"."""
+    """Photographs are scaled by 1 to this factor, then cropped. Sec. 3.1, "[1, 1.5]"."""
     rotation_deg: float = Field(default=30.0, ge=0, le=180)
-    """Sec. 3.1 names a random rotation; how far is assumed."""
+    """Sec. 3.1 names a random rotation; the angle is assumed."""
     erasing: float = Field(default=0.5, ge=0, le=1)
     """Share of photographs with a part erased. Sec. 3.1 names it; torchvision's default is assumed."""
     mixup: float = Field(default=0.2, ge=0, allow_inf_nan=False)
@@ -85,28 +85,21 @@ class LabelPredictor(nn.Module):
 class PredictorTraining:
     """The predictor with its optimiser: cross-entropy, Adam, a learning rate that is halved every few epochs.
 
-    The weights kept are those that name most photographs rightly that were not trained on, where there are any
-    to judge by; of equally good ones the later.
-
-    Parameters
-    ----------
-    config : PredictorConfig
-    classes : int
-    device : torch.device
+    Weights are chosen by their accuracy on unseen photographs, if there are any; of equally good ones the later.
     """
 
     def __init__(self, config: PredictorConfig, classes: int, *, device: torch.device) -> None:
         self.config, self.classes, self.device = config, classes, device
         network = LabelPredictor(config, classes)
         self.network: Any = network.to(device)
-        learned = [p for p in network.parameters() if p.requires_grad]
-        self.optimiser: Any = torch.optim.Adam(learned, lr=config.learning_rate, betas=config.betas)
+        trained = [p for p in network.parameters() if p.requires_grad]
+        self.optimiser: Any = torch.optim.Adam(trained, lr=config.learning_rate, betas=config.betas)
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.best, self.best_weights = -1.0, dict[str, Tensor]()
 
     @property
     def bare(self) -> LabelPredictor:
-        """The network without Fabric around it."""
+        """The network without Fabric's wrapper."""
         network: LabelPredictor = bare(self.network)
         return network
 
@@ -116,7 +109,7 @@ class PredictorTraining:
         self.backward, self.device = fabric.backward, fabric.device
 
     def steps_per_epoch(self, pairs: WeakPairs) -> int:
-        """Return the batches that hold each crop of a photograph about once."""
+        """Return the batches that contain each crop of a photograph about once."""
         return math.ceil(len(photo_crops(pairs)) / self.config.batch_size)
 
     def batches(self, pairs: WeakPairs, *, seed: int, start: int = 0) -> Iterator[tuple[int, Tensor, Tensor]]:
@@ -137,7 +130,7 @@ class PredictorTraining:
     def step(
         self, batch: tuple[int, Tensor, Tensor], *, epoch_steps: int, unseen: WeakPairs | None
     ) -> dict[str, float]:
-        """Update the head (and an own trunk) once; at the end of an epoch keep the better weights."""
+        """Update the head (and the trunk ``own``) once; at the end of an epoch store weights that are better."""
         number, photo, label = batch
         halved = number // epoch_steps // self.config.halve_every
         for group in self.optimiser.param_groups:
@@ -158,7 +151,7 @@ class PredictorTraining:
         return figures
 
     def settle(self) -> None:
-        """Go on with the best weights that were kept, if any were."""
+        """Continue with the best weights, if any were stored."""
         if self.best_weights:
             self.bare.load_state_dict(self.best_weights, strict=False)
             self.best_weights = {}
@@ -171,17 +164,17 @@ class PredictorTraining:
         return torch.cat(parts).clone()
 
     def accuracy(self, pairs: WeakPairs) -> float:
-        """Return the share of the photographs' crops that are classified correctly; of known materials only."""
+        """Return the share of correctly classified crops, of known materials only."""
         right = []
         for part in np.array_split(photo_crops(pairs), max(1, len(photo_crops(pairs)) // 64)):
             photo, places = photos_of(pairs, part)
-            named = self.probabilities(photo).argmax(1).cpu()
-            right.append((named == places)[places >= 0])
+            predicted = self.probabilities(photo).argmax(1).cpu()
+            right.append((predicted == places)[places >= 0])
         joined = torch.cat(right).float()
         return joined.mean().item() if len(joined) else 0.0
 
     def state(self) -> dict[str, Any]:
-        """Return the weights and how far the choice of them is."""
+        """Return the weights, and the best so far."""
         return {
             "network": self.bare.state_dict(),
             "loaded": self.bare.trunk.loaded,
@@ -190,7 +183,7 @@ class PredictorTraining:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from `state`."""
+        """Continue from `state`."""
         self.bare.load_state_dict(state["network"])
         self.bare.trunk.loaded = state["loaded"]
         self.best, self.best_weights = state["best"], dict(state["best_weights"])

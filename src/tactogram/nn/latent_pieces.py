@@ -15,26 +15,16 @@ from tactogram.signal import Signal
 from tactogram.signal.joining import extend
 
 AT_ONCE = 8
-"""Pieces that are made together, at most."""
+"""Most pieces that are generated at once."""
 
 Make = Callable[[int, int], NDArray[np.float32]]
-"""From the number of a piece, and how many, to float32 (piece, axis, time)."""
+"""From the number of the first piece, and their count, to float32 (piece, axis, time)."""
 
 
 def crossfaded_pieces(make: Make, kind: SignalKind, *, length: int, overlap: int) -> NDArray[np.float32]:
     """Return pieces 0, 1, 2, …, each crossfaded into the next: float32, shape (axis, length).
 
-    A longer signal begins as a shorter one does.
-
-    Parameters
-    ----------
-    make : callable
-    kind : SignalKind
-        Its rate and axes.
-    length : int
-        Samples.
-    overlap : int
-        Samples of a crossfade.
+    Lengths are in samples. A longer signal begins like a shorter one.
     """
     pieces = _Pieces(make)
     signal = extend(
@@ -46,14 +36,14 @@ def crossfaded_pieces(make: Make, kind: SignalKind, *, length: int, overlap: int
 
 
 class _Pieces:
-    """Pieces in order, made 1, 1, 2, 4, 8, 8, … at a time, so that piece k is the same in every signal."""
+    """Pieces in order, generated in batches of 1, 1, 2, 4, 8, 8, …, so that piece k is the same in every signal."""
 
     def __init__(self, make: Make) -> None:
         self.make = make
         self.first, self.made = 0, np.empty((0, 0, 0), np.float32)
 
     def __getitem__(self, number: int) -> NDArray[np.float32]:
-        """Return one piece, shape (axis, time); none before those that were made last."""
+        """Return a piece, shape (axis, time), not before the last batch."""
         if number >= self.first + len(self.made):
             self.first += len(self.made)
             self.made = self.make(self.first, min(max(1, self.first), AT_ONCE))
@@ -71,13 +61,7 @@ def uniform_latents(
 ) -> Tensor:
     """Return the latents of pieces ``first`` to ``first + count``: float32, shape (piece, size), in -1 to 1.
 
-    Parameters
-    ----------
-    first, count, size : int
-    given : mapping of int to Tensor, shape (size,)
-        Latents of some pieces, by their number; the others are drawn.
-    rng : callable
-        From the number of a piece to its random generator.
+    ``given`` are latents, shape (size,), of some pieces by number; the others are drawn by the ``rng`` of their number.
     """
     latents = []
     for number in range(first, first + count):
@@ -87,17 +71,10 @@ def uniform_latents(
 
 
 def given_latent(condition: Condition, size: int, *, piece: int = 0) -> dict[int, Tensor]:
-    """Return the condition ``latent``, float32, shape (size,), as that of ``piece``; nothing where there is none.
-
-    Raises
-    ------
-    ParameterError
-        If it has another shape, or a number outside of -1 to 1.
-    """
-    given = condition.get("latent")
-    if given is None:
+    """Return the condition ``latent``, shape (size,), in -1 to 1, as that of ``piece``; empty if there is none."""
+    if condition.get("latent") is None:
         return {}
-    latent = np.asarray(given, np.float32)
+    latent = np.asarray(condition["latent"], np.float32)
     if latent.shape != (size,) or not (np.abs(latent) <= 1).all():
         raise ParameterError(f"latent must be {size} numbers in -1 to 1, got shape {latent.shape}")
     return {piece: torch.from_numpy(latent)}

@@ -1,4 +1,4 @@
-"""An exponential moving average of a network's weights: steadier than the weights of the last step.
+"""Exponential moving average of a network's weights, steadier than the last weights.
 
 References
 ----------
@@ -16,15 +16,10 @@ from torch import nn
 
 
 class MovingAverage:
-    """Keeps a copy of a network with the average of its weights.
+    """A copy of a network, not yet wrapped by Fabric, with the average of its weights.
 
-    Parameters
-    ----------
-    network : nn.Module
-        Not yet wrapped.
-    decay : float
-        Share of the average that is kept at each update, 0 to 1. It begins lower, ``(1 + n) / (10 + n)`` at
-        update n, so that the initial weights are soon forgotten.
+    ``decay`` is the share of the average that remains at each update, 0 to 1. It starts lower, ``(1 + n) / (10 + n)``
+    at update n, so that the initial weights soon lose influence.
     """
 
     def __init__(self, network: nn.Module, decay: float) -> None:
@@ -45,6 +40,6 @@ class MovingAverage:
         return {"updates": self.updates, "weights": self.network.state_dict()}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on from `state`."""
+        """Continue from `state`."""
         self.network.load_state_dict(state["weights"])
         self.updates = state["updates"]

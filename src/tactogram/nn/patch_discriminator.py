@@ -1,4 +1,4 @@
-"""PatchGAN: a discriminator that judges each patch of a picture; and several of them at falling resolution.
+"""PatchGAN: a discriminator that scores each patch of a picture; and several of them at decreasing resolution.
 
 References
 ----------
@@ -42,7 +42,7 @@ class PatchDiscriminator(nn.Module):
     padding : int
         1 in pix2pix, 2 in pix2pixHD.
     bias : bool
-        Whether normalised convolutions have one: superfluous, but there in pix2pixHD.
+        Whether normalised convolutions have one: superfluous, but as in pix2pixHD.
     """
 
     def __init__(
@@ -71,10 +71,7 @@ class PatchDiscriminator(nn.Module):
     def forward(self, x: Tensor) -> list[Tensor]:
         """Return the features after each convolution, L + 1 of them, and last the score of each patch.
 
-        Parameters
-        ----------
-        x : float Tensor, shape (batch, into, row, column)
-            Photograph and picture, one after the other in the channels.
+        ``x`` are photograph and picture, joined in the channels: shape (batch, into, row, column).
         """
         features = [F.leaky_relu(self.convs[0](x), LEAK)]  # B, W, R/2, C/2
         for conv, norm in zip(list(self.convs)[1:], self.norms, strict=True):
@@ -83,14 +80,7 @@ class PatchDiscriminator(nn.Module):
 
 
 class MultiScaleDiscriminator(nn.Module):
-    """Discriminators of one architecture and weights of their own, each at half the resolution of the last.
-
-    Parameters
-    ----------
-    count : int
-    **discriminator
-        Of each `PatchDiscriminator`.
-    """
+    """``count`` separate `PatchDiscriminator` of the same settings, each at half the resolution of the last."""
 
     def __init__(self, *, count: int, **discriminator: object) -> None:
         super().__init__()
@@ -102,17 +92,17 @@ class MultiScaleDiscriminator(nn.Module):
         )
 
     def forward(self, x: Tensor) -> list[list[Tensor]]:
-        """Return what each `PatchDiscriminator` gives, finest resolution first."""
+        """Return the output of each `PatchDiscriminator`, finest resolution first."""
         found: list[list[Tensor]] = []
         for discriminator in self.discriminators:
-            if found:  # as pix2pixHD: what lies outside does not count in the mean
+            if found:  # as in pix2pixHD: padding does not count in the mean
                 x = F.avg_pool2d(x, 3, stride=2, padding=1, count_include_pad=False)  # B, C, R/2, C/2
             found.append(discriminator(x))
         return found
 
 
 def scores(judged: Sequence[Sequence[Tensor]]) -> list[Tensor]:
-    """Return the scores alone of what a `MultiScaleDiscriminator` gave."""
+    """Return the scores in the output of a `MultiScaleDiscriminator`."""
     return [features[-1] for features in judged]
 
 

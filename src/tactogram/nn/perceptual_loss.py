@@ -1,4 +1,4 @@
-"""The perceptual loss of pix2pixHD: distances of pictures in VGG-19, whose weights must be at hand.
+"""Perceptual loss of pix2pixHD: distances of pictures in VGG-19, whose weights are not downloaded.
 
 References
 ----------
@@ -20,7 +20,7 @@ from tactogram.nn.vision_import import torchvision
 from tactogram.nn.weight_files import read_weights, weight_file
 
 SLICES = (2, 7, 12, 21, 30)
-"""Where relu1_1, relu2_1, relu3_1, relu4_1 and relu5_1 end among VGG-19's features."""
+"""Ends of relu1_1, relu2_1, relu3_1, relu4_1 and relu5_1 among VGG-19's features."""
 WEIGHTS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1.0)
 
 
@@ -32,14 +32,7 @@ class PerceptualLoss(nn.Module):
     weights : path
         torchvision's VGG-19 file.
     random : bool
-        Weights from torch's own generator in place of trained ones: for tests, it means nothing.
-
-    Raises
-    ------
-    MissingExtraError
-        If the extra ``vision`` is not installed.
-    DataError
-        If the file is not there or not of VGG-19.
+        Random instead of trained weights: for tests, without meaning.
     """
 
     def __init__(self, weights: Path | str, *, random: bool = False) -> None:
@@ -62,7 +55,7 @@ class PerceptualLoss(nn.Module):
         self.requires_grad_(False).eval()
 
     def forward(self, made: Tensor, real: Tensor) -> Tensor:
-        """Return the loss of pictures, shape (batch, 1, row, column), -1 to 1; gray is red, green and blue alike."""
+        """Return the loss of pictures, shape (batch, 1, row, column), -1 to 1, repeated as red, green and blue."""
         a, b = (x.expand(-1, 3, -1, -1) for x in (made, real.detach()))
         total = made.new_zeros(())
         for weight, layers in zip(WEIGHTS, self.slices, strict=True):

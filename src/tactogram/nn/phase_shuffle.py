@@ -1,4 +1,4 @@
-"""Phase shuffle: each item's activations are moved by a few samples, so that a critic cannot go by phase.
+"""Phase shuffle: shifts of each item's activations by a few samples, so that a critic cannot use phase.
 
 References
 ----------
@@ -19,13 +19,8 @@ from tactogram.errors import ParameterError
 class PhaseShuffle(nn.Module):
     """Move each item by a whole number of samples drawn from -``reach`` to ``reach``.
 
-    One draw per item: its axes stay in step. What is missing at an end is filled by reflection. It moves in
-    evaluation mode as well, as in the publication: the critic is never used otherwise.
-
-    Parameters
-    ----------
-    reach : int
-        Saga et al. 2020, Table IV: 2. 0 leaves everything in place.
+    One draw per item keeps its axes aligned. Ends are filled by reflection. It also shifts in evaluation mode, as in
+    the publication. ``reach`` is 2 in Saga et al. 2020, Table IV; 0 shifts nothing.
     """
 
     def __init__(self, reach: int) -> None:
@@ -40,20 +35,10 @@ class PhaseShuffle(nn.Module):
 
 
 def shift(x: Tensor, shifts: Tensor) -> Tensor:
-    """Return item k of ``x`` moved by ``shifts[k]`` samples, later where positive, its ends reflected.
+    """Return item k of ``x``, (item, axis, channel, time), moved by ``shifts[k]`` samples, later if positive.
 
-    ``y[t] = x[r(t - shift)]`` with ``r`` the reflection about the first and the last sample.
-
-    Parameters
-    ----------
-    x : Tensor, shape (item, axis, channel, time)
-    shifts : int64 Tensor, shape (item,), on the CPU
-        Each less than ``time`` in size.
-
-    Raises
-    ------
-    ParameterError
-        If a shift is as long as the signal.
+    ``y[t] = x[r(t - shift)]`` with ``r`` the reflection about the first and the last sample. ``shifts``, int64,
+    (item,), are on the CPU and shorter than ``time``.
     """
     if int(shifts.abs().max()) >= x.shape[-1]:
         raise ParameterError(

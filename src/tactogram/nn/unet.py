@@ -1,4 +1,4 @@
-"""U-Net: an encoder and a decoder of equal depth, each stage of one handed across to the other.
+"""U-Net: an encoder and a decoder of equal depth, with a skip connection at each stage.
 
 References
 ----------
@@ -31,16 +31,14 @@ class UNet(nn.Module):
     Parameters
     ----------
     into, out : int
-        Channels of the picture that goes in and of the one that comes out.
+        Channels of input and output.
     widths : sequence of int
-        Channels after each stage of the encoder, finest first. Rows and columns of what goes in are a multiple
-        of 2 ** len(widths).
+        Channels after each stage of the encoder, finest first. Rows and columns of the input are multiples of
+        2 ** len(widths).
     bottleneck : nn.Module, optional
-        Called with the coarsest features and what `forward` was given beside the picture; gives features of the
-        same shape. By default they stay as they are.
+        Called with the coarsest features and the condition of `forward`; returns features of the same shape.
     dropout : int
-        How many stages of the decoder, coarsest first, drop half of their channels' values in training, and
-        whenever `noise` is on.
+        Stages of the decoder, coarsest first, that drop half of their values in training, and if `noise` is on.
     """
 
     def __init__(
@@ -62,7 +60,7 @@ class UNet(nn.Module):
         )
         self.down_norms = nn.ModuleList(nn.BatchNorm2d(width) for width in widths[1:-1])
         self.bottleneck = bottleneck
-        # A stage takes twice its width, what came up and what was handed across; the coarsest takes one.
+        # A stage takes twice its width, from below and from the skip connection; the coarsest takes it once.
         self.up = nn.ModuleList(
             nn.ConvTranspose2d(
                 coarse * (1 if number == 0 else 2), fine, 4, stride=2, padding=1, bias=fine_is_out
@@ -72,42 +70,34 @@ class UNet(nn.Module):
         self.up_norms = nn.ModuleList(nn.BatchNorm2d(width) for width in reversed(widths[:-1]))
 
     def check_size(self, rows: int, columns: int) -> None:
-        """Refuse pictures that cannot be halved so often."""
+        """Refuse pictures that cannot be halved at every stage."""
         if rows % self.scale or columns % self.scale:
             raise ParameterError(
                 f"rows and columns must be multiples of {self.scale} for {len(self.down)} stages, "
                 f"got {(rows, columns)}"
             )
 
-    def forward(self, photo: Tensor, given: Tensor | None = None) -> Tensor:
-        """Return the picture made of ``photo``.
+    def forward(self, photo: Tensor, condition: Tensor | None = None) -> Tensor:
+        """Return the picture of ``photo``: (batch, into, row, column) -> (batch, out, row, column), both -1 to 1.
 
-        Parameters
-        ----------
-        photo : float Tensor, shape (batch, into, row, column), -1 to 1
-        given : Tensor, optional
-            For the bottleneck, e.g. a label.
-
-        Returns
-        -------
-        float Tensor, shape (batch, out, row, column), -1 to 1
+        ``condition`` is passed to the bottleneck, e.g. a label.
         """
         self.check_size(photo.shape[-2], photo.shape[-1])
-        handed = [self.down[0](photo)]  # B, W0, R/2, C/2
+        skips = [self.down[0](photo)]  # B, W0, R/2, C/2
         for conv, norm in zip(list(self.down)[1:-1], self.down_norms, strict=True):
-            handed.append(norm(conv(F.leaky_relu(handed[-1], LEAK))))  # B, Wk, R/2^k, C/2^k
-        h = self.down[-1](F.leaky_relu(handed[-1], LEAK))  # B, Wn, R/2^n, C/2^n
+            skips.append(norm(conv(F.leaky_relu(skips[-1], LEAK))))  # B, Wk, R/2^k, C/2^k
+        h = self.down[-1](F.leaky_relu(skips[-1], LEAK))  # B, Wn, R/2^n, C/2^n
         if self.bottleneck is not None:
-            h = self.bottleneck(h, given)
+            h = self.bottleneck(h, condition)
         for number, (conv, norm) in enumerate(zip(list(self.up)[:-1], self.up_norms, strict=True)):
             h = norm(conv(F.relu(h)))  # B, Wk, twice the rows and columns
             if number < self.dropout:
                 h = F.dropout(h, 0.5, training=self.training or self.noise)
-            h = torch.cat((handed.pop(), h), 1)  # B, 2 Wk, …
+            h = torch.cat((skips.pop(), h), 1)  # B, 2 Wk, …
         return torch.tanh(self.up[-1](F.relu(h)))  # B, out, R, C
 
 
 def _up_stages(widths: Sequence[int], out: int) -> list[tuple[int, int, bool]]:
-    """Return channels in, channels out, and whether it is the last, of each stage of the decoder."""
+    """Return input channels, output channels and whether it is the last, of each stage of the decoder."""
     pairs = list(pairwise((*reversed(widths), out)))
     return [(coarse, fine, number == len(pairs) - 1) for number, (coarse, fine) in enumerate(pairs)]

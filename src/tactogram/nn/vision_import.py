@@ -1,10 +1,10 @@
-"""The one place where torchvision, and what imports it, is imported: the extra ``vision``.
+"""Import of torchvision, and of packages that import it: the extra ``vision``.
 
-torchvision's compiled operators belong to one build of torch. Where the two do not match (a CUDA build of
-torchvision beside a CPU build of torch, the usual accident), ``import torchvision`` fails with "operator
-torchvision::nms does not exist", and so does everything that imports it. Networks, their weight files and the
-transforms need no compiled operator, so the two that are missed at import are declared and the import tried again;
-``torchvision.ops.nms`` and ``torchvision.io.read_image`` stay out of reach (pictures are read with Pillow).
+torchvision's compiled operators need a matching build of torch. With another (usually a CUDA build of torchvision and a
+CPU build of torch), ``import torchvision`` fails with "operator torchvision::nms does not exist", as do packages that
+import it. Networks, their weight files and the transforms need no compiled operator, so the two operators missing at
+import are declared and the import is repeated; ``torchvision.ops.nms`` and ``torchvision.io.read_image`` remain
+unavailable (photographs are read with Pillow).
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ import torch
 from tactogram.errors import MissingExtraError
 
 OPERATORS = ("nms", "qnms")
-"""What torchvision registers at import and cannot without its compiled library."""
+"""Operators that torchvision registers at import and that need its compiled library."""
 
 
 @cache
 def torchvision() -> ModuleType:
-    """Return torchvision, imported even where its compiled operators do not load.
+    """Return torchvision, imported even if its compiled operators do not load.
 
     Raises
     ------
@@ -49,13 +49,7 @@ def torchvision() -> ModuleType:
 
 
 def vision_module(name: str) -> ModuleType:
-    """Return the module ``name`` of a package of the extra ``vision``, torchvision having been seen to first.
-
-    Parameters
-    ----------
-    name : str
-        For example ``torchvision.models``, ``torchmetrics.image``, ``captum.attr``,
-        ``efficientnet_lite_pytorch``.
+    """Return a module of a package of the extra ``vision``, e.g. ``torchmetrics.image``, imported after torchvision.
 
     Raises
     ------
@@ -73,7 +67,7 @@ def vision_module(name: str) -> ModuleType:
 
 @cache
 def _declare_operators() -> torch.library.Library:
-    """Declare the operators that are missed; they exist as long as what is returned, hence the cache."""
+    """Declare the missing operators; they exist as long as the returned library, hence the cache."""
     library = torch.library.Library("torchvision", "FRAGMENT")  # type: ignore[no-untyped-call]
     for name in OPERATORS:
         schema = f"{name}(Tensor dets, Tensor scores, float iou_threshold) -> Tensor"
@@ -83,7 +77,7 @@ def _declare_operators() -> torch.library.Library:
 
 def _import(name: str) -> ModuleType:
     with warnings.catch_warnings():
-        # Said where the library for JPEG and PNG is missing: pictures are not read with it.
+        # torchvision warns if its library for JPEG and PNG is missing, which is not used here.
         warnings.filterwarnings("ignore", "Failed to load image Python extension", UserWarning)
         return import_module(name)
 

@@ -23,14 +23,14 @@ from tactogram.nn.strided_convolution import glorot_linear, padding, strided_con
 class WaveDiscriminator(nn.Module):
     """Signal and label to a score, higher for a recording: the critic of a Wasserstein GAN.
 
-    Each axis is convolved on its own, with shared filters; the dense layer sees all of them. The label stands
-    beside the signal as constant channels, which are not made: their part of the first convolution is the same at
-    every sample but near the ends.
+    Each axis is convolved separately, with shared filters; the dense layer sees all of them. The label is joined to the
+    signal as constant channels, which are not stored: their part of the first convolution is the same at every sample
+    but near the ends.
 
     Parameters
     ----------
     channels : sequence of int
-        From the last layer to the first, in the order of the generator.
+        From the last layer to the first, as in the generator.
     points : int
         Samples per axis before the dense layer.
     kernel, stride : int
@@ -38,7 +38,7 @@ class WaveDiscriminator(nn.Module):
     leak : float
         Slope of LeakyReLU below 0.
     phase_shuffle : int
-        Samples by which activations move, at most.
+        Most samples by which activations move.
     axes : int
         A.
     labels : int
@@ -82,7 +82,7 @@ class WaveDiscriminator(nn.Module):
         kernel, stride, pad = self.kernel, self.stride, padding(self.kernel, self.stride)
         signal, constant = self.first.weight[:, :1], self.first.weight[:, 1:]
         h = F.conv1d(x.flatten(0, 1)[:, None], signal, self.first.bias, stride, pad)  # B A, 64, T / 4
-        # Constant channels give the same at every sample but the few whose window reaches over an end.
+        # Constant channels contribute the same to every sample but the few whose window exceeds an end.
         edge = -(-kernel // stride)
         time = min(x.shape[2], (2 * edge + 1) * stride)
         ends = F.conv1d(label[:, :, None].expand(-1, -1, time), constant, None, stride, pad)

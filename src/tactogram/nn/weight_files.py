@@ -1,4 +1,4 @@
-"""Published weights from files that are already here: nothing is downloaded, and no file can run code."""
+"""Published weights from local files: nothing is downloaded, and no file can run code."""
 
 from __future__ import annotations
 
@@ -11,35 +11,33 @@ from torch import Tensor
 from tactogram.errors import DataError
 
 
-def weight_file(given: Path | str, url: str, *, of: str, option: str) -> Path:
-    """Return where the weights of a network are: the file that was given, else in torch's cache.
+def weight_file(path: Path | str, url: str, *, of: str, option: str) -> Path:
+    """Return the file of a network's weights: ``path``, or if empty the file of ``url`` in torch's cache.
 
     Parameters
     ----------
-    given : path or ""
+    path : path or ""
     url : str
-        Where they are published; the last part is what the file is called in the cache.
+        Address of the publication; its last part is the file's name in the cache.
     of : str
-        What to call the network in errors.
+        Name of the network, for errors.
     option : str
-        What a file is given by.
+        Name of the setting of ``path``, for errors.
 
     Raises
     ------
     DataError
-        One line that says where it was looked for.
+        If there is no such file; names the place it was searched in.
     """
-    if given:
-        file = Path(given).expanduser()
+    if path:
+        file = Path(path).expanduser()
         if not file.is_file():
-            raise DataError(
-                f"{file}: no weights of {of} there; give {option} the file {url.rpartition('/')[2]}"
-            )
+            raise DataError(f"{file}: no weights of {of} there; set {option} to {url.rpartition('/')[2]}")
         return file
     file = Path(torch.hub.get_dir()) / "checkpoints" / url.rpartition("/")[2]
     if not file.is_file():
         raise DataError(
-            f"weights of {of} are not here: put {file.name} into {file.parent}, or give {option} the file"
+            f"weights of {of} are missing: put {file.name} into {file.parent}, or set {option} to the file"
         )
     return file
 
@@ -50,7 +48,7 @@ def read_weights(file: Path) -> Mapping[str, Tensor]:
     Raises
     ------
     DataError
-        If it is no such file, or holds anything but tensors.
+        If the file is not readable, or contains anything but tensors.
     """
     try:
         if file.suffix == ".safetensors":
@@ -58,7 +56,7 @@ def read_weights(file: Path) -> Mapping[str, Tensor]:
 
             return load_file(file)
         state: Mapping[str, Tensor] = torch.load(file, map_location="cpu", weights_only=True)
-    except Exception as error:  # of many kinds, all of them: not a file of weights
+    except Exception as error:  # of many kinds
         line = str(error).partition("\n")[0]
         raise DataError(f"{file}: not a readable file of weights: {line[:120]}") from error
     if not (isinstance(state, Mapping) and all(isinstance(value, Tensor) for value in state.values())):

@@ -1,4 +1,4 @@
-"""A learner's state as one safetensors file: tensors by path, everything else as JSON beside them."""
+"""Checkpoints: a learner's state as one safetensors file, with all but the tensors as JSON in its header."""
 
 from __future__ import annotations
 
@@ -22,14 +22,7 @@ VERSION = 1
 def save_state(path: Path, state: Mapping[str, Any], facts: Mapping[str, Any] | None = None) -> None:
     """Write ``state`` and ``facts`` to ``path``; a kill or a power cut leaves the old file or the new one.
 
-    Parameters
-    ----------
-    path : Path
-        Ends in ``.safetensors``.
-    state : mapping
-        Nested dicts and lists of tensors, arrays and plain JSON values.
-    facts : mapping, optional
-        JSON values that say what the state is of.
+    ``state`` are nested dicts and lists of tensors, arrays and JSON values, ``facts`` JSON values that describe it.
     """
     tensors: dict[str, Tensor] = {}
     structure = _take_apart(state, "", tensors)
@@ -46,7 +39,7 @@ def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     Raises
     ------
     RunError
-        If the file is missing, broken, or of a later version.
+        If the file is missing, damaged, or of a later version.
     """
     try:
         with safe_open(path, framework="pt") as file:
@@ -57,7 +50,7 @@ def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             raise RunError(f"{path}: written by a later version (format {version}, known {VERSION})")
         return _put_together(structure, tensors), facts
     except KeyError as error:
-        raise RunError(f"{path}: damaged: lacks {error}; train again, or take a copy of the run") from error
+        raise RunError(f"{path}: damaged: lacks {error}; train again, or use a copy of the run") from error
     except (OSError, SafetensorError, TypeError, ValueError, RecursionError) as error:
         raise RunError(f"{path}: not a readable checkpoint: {error}") from error
 

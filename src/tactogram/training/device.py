@@ -13,7 +13,7 @@ from tactogram.recipe import TrainingSettings
 
 @contextmanager
 def memory_checked(what: str) -> Iterator[None]:
-    """Refuse in one line what needs more memory than there is, on the processor or a GPU.
+    """Turn an error for lack of memory, on the processor or a GPU, into one line.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def memory_checked(what: str) -> Iterator[None]:
         if not isinstance(error, MemoryError) and not re.search("memory|Storage size", line):
             raise
         raise ParameterError(
-            f"{what} needs more memory than there is ({line}); make the sizes in config smaller"
+            f"{what} needs more memory than there is ({line}); lower the sizes in config"
         ) from error
 
 
@@ -36,12 +36,12 @@ def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", device
 
     Parameters
     ----------
-    training : Training
+    training : TrainingSettings
         Its ``precision`` is used.
     accelerator : str
-        Fabric's name: ``auto`` takes a GPU where there is one.
+        Fabric's name: ``auto`` takes a GPU if there is one.
     devices : int
-        How many; each trains on batches of its own and gradients are averaged.
+        Each trains on its own batches, and gradients are averaged.
 
     Raises
     ------
@@ -54,6 +54,6 @@ def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", device
         fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision)
     except (ValueError, RuntimeError) as error:
         line = str(error).split("\n")[0]
-        raise ParameterError(f"--accelerator {accelerator} --devices {devices}: {line}") from error
+        raise ParameterError(f"accelerator {accelerator}, devices {devices}: {line}") from error
     fabric.launch()
     return fabric

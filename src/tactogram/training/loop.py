@@ -1,4 +1,4 @@
-"""The training loop: the same for every model. It knows neither networks nor losses."""
+"""Training loop, the same for every model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactogram.training.seeds import child_seed, torch_seeded
 
 @dataclass(frozen=True)
 class TrainingPosition:
-    """Position in a training: ``step`` steps of stage number ``stage`` are done."""
+    """Position in a training: ``step`` finished steps of stage number ``stage``."""
 
     stage: int = 0
     step: int = 0
@@ -37,8 +37,8 @@ def fit(
 ) -> None:
     """Train ``learner`` on ``examples`` from ``start`` to the end of its last stage.
 
-    Batch k and the random numbers of step k depend on ``seed``, stage and k alone, so that a training that
-    goes on from a checkpoint is the training that was never interrupted.
+    Batch k and the random numbers of step k depend on ``seed``, stage and k alone, so that a resumed training equals an
+    uninterrupted one.
 
     Parameters
     ----------
@@ -46,17 +46,17 @@ def fit(
     examples : sequence of Example
         The training part.
     seed : int
-    start : Position
-        What is done already; ``learner`` holds the state of that moment.
+    start : TrainingPosition
+        Position of the state of ``learner``.
     rank : int
-        Number of this process among several; each draws batches of its own.
+        Number of this process among several; each draws its own batches.
     on_step : function
-        Called after each step with the new position, the stage and its losses: logs, saves, shows.
+        Called after each step with the new position, the stage and its losses, e.g. to log and save.
 
     Raises
     ------
     RunError
-        When a loss is no longer finite.
+        If a loss is not finite.
     """
     for number, stage in enumerate(learner.stages(examples)):
         if number < start.stage:

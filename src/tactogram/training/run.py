@@ -1,7 +1,7 @@
-"""The folder that a training leaves behind, and what can be asked of it.
+"""Run folder: the files of a training.
 
 recipe.toml  environment.json  data.json  split.json  metrics.jsonl  metrics.csv
-checkpoint.safetensors (while it trains)  model.safetensors + model.json (when it is done)
+checkpoint.safetensors (during training)  model.safetensors + model.json (afterwards)
 samples/  figures/  evaluation.json  report.html
 """
 
@@ -32,18 +32,18 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class Run:
-    """A run folder. Files are written beside and renamed: a kill at any instant leaves a usable one."""
+    """A run folder. Files are replaced atomically, so that it is usable after a kill at any time."""
 
     folder: Path
 
     @classmethod
     def create(cls, folder: Path, *, recipe: Recipe, data: Mapping[str, Any], identity: str) -> Self:
-        """Make the folder with recipe, environment and data facts.
+        """Create the folder with recipe, environment and data facts.
 
         Raises
         ------
         RunError
-            If the folder holds a run already.
+            If the folder contains a run.
         """
         run = cls(folder)
         run.check_free()
@@ -55,30 +55,18 @@ class Run:
         return run
 
     def check_free(self) -> None:
-        """Refuse a folder that holds a run already, or a file in its place.
-
-        Raises
-        ------
-        RunError
-            Naming the folder, and what to do.
-        """
+        """Refuse a folder that contains a run, or a file in its place."""
         if (self.folder / "recipe.toml").exists():
-            state = "is finished" if self.finished else "has begun; --resume goes on with it"
+            state = "is finished" if self.finished else "has begun; resume it"
             raise RunError(
-                f"{self.folder}: a run is here already and {state}; give another --out or delete it"
+                f"{self.folder}: contains a run, which {state}, choose another folder or delete it"
             )
         if self.folder.exists() and not self.folder.is_dir():
-            raise RunError(f"{self.folder}: is a file; --out needs a folder")
+            raise RunError(f"{self.folder}: is a file; choose a folder")
 
     @classmethod
     def open(cls, folder: Path) -> Self:
-        """Return the run in ``folder``.
-
-        Raises
-        ------
-        RunError
-            If there is none.
-        """
+        """Return the run in ``folder``; refuses a folder without one."""
         if not (folder / "recipe.toml").is_file():
             raise RunError(f"{folder}: not a run: expected a folder that `tactogram train` made")
         return cls(folder)
@@ -90,28 +78,28 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """Whether training came to its end."""
+        """Whether the training is finished."""
         return (self.folder / "model.json").is_file()
 
     @property
     def recipe(self) -> Recipe:
-        """The recipe it was, or is being, trained with."""
+        """The recipe of the training."""
         return Recipe.load(self.folder / "recipe.toml")
 
     @property
     def data(self) -> dict[str, Any]:
-        """Which data it was trained on: path, name, sha256, split, whether simulated."""
+        """The training data: path, name, sha256, split, whether simulated."""
         return self.read_json("data.json")
 
-    # -- while it trains ---------------------------------------------------------------------------------
+    # -- during training ---------------------------------------------------------------------------------
 
     def save_checkpoint(self, learner: Learner, position: TrainingPosition) -> None:
-        """Keep all that is needed to go on from ``position``."""
+        """Save the state at ``position``."""
         save_state(self.folder / "checkpoint.safetensors", learner.state(), asdict(position))
 
     def restore(self, learner: Learner) -> TrainingPosition:
-        """Bring ``learner`` to the last checkpoint and forget log lines written after it."""
-        for left in self.folder.glob(".*.part.safetensors"):  # of a process that was killed while it wrote
+        """Load the last checkpoint into ``learner`` and drop later log lines."""
+        for left in self.folder.glob(".*.part.safetensors"):  # of a killed process
             left.unlink(missing_ok=True)
         path = self.folder / "checkpoint.safetensors"
         position = TrainingPosition()
@@ -121,9 +109,9 @@ class Run:
                 learner.load_state(state)
                 position = TrainingPosition(**facts)
             except (KeyError, TypeError, ValueError, RuntimeError) as error:
-                raise RunError(f"{path}: the checkpoint is not of this run: {error}") from error
-        kept = [m for m in self.metrics() if (m["stage"], m["step"]) <= (position.stage, position.step)]
-        write_text(self.folder / "metrics.jsonl", "".join(json.dumps(m) + "\n" for m in kept))
+                raise RunError(f"{path}: the checkpoint is of another run: {error}") from error
+        earlier = [m for m in self.metrics() if (m["stage"], m["step"]) <= (position.stage, position.step)]
+        write_text(self.folder / "metrics.jsonl", "".join(json.dumps(m) + "\n" for m in earlier))
         return position
 
     def log(self, position: TrainingPosition, values: Mapping[str, float]) -> None:
@@ -132,13 +120,7 @@ class Run:
             file.write(json.dumps({**asdict(position), **values}) + "\n")
 
     def metrics(self) -> list[dict[str, Any]]:
-        """Return the logged lines; a last line cut short by a kill is left out.
-
-        Raises
-        ------
-        RunError
-            If a line is broken.
-        """
+        """Return the logged lines, without a last line cut short by a kill; refuses other broken lines."""
         path = self.folder / "metrics.jsonl"
         if not path.exists():
             return []
@@ -149,11 +131,11 @@ class Run:
             raise RunError(f"{error}; delete the line, or the run") from error
         for number, line in enumerate(found, 1):
             if not isinstance(line, dict) or not {"stage", "step"} <= line.keys():
-                raise RunError(f"{path}: line {number} must say stage and step; delete the line, or the run")
+                raise RunError(f"{path}: line {number} must have stage and step; delete the line, or the run")
         return found
 
     def finish(self, learner: Learner, kind: Kind, facts: Mapping[str, Any]) -> None:
-        """Write the weights, what they mean, and the curves as a table; then drop the checkpoint."""
+        """Write the weights, their facts, and the curves as a table; then delete the checkpoint."""
         self._write_curves()
         weights = {key: value for key, value in learner.state().items() if key != "optimisers"}
         save_state(self.folder / "model.safetensors", weights)
@@ -161,7 +143,7 @@ class Run:
         (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
 
     def _write_curves(self) -> None:
-        """Write metrics.csv: the logged lines as a table, for a spreadsheet."""
+        """Write the logged lines as a table for spreadsheets."""
         lines = self.metrics()
         columns = list(dict.fromkeys(name for line in lines for name in line))
         text = io.StringIO()
@@ -170,7 +152,7 @@ class Run:
         table.writerows(lines)
         write_text(self.folder / "metrics.csv", text.getvalue())
 
-    # -- when it is done ---------------------------------------------------------------------------------
+    # -- afterwards --------------------------------------------------------------------------------------
 
     def facts(self) -> dict[str, Any]:
         """Return model.json.
@@ -178,27 +160,19 @@ class Run:
         Raises
         ------
         RunError
-            If training has not come to its end, or the run is of a later version.
+            If the training is not finished, or the run is of a later version.
         """
         if not self.finished:
-            raise RunError(
-                f"{self.folder}: training is not finished; go on with `tactogram train --resume {self.folder}`"
-            )
+            raise RunError(f"{self.folder}: the training is not finished; resume it")
         facts = self.read_json("model.json")
         if not isinstance(facts.get("version"), int):
-            raise RunError(f"{self.folder / 'model.json'}: says no version; it is broken")
+            raise RunError(f"{self.folder / 'model.json'}: has no version; it is damaged")
         if facts["version"] > VERSION:
             raise RunError(f"{self.folder}: of a later version (format {facts['version']}, known {VERSION})")
         return facts
 
     def kind(self) -> Kind:
-        """Return what every signal, or every image, of the run has in common.
-
-        Raises
-        ------
-        RunError
-            If ``model.json`` lacks something.
-        """
+        """Return the properties that all signals, or all images, of the run share."""
         try:
             facts: dict[str, Any] = {
                 k: tuple(v) if isinstance(v, list) else v for k, v in self.facts()["kind"].items()
@@ -208,13 +182,7 @@ class Run:
             raise RunError(f"{self.folder / 'model.json'}: kind lacks or misspells {error}") from error
 
     def read_json(self, name: str) -> dict[str, Any]:
-        """Return one of the run's JSON files.
-
-        Raises
-        ------
-        RunError
-            If it is not there, not readable, or no object.
-        """
+        """Return one of the run's JSON files; refuses anything but an object."""
         try:
             values = read_json(self.folder / name)
         except DataError as error:
@@ -229,7 +197,7 @@ class Run:
 
 
 def environment() -> dict[str, Any]:
-    """Return what the run is made with: versions, processor, threads."""
+    """Return the environment of a training: versions, processor, threads."""
     import torch
 
     packages = {}

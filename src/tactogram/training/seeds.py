@@ -1,4 +1,4 @@
-"""One seed, and a child stream for every purpose: no global random state."""
+"""Child seeds: a random stream for every purpose from one seed, without global random state."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def child_rng(seed: int, *purpose: str | int) -> np.random.Generator:
     return np.random.default_rng(child_seed(seed, *purpose))
 
 
-def child_generator(seed: int, *purpose: str | int, device: str = "cpu") -> torch.Generator:
+def child_generator(seed: int, *purpose: str | int) -> torch.Generator:
     """Return torch's generator for one purpose."""
-    return torch.Generator(device).manual_seed(child_seed(seed, *purpose))
+    return torch.Generator().manual_seed(child_seed(seed, *purpose))
 
 
 @contextmanager
 def torch_seeded(seed: int, *purpose: str | int) -> Iterator[None]:
-    """Seed what torch draws from its global generator (dropout, initial weights) and put it back after."""
+    """Seed torch's global generator (dropout, initial weights), and restore its state afterwards."""
     devices = range(torch.cuda.device_count()) if torch.cuda.is_available() else ()
     with torch.random.fork_rng(devices=devices):
         torch.manual_seed(child_seed(seed, *purpose))

@@ -100,11 +100,11 @@ def test_pictures_are_judged_at_256_whatever_their_size(lpips):
 def test_weights_that_are_absent_are_said_in_a_line(tmp_path, monkeypatch):
     monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
     with pytest.raises(
-        DataError, match=r"AlexNet \(LPIPS\) are not here: put alexnet-owt-\w+.pth into .*checkpoints"
+        DataError, match=r"AlexNet \(LPIPS\) are missing: put alexnet-owt-\w+.pth into .*checkpoints"
     ):
         Lpips()
     with pytest.raises(
-        DataError, match=r"Inception \(FID\) are not here: put weights-inception.*give inception the file"
+        DataError, match=r"Inception \(FID\) are missing: put weights-inception.*set inception to the file"
     ):
         Fid()
     with pytest.raises(DataError, match=r"nowhere.pth: no weights of AlexNet"):

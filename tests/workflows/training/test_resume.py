@@ -81,7 +81,7 @@ def test_a_run_that_was_begun_meanwhile_keeps_its_split(unfinished):
     plan = plan_of(unfinished)
     before = (unfinished.folder / "split.json").read_bytes()
     other = replace(plan, parts=replace(plan.parts, train=plan.parts.train[1:]))
-    with pytest.raises(RunError, match="a run is here already and has begun"):
+    with pytest.raises(RunError, match="contains a run, which has begun"):
         begin(unfinished, other)
     assert (unfinished.folder / "split.json").read_bytes() == before
 
