@@ -1,12 +1,14 @@
 """Losses of each haptic file format: every effect of VibViz written, checked, read back and compared.
 
-Needs the files of VibViz: ``--set data=FOLDER`` with its WAV files (8 to 48 kHz, one or two channels; two become one
-by their mean where a format holds one). No table of a publication: designers ask which format keeps what.
+Needs the WAV files of VibViz: ``--set data=FOLDER`` (8 to 48 kHz, one or two channels; two are averaged
+for formats with one). Not a table of a publication: it helps designers to choose a format.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,15 +39,28 @@ FIGURES = {
 SIGNAL_FORMATS: dict[str, dict[str, Any]] = {"wav": {}, "wav PCM_16": {"subtype": "PCM_16"}, "csv": {}}
 
 
+@dataclass(frozen=True)
+class RoundTrip:
+    """One effect written to a format and read back; ``losses`` are per axis, ``refused`` the error if it failed."""
+
+    losses: tuple[Mapping[str, Any], ...] = ()
+    refused: str = ""
+    seconds: float = 0.0
+    bytes: int = 0
+    valid: bool = False
+    scaled: bool = False
+    reduced: bool = False
+
+
 def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "") -> dict[str, Any]:
-    """Return figures of each format: the median over effects, the 10th and the 90th percentile.
+    """Return the losses of each format: median, 10th and 90th percentile over effects.
 
     Parameters
     ----------
     folder, progress
-        As of every experiment.
+        As in every experiment.
     paper : bool
-        Every effect; else every fourth, which takes a quarter of the time.
+        Every effect; else every fourth.
     data : str
         Folder with WAV files.
     """
@@ -53,21 +68,16 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = ""
     if not paths:
         raise ParameterError("data must be a folder with the WAV files of VibViz")
     paths = paths if paper else paths[::4]
-    formats: dict[str, dict[str, Any]] = {name: _empty() for name in (*SIGNAL_FORMATS, *haptic_formats())}
+    trips: dict[str, list[RoundTrip]] = {name: [] for name in (*SIGNAL_FORMATS, *haptic_formats())}
     rates, axes, seconds = set(), set(), 0.0
     for path in paths:
         signal = read_signal(path, unit="1")
         rates.add(signal.rate)
         axes.add(len(signal.axes))
         seconds += signal.seconds
-        for name, found in formats.items():
-            start = time.perf_counter()
-            try:
-                found["losses"] += _through(name, signal, folder / "files" / path.stem, found)
-            except ParameterError as error:
-                found["refused"].append(str(error))
-            found["seconds"] += time.perf_counter() - start
-    rows = {name: _row(found, len(paths), seconds) for name, found in formats.items()}
+        for name, made in trips.items():
+            made.append(round_trip(name, signal, folder / "files" / path.stem))
+    rows = {name: _row(made, seconds) for name, made in trips.items()}
     result = {
         "effects": len(paths),
         "seconds": round(seconds, 1),
@@ -79,45 +89,53 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = ""
     return result | {"text": _text(result)}
 
 
-def _empty() -> dict[str, Any]:
-    return {"losses": [], "refused": [], "seconds": 0.0, "bytes": 0, "valid": 0, "scaled": 0, "reduced": 0}
+def round_trip(name: str, signal: Signal, place: Path) -> RoundTrip:
+    """Write an effect to a file, check it, read it back and remove it."""
+    start = time.perf_counter()
+    try:
+        trip = _round_trip(name, signal, place)
+    except ParameterError as error:
+        trip = RoundTrip(refused=str(error))
+    return replace(trip, seconds=time.perf_counter() - start)
 
 
-def _through(name: str, signal: Signal, place: Path, found: dict[str, Any]) -> list[dict[str, Any]]:
-    """Write, check and read one effect; return the loss of each axis."""
+def _round_trip(name: str, signal: Signal, place: Path) -> RoundTrip:
     if name in SIGNAL_FORMATS:
         path = place.with_suffix(f".{name[:3]}")
         write_signal(path, signal, **SIGNAL_FORMATS[name])
         loss = losses(signal, read_signal(path))
-        found["valid"] += 1
+        trip = RoundTrip(valid=True)
     else:
         path = place.with_suffix(haptic_format(name).suffix)
         written = write_haptic(path, signal, format=name)
-        found["valid"] += check_file(path, format=name)["valid"]
-        found["scaled"] += written["full_scale"] != 1.0
-        found["reduced"] += written["reduced_by"] is not None
+        trip = RoundTrip(
+            valid=check_file(path, format=name)["valid"],
+            scaled=written["full_scale"] != 1.0,
+            reduced=written["reduced_by"] is not None,
+        )
         one = signal if haptic_format(name).holds == "waveform" else to_one_axis(signal)[0]
         loss = losses(one, read_haptic(path, format=name).signal)
-    found["bytes"] += path.stat().st_size
+    size = path.stat().st_size
     path.unlink()
-    return [loss] if "envelope_error" in loss else list(loss.values())
+    by_axis = (loss,) if "envelope_error" in loss else tuple(loss.values())
+    return replace(trip, losses=by_axis, bytes=size)
 
 
-def _row(found: dict[str, Any], effects: int, seconds: float) -> dict[str, Any]:
+def _row(trips: Sequence[RoundTrip], seconds: float) -> dict[str, Any]:
     figures: dict[str, Any] = {}
     for figure in FIGURES:
-        values = [loss[figure] for loss in found["losses"] if loss[figure] is not None]
+        values = [loss[figure] for trip in trips for loss in trip.losses if loss[figure] is not None]
         if values:
             low, middle, high = (float(q) for q in np.percentile(values, [10, 50, 90]))
             figures[figure] = {"median": middle, "p10": low, "p90": high, "of": len(values)}
     return {
-        "effects": effects,
-        "valid": found["valid"],
-        "refused": found["refused"],
-        "scaled": found["scaled"],
-        "made_one_axis": found["reduced"],
-        "bytes_per_s": found["bytes"] / seconds,
-        "seconds_per_s": found["seconds"] / seconds,
+        "effects": len(trips),
+        "valid": sum(trip.valid for trip in trips),
+        "refused": [trip.refused for trip in trips if trip.refused],
+        "scaled": sum(trip.scaled for trip in trips),
+        "made_one_axis": sum(trip.reduced for trip in trips),
+        "bytes_per_s": sum(trip.bytes for trip in trips) / seconds,
+        "seconds_per_s": sum(trip.seconds for trip in trips) / seconds,
         **figures,
     }
 

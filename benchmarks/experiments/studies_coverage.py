@@ -1,7 +1,7 @@
 """Coverage of each shipped study's analysis, over hundreds of simulated studies, without a browser.
 
-Of each design with an effect, with none, and with an effect as large as the margin: how often the interval of 95 %
-covers the truth, and how often each verdict is said. Participants, stimuli and answers are simulated.
+For each design with an effect, with none, and with an effect as large as the margin: how often the 95 % interval
+covers the truth, and how often each verdict is given. Participants, stimuli and answers are simulated.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy import optimize
 
-from benchmarks.experiments.coverage_cases import CASES, Case
-from benchmarks.experiments.study_recovery import Looked, recovery
+from benchmarks.experiments.study_cases import STUDIES, StudyCase
+from benchmarks.experiments.study_recovery import ExpectedFinding, recovery
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.shares import share_of
@@ -27,9 +27,9 @@ from tactogram.study.study_file import Study
 from tactogram.workflows.progress import ProgressCallback
 
 KINDS = {"effect": 100_000, "none": 200_000, "margin": 300_000}
-"""What is put in, and what is added to the seeds of its studies, so that no two kinds share participants."""
+"""Kinds of effect, and offsets of their seeds, so that no two kinds share participants."""
 SHARE_OF_SEEDS = {"effect": 1.0, "none": 1.0, "margin": 0.5}
-"""At the margin the verdict is looked at, and the interval is that of an effect."""
+"""At the margin only the verdict is of interest: the interval behaves as with an effect."""
 KEPT = ("put_in", "estimate", "low", "high", "covers", "verdict")
 OTHERS = ("others", "others_covered", "others_shown", "others_equivalent")
 COLUMNS = (
@@ -60,26 +60,26 @@ def run(
     Parameters
     ----------
     folder, progress
-        As of every experiment. Studies that are in ``folder`` already are not simulated again.
+        As in every experiment. Studies already in ``folder`` are reused.
     paper : bool
-        Every trial and word of each study; else the changes of `CASES`, for two cores.
+        Every trial and word of each study; else with the changes of `STUDIES`, for two cores.
     studies : str
-        Which, joined by commas; by default all that are shipped.
+        Names, separated by commas; by default all shipped studies.
     seeds : int
-        Simulated studies of each kind; by default as `CASES` says, fewer where an analysis is slow.
+        Simulated studies of each kind; by default as in `STUDIES`, fewer where an analysis is slow.
     participants, draws : int
         Of each study, and of its bootstraps.
     """
-    chosen = [name.strip() for name in studies.split(",") if name.strip()] or list(CASES)
-    if unknown := set(chosen) - set(CASES):
-        raise ParameterError(f"studies must be of {', '.join(CASES)}, got {', '.join(sorted(unknown))}")
+    chosen = [name.strip() for name in studies.split(",") if name.strip()] or list(STUDIES)
+    if unknown := set(chosen) - set(STUDIES):
+        raise ParameterError(f"studies must be of {', '.join(STUDIES)}, got {', '.join(sorted(unknown))}")
     wanted = {
-        (name, kind): math.ceil((seeds or CASES[name].seeds) * share)
+        (name, kind): math.ceil((seeds or STUDIES[name].coverage.seeds) * share)
         for name in chosen
         for kind, share in SHARE_OF_SEEDS.items()
     }
-    prepared = {name: _Prepared(name, CASES[name], paper) for name in chosen}
-    # In turn, so that what is cut short has as many of each.
+    prepared = {name: _Prepared(name, STUDIES[name], paper) for name in chosen}
+    # In turn, so that an interrupted run has equally many of each.
     for seed in range(1, max(wanted.values()) + 1):
         for (name, kind), most in wanted.items():
             path = folder / f"{name}-{kind}.jsonl"
@@ -97,30 +97,34 @@ def run(
 
 
 class _Prepared:
-    """One shipped study, with what is put in for each kind."""
+    """One shipped study, with its effect of each kind."""
 
-    def __init__(self, name: str, case: Case, paper: bool) -> None:
-        self.changes = {} if paper else dict(case.changes)
+    def __init__(self, name: str, case: StudyCase, paper: bool) -> None:
+        self.changes = {} if paper else {**case.changes, **case.coverage.changes}
         self.study = Study.load(name, changes=self.changes)
-        self.looked = case.looked
+        self.findings = (*case.findings, *case.coverage.findings)
         self.effects = {
-            "effect": {**case.effect, **case.people},
+            "effect": {**(case.coverage.effect or case.effect), **case.people},
             "none": dict(case.people),
             "margin": {**at_margin(case, self.study), **case.people},
         }
 
     def one(self, kind: str, seed: int, *, participants: int, draws: int) -> dict[str, Any]:
-        """Return what the analysis of one simulated study says at each place."""
+        """Return the expected findings in the analysis of one simulated study."""
         effect = SimulatedEffect(**self.effects[kind])
-        own = KINDS[kind] + seed
-        answers = simulated_answers(self.study, participants, effect=effect, seed=own)
-        analysis = analyse(answers, plan=AnalysisPlan.of(self.study.planned, draws=draws, seed=own)).as_dict()
+        seed += KINDS[kind]
+        answers = simulated_answers(self.study, participants, effect=effect, seed=seed)
+        analysis = analyse(
+            answers, plan=AnalysisPlan.of(self.study.planned, draws=draws, seed=seed)
+        ).as_dict()
         side = "none" if kind == "none" else "effect"
-        said = [recovery(one, analysis, self.study, effect, own, side) for one in self.looked]
-        return {"seed": own, "looked": [{key: one[key] for key in (*KEPT, *OTHERS)} for one in said]}
+        recovered = [
+            recovery(one, analysis, self.study, effect, seed=seed, kind=side) for one in self.findings
+        ]
+        return {"seed": seed, "looked": [{key: one[key] for key in (*KEPT, *OTHERS)} for one in recovered]}
 
     def summary(self, kind: str, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Return what hundreds of studies say at each place."""
+        """Return each expected finding over all simulated studies."""
         places = [
             {
                 "of": one.of,
@@ -128,22 +132,22 @@ class _Prepared:
                 "unit": one.unit,
                 **summary_of([line["looked"][k] for line in lines]),
             }
-            for k, one in enumerate(self.looked)
+            for k, one in enumerate(self.findings)
         ]
         return {"changes": self.changes, "put_in": self.effects[kind], "looked": places if lines else []}
 
 
-def at_margin(case: Case, study: Study) -> dict[str, Any]:
-    """Return the effect that makes the truth at each place of ``case.at_margin`` as far from none as the margin.
+def at_margin(case: StudyCase, study: Study) -> dict[str, Any]:
+    """Return the effect whose true values differ from those without an effect by the margins.
 
     Raises
     ------
     ParameterError
-        If the study gives no margin for it.
+        If the study gives no margin for one.
     """
     effect: dict[str, Any] = {}
-    for key, place in case.at_margin.items():
-        one = case.looked[place.place]
+    for key, place in case.coverage.at_margin.items():
+        one = case.findings[place.place]
         margin = study.planned.values.get(place.margin)
         if margin is None:
             raise ParameterError(f"{study.name}: margin {place.margin} must be given, got none")
@@ -156,7 +160,9 @@ def at_margin(case: Case, study: Study) -> dict[str, Any]:
     return effect
 
 
-def _beyond(case: Case, study: Study, one: Looked, key: str, margin: float) -> Callable[[float], float]:
+def _beyond(
+    case: StudyCase, study: Study, one: ExpectedFinding, key: str, margin: float
+) -> Callable[[float], float]:
     table, _, name = key.partition(".")
 
     def beyond(amount: float) -> float:
@@ -167,13 +173,7 @@ def _beyond(case: Case, study: Study, one: Looked, key: str, margin: float) -> C
 
 
 def summary_of(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return counts and means of what many studies say at one place.
-
-    Parameters
-    ----------
-    said : sequence of mapping
-        With the keys `KEPT` and `OTHERS`.
-    """
+    """Return counts and means of one expected finding over many studies, each with the keys `KEPT` and `OTHERS`."""
     if not said:
         return {"studies": 0}
     n = len(said)
@@ -198,7 +198,7 @@ def summary_of(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _counted(count: int, n: int) -> dict[str, Any] | None:
-    """Return a count with its share and Wilson's interval; None of nothing."""
+    """Return a count with its share and Wilson's interval; None if ``n`` is 0."""
     if not n:
         return None
     low, high = share_of(int(count), n).wilson
@@ -247,7 +247,7 @@ def _row(cells: Iterator[Any] | Sequence[Any]) -> list[str]:
 
 
 def _lines(path: Path) -> list[dict[str, Any]]:
-    """Return what was simulated already; a line that a kill cut short is removed."""
+    """Return the lines of a file, after removing an incomplete last one."""
     if not path.is_file():
         return []
     whole, found = b"", []

@@ -1,7 +1,7 @@
-"""Each shipped study taken by simulated participants in a real browser, its server killed in the middle, and analysed.
+"""Each shipped study taken by simulated participants in a real browser, its server killed midway, and analysed.
 
-Once with an effect that was put in, once without. No measure of touch: participants, stimuli and answers are simulated.
-What is shown is that the way from the page to the verdict loses nothing, and says what is there, and what is not.
+Once with an effect, once without. No measure of touch: participants, stimuli and answers are simulated.
+The experiment tests that nothing is lost from page to verdict, and that the verdict finds effects and their absence.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from benchmarks.experiments.browser_participants import StudyServer, take_all
-from benchmarks.experiments.study_recovery import recoveries
+from benchmarks.experiments.study_cases import STUDIES
+from benchmarks.experiments.study_recovery import recovery
 from tactogram.errors import DataError, ParameterError
 from tactogram.extras import imported
 from tactogram.signal.io.atomic import write_text
@@ -26,42 +26,6 @@ from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
 from tactogram.workflows.progress import ProgressCallback
 
-
-@dataclass(frozen=True)
-class Taken:
-    """How one shipped study is taken.
-
-    Parameters
-    ----------
-    effect : mapping
-        Of `SimulatedEffect`: what is put in.
-    bench : mapping
-        Values of the study that are changed for two cores, by dotted key; reported with the result.
-    people : mapping
-        Of `SimulatedEffect`, too: what is true of them with an effect and without.
-    """
-
-    effect: Mapping[str, Any]
-    bench: Mapping[str, Any]
-    people: Mapping[str, Any] = field(default_factory=dict)
-
-
-ALIKE: Mapping[str, Any] = {"typical_sd": 0.0}
-"""Items that are alike to all, so that what was not put in is not there: where items are compared, not conditions."""
-STUDIES: Mapping[str, Taken] = {
-    "plate-words": Taken({"shift": {"plate01": 1.5}}, {}, ALIKE),
-    "evoked-words": Taken({"shift": {"image001": 2.0}}, {"design.set_size": 16, "grid.count": 16}, ALIKE),
-    "abx": Taken({"d_prime": 2.0}, {"design.repeats": 4}),
-    "display-words": Taken({"shift": {"A": 1.0}}, {"grid.count": 3}),
-    "image-words": Taken({"shift": {"1000": 1.0}}, {"grid.count": 3}),
-    "magnitude": Taken({"exponent": 0.8}, {}),
-    "two-area": Taken({"d_prime": 1.5, "shift": {"generated": -10.0}}, {"design.repeats": 1}),
-    "preference": Taken({"shift": {"carpet": 1.5}}, {"design.comparisons": 30}),
-    "threshold": Taken(
-        {"threshold_db": -25.0, "shift": {"tile": 8.0}}, {"design.reversals": 6, "design.most_trials": 40}
-    ),
-}
-"""What is put in, of each that is shipped."""
 SEEDS = {"effect": 1, "none": 2}
 """Of the simulated participants."""
 RECOVERY = (
@@ -90,18 +54,18 @@ def run(
     at_once: int = 4,
     draws: int = 2000,
 ) -> dict[str, Any]:
-    """Return what the analysis says of each study, with an effect that was put in and without.
+    """Return the recovery of each study's effect, and of its absence.
 
     Parameters
     ----------
     folder, progress
-        As of every experiment. What was done already is in ``folder`` and is not done again.
+        As in every experiment. Results already in ``folder`` are reused.
     paper : bool
-        Every trial of each study; else the changes of `STUDIES`, for two cores.
+        Every trial of each study; else with the changes of `STUDIES`, for two cores.
     studies : str
-        Which, joined by commas; by default all that are shipped.
+        Names, separated by commas; by default all shipped studies.
     participants, at_once : int
-        Simulated ones, and how many of them at the same time.
+        Number of simulated participants, in total and at the same time.
     draws : int
         Of the bootstraps.
     """
@@ -111,13 +75,13 @@ def run(
     found: dict[str, Any] = {}
     for name in chosen:
         for kind, seed in SEEDS.items():
-            place, of = folder / f"{name}-{kind}", STUDIES[name]
+            place, case = folder / f"{name}-{kind}", STUDIES[name]
             if not (place / "taken.json").is_file():
                 facts = take_study(
                     name,
                     place,
-                    changes={} if paper else of.bench,
-                    effect={**(of.effect if kind == "effect" else {}), **of.people},
+                    changes={} if paper else case.changes,
+                    effect={**(case.effect if kind == "effect" else {}), **case.people},
                     participants=participants,
                     seed=seed,
                     at_once=at_once,
@@ -126,8 +90,11 @@ def run(
             taken = json.loads((place / "taken.json").read_text(encoding="utf-8"))
             analysis = analysis_of(place, draws=draws)
             study = Study.load(name, changes=taken["changes"])
-            recovery = recoveries(name, analysis, study, taken["effect"], seed=taken["seed"], kind=kind)
-            found.setdefault(name, {})[kind] = {**taken, "recovery": recovery}
+            effect = SimulatedEffect(**taken["effect"])
+            recovered = [
+                recovery(one, analysis, study, effect, seed=taken["seed"], kind=kind) for one in case.findings
+            ]
+            found.setdefault(name, {})[kind] = {**taken, "recovery": recovered}
     result = {"simulated": True, "participants": participants, "studies": found}
     table = _table(found)
     write_text(folder / "studies_in_browser.md", table + "\n")

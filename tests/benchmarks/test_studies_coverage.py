@@ -5,17 +5,13 @@ import json
 import pytest
 
 from benchmarks.experiments import staircase_bias, studies_coverage
-from benchmarks.experiments.coverage_cases import CASES
 from benchmarks.experiments.studies_coverage import KINDS, _lines, _Prepared, summary_of
+from benchmarks.experiments.study_cases import STUDIES
 from tactogram.errors import ParameterError
 from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect, simulate, simulated_answers
-from tactogram.study.study_file import Study, shipped_studies
+from tactogram.study.study_file import Study
 from tactogram.workflows.progress import silent
-
-
-def test_every_shipped_study_is_covered():
-    assert set(CASES) == set(shipped_studies())
 
 
 def test_studies_are_counted_and_not_simulated_again(tmp_path):
@@ -43,10 +39,10 @@ def test_studies_are_counted_and_not_simulated_again(tmp_path):
 
 def test_at_the_margin_the_truth_is_the_margin():
     for name in ("plate-words", "abx", "preference", "threshold", "two-area"):
-        prepared = _Prepared(name, CASES[name], paper=False)
+        prepared = _Prepared(name, STUDIES[name], paper=False)
         effect = SimulatedEffect(**prepared.effects["margin"])
-        for place in CASES[name].at_margin.values():
-            one = prepared.looked[place.place]
+        for place in STUDIES[name].coverage.at_margin.values():
+            one = prepared.findings[place.place]
             apart = abs(one.truth(effect, prepared.study, 0) - one.nothing)
             assert apart == pytest.approx(prepared.study.planned.values[place.margin], rel=1e-6)
 

@@ -4,12 +4,13 @@ import pytest
 
 from benchmarks.experiments import studies_in_browser
 from benchmarks.experiments.browser_participants import browser_path
+from benchmarks.experiments.study_cases import STUDIES
 from tactogram.errors import DataError, DeviceError
 from tactogram.study.study_file import shipped_studies
 
 
 def test_every_shipped_study_is_taken():
-    assert set(studies_in_browser.STUDIES) == set(shipped_studies())
+    assert set(STUDIES) == set(shipped_studies())
 
 
 def test_what_is_lost_twice_or_stored_otherwise_is_found():

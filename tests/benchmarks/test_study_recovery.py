@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from benchmarks.experiments import study_recovery as recovery
-from benchmarks.experiments.studies_in_browser import STUDIES
+from benchmarks.experiments import study_truths
+from benchmarks.experiments.study_cases import STUDIES
 from tactogram.study.simulated_participants import SimulatedEffect, simulated_answers
 from tactogram.study.study_file import Study
-
-
-def test_every_study_is_looked_at():
-    assert set(recovery.LOOKED) == set(STUDIES)
 
 
 @pytest.mark.parametrize(
@@ -28,18 +25,18 @@ def test_the_truth_is_that_of_many_simulated_answers(name, changes, group, first
         lambda row: row.design != "questions"
     )
     means = [np.mean(answers.where(**{group: key}).numbers()) for key in (first, second)]
-    truth = recovery.LOOKED[name][0].truth(effect, study, 1)
+    truth = STUDIES[name].findings[0].truth(effect, study, 1)
     assert abs(truth) > 0.3
     assert means[0] - means[1] == pytest.approx(truth, abs=0.1 if name != "evoked-words" else 0.04)
-    nothing = recovery.LOOKED[name][0].truth(SimulatedEffect(**of.people), study, 1)
+    nothing = STUDIES[name].findings[0].truth(SimulatedEffect(**of.people), study, 1)
     assert nothing == pytest.approx(0, abs=1e-12)
 
 
 def test_steps_are_rounded_and_held_at_the_ends():
     rng = np.random.default_rng(0)
     drawn = np.clip(np.round(5.5 + 1.4 * rng.standard_normal(200_000)), 1, 7)
-    assert recovery.expected_steps(5.5, 1.4, 1, 7) == pytest.approx(drawn.mean(), abs=0.01)
-    assert recovery.expected_steps(4, 1.4, 1, 7) == pytest.approx(4)
+    assert study_truths.expected_steps(5.5, 1.4, 1, 7) == pytest.approx(drawn.mean(), abs=0.01)
+    assert study_truths.expected_steps(4, 1.4, 1, 7) == pytest.approx(4)
 
 
 def found(estimate, low, high, verdict, margin=None):
