@@ -40,10 +40,7 @@ class CarrierSettings(BaseModel):
     def check_rate(self, rate: float, highest_hz: float) -> None:
         """Refuse a rate (Hz) too low for a waveform or envelope with components up to ``highest_hz``.
 
-        Raises
-        ------
-        ParameterError
-            If it is at or below 2.2 times the highest frequency of the output.
+        Raises `ParameterError` if it is at or below 2.2 times the highest frequency of the output.
         """
         least = 2.2 * (highest_hz + (self.carrier_hz if self.output == "waveform" else 0))
         if not (math.isfinite(rate) and rate > least):

@@ -24,18 +24,13 @@ def shipped() -> dict[str, Path]:
 def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) -> Display:
     """Return a display by the name of a shipped one, or by the path of its TOML file.
 
+    Raises `DataError` if there is no such file, or it is not TOML; `ParameterError` if a name is unknown, or a key or
+    value is not valid for a display or its family.
+
     Parameters
     ----------
-    name : str or Path
     changes : mapping, optional
         Replacements of the file's values by dotted key, such as ``{"limit": 2.0, "linear.cap_db": 10}``.
-
-    Raises
-    ------
-    DataError
-        If there is no such file, or it is not TOML.
-    ParameterError
-        If a name is unknown, or a key or value is not valid for a display or its family.
     """
     known = shipped()
     path = known.get(str(name), Path(name))
@@ -47,6 +42,8 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
 def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Path = Path()) -> Display:
     """Return the display that a file's values describe.
 
+    Raises `DataError` if the response's file cannot be read; `ParameterError` if a key or value is wrong.
+
     Parameters
     ----------
     values : mapping
@@ -55,13 +52,6 @@ def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Pat
         Prefix of errors.
     folder : Path
         Folder of the response's file.
-
-    Raises
-    ------
-    DataError
-        If the response's file cannot be read.
-    ParameterError
-        If a key or value is wrong.
     """
     values = dict(values)
     family = values.get("family")

@@ -29,14 +29,15 @@ class DriveFunction(Protocol):
     ) -> tuple[Signal, dict[str, Any]]:
         """Return the drive and JSON facts.
 
+        Raises `UnitError` or `ParameterError` if the level does not apply to the signal or the display, or the
+        settings do not fit.
+
         Parameters
         ----------
         signal : Signal
             Over time, in its own unit and at its own rate: one axis, or all of them (`rendering.drive.axes`).
         settings : BaseModel
             The family's.
-        display : Display
-        level : Level
 
         Returns
         -------
@@ -46,11 +47,6 @@ class DriveFunction(Protocol):
         facts : dict
             Three keys hold lists of sentences: ``scaled``, ``clipped`` and ``unreachable``. ``faded`` is true if the
             drive already begins and ends at rest.
-
-        Raises
-        ------
-        UnitError, ParameterError
-            If the level does not apply to the signal or the display, or the settings do not fit.
         """
         ...
 
@@ -84,7 +80,6 @@ class DisplayFamily:
         That of the module's file, and of the table of settings in a display's file.
     settings : type
         Frozen pydantic model that refuses unknown keys.
-    drive : DriveFunction
     renders : {"vibration", "friction"}
         Friction is a coefficient, one axis of unit 1.
     stream_signal : callable, optional

@@ -146,12 +146,7 @@ def inverse(
     """Return the drive per output at ``frequency`` (Hz, rising), 0 outside of ``band``, whose cosine edges lie inside.
 
     ``cap_db`` limits how far a frequency is raised relative to the most effective one in the band. ``phase`` inverts
-    the phase as well.
-
-    Raises
-    ------
-    ParameterError
-        If no frequency lies in the band.
+    the phase as well. Raises `ParameterError` if no frequency lies in the band.
     """
     inside = (frequency >= band[0]) & (frequency <= band[1]) & (frequency > 0)
     if not inside.any():
@@ -183,12 +178,8 @@ def edges(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDArray[
 def read_response(path: Path) -> tuple[Point, ...]:
     """Return the points of a CSV of frequency (Hz), gain and phase (rad, or deg if the heading says so), unwrapped.
 
-    Without a phase column the phase is 0. Lines that begin with ``#`` are comments.
-
-    Raises
-    ------
-    DataError
-        Naming the file and the line.
+    Without a phase column the phase is 0. Lines that begin with ``#`` are comments. Raises `DataError` naming file
+    and line if it is invalid.
     """
     rows = [(n, row) for n, row in csv_rows(read_text(path), path) if not row[0].startswith("#")]
     if not rows:

@@ -121,6 +121,9 @@ def equaliser(
 ) -> EqualiserDesign:
     """Return the shortest filter within `WITHIN_DB` of ``wanted`` in the band, or the longest allowed.
 
+    Raises `ParameterError` if nothing of the band lies below half the rate, or ``wanted`` is not > 0 and finite
+    there.
+
     Parameters
     ----------
     rate : float, Hz
@@ -131,11 +134,6 @@ def equaliser(
         transversal filter would make it long, with a long delay inside.
     checked : tuple of float, optional
         Where errors count, Hz; the band by default.
-
-    Raises
-    ------
-    ParameterError
-        If nothing of the band lies below half the rate, or ``wanted`` is not > 0 and finite there.
     """
     low, high = max(0.0, band[0]), min(band[1], rate / 2)
     if not low < high:

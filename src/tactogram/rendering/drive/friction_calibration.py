@@ -91,17 +91,14 @@ class FrictionCalibration(BaseModel):
 def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list[FrictionMeasurements]:
     """Return the measurements in a CSV, one entry per person in the order of the file.
 
+    Raises `DataError` if a column is missing or a cell is not a number; names file and line.
+
     Parameters
     ----------
     path : Path or str
         Columns ``voltage_v_rms``, ``friction`` (coefficient), optional ``person`` and ``normal_force_n``.
     normal_force_n : float, optional
         For a file without that column.
-
-    Raises
-    ------
-    DataError
-        If a column is missing or a cell is not a number; names file and line.
     """
     path = Path(path)
     found: dict[str, list[tuple[float, float, float]]] = {}
@@ -122,10 +119,8 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
 def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> FrictionCalibration:
     """Return the least-squares fit of the square law to the measurements.
 
-    Raises
-    ------
-    ParameterError
-        If there are too few measurements or voltages, friction does not rise with voltage, or mu_0 is not above 0.
+    Raises `ParameterError` if there are too few measurements or voltages, friction does not rise with voltage, or
+    mu_0 is not above 0.
     """
     v, mu, force = pairs.voltage_v_rms, pairs.friction, pairs.normal_force_n
     levels = len(np.unique(v))
@@ -185,12 +180,7 @@ def write_calibrations(path: Path | str, calibrations: Sequence[FrictionCalibrat
 def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
     """Return the calibrations in a TOML file.
 
-    Raises
-    ------
-    DataError
-        If it is not valid TOML.
-    ParameterError
-        If a key or value is wrong.
+    Raises `DataError` if it is not valid TOML; `ParameterError` if a key or value is wrong.
     """
     path = Path(path)
     values = read_toml(path)

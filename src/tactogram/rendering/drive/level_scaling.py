@@ -30,10 +30,10 @@ def factor_of(
 ) -> tuple[float, float, str]:
     """Return the factors that bring a display to a requested level, and a sentence.
 
+    Raises `UnitError` if the level does not apply to this signal or this display.
+
     Parameters
     ----------
-    level : Level
-    display : Display
     signal : Signal
         The wanted signal.
     output : Signal
@@ -48,11 +48,6 @@ def factor_of(
     aim : float
         The wanted output relative to the signal.
     words : str
-
-    Raises
-    ------
-    UnitError
-        If the level does not apply to this signal or this display.
     """
     physical = display.response is not None and (
         signal.unit == display.output_unit or {signal.unit, display.output_unit} <= set(MOTION)
@@ -100,12 +95,7 @@ def within_limits(
     """Return a drive within ``low`` to ``high``, and the factor by which it was reduced.
 
     Up to ``clip_share`` of the samples are clipped; beyond that, ``over`` decides. Sentences are appended to
-    ``scaled`` and ``clipped``.
-
-    Raises
-    ------
-    ParameterError
-        If too much exceeds the limit and ``over`` is ``refuse``.
+    ``scaled`` and ``clipped``. Raises `ParameterError` if too much exceeds the limit and ``over`` is ``refuse``.
     """
     reach = drive / high if low >= 0 else np.maximum(drive / high, drive / low)
     share = float(np.mean(reach > 1))

@@ -103,23 +103,19 @@ def scaled_within(
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
     """Return ``x`` scaled to -1..1, and facts.
 
+    Raises `ParameterError` if it over-modulates and may not, or too much of it does.
+
     Parameters
     ----------
     x : float64 array, shape (time,)
     full_scale : float, optional
         Value that becomes 1; by default the largest magnitude becomes ``share``.
-    share : float
     over : {"refuse", "limit"}
         For values beyond 1: refuse, or limit softly.
     most_limited : float
         A larger share of the samples beyond 1 is refused, too.
     remedy : str
         Advice in the error.
-
-    Raises
-    ------
-    ParameterError
-        If it over-modulates and may not, or too much of it does.
     """
     peak = float(np.abs(x).max())
     scale = full_scale or (peak / share if peak > 0 else 1.0)

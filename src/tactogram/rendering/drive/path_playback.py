@@ -27,6 +27,8 @@ LEAST_SAMPLES = 16
 class PathPlayback:
     """Playback of a texture over displacement along a path that arrives in blocks.
 
+    Raises `ParameterError` if the texture is over time or has several axes, or a value is out of range.
+
     Parameters
     ----------
     texture : Signal
@@ -39,11 +41,6 @@ class PathPlayback:
         A finger that turns back moves this far before the texture does: a trembling finger at rest plays nothing.
     outside : {"mirror", "hold"}
         Beyond the ends of the texture: mirrored, or its last value.
-
-    Raises
-    ------
-    ParameterError
-        If the texture is over time or has several axes, or a value is out of range.
     """
 
     def __init__(

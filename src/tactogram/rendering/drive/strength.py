@@ -59,16 +59,11 @@ def strength(signal: Signal, settings: StrengthSettings, *, display: Display, le
     """Return the strength of ``display``'s vibration for a signal, at its rate.
 
     The strength is the amplitude of the sine with the power of the signal around each moment, summed over axes. For a
-    sensation level each frequency is weighted by its threshold, and the display vibrates as far above the threshold at
-    its own frequency. Level ``peak`` is a share of full drive; ``gain`` is in m/s^2 per unit of signal if the
-    display's output is known, else in parts of full drive per unit of signal.
-
-    Raises
-    ------
-    UnitError
-        If a physical or sensation level does not apply to signal or display.
-    ParameterError
-        If too much exceeds full drive and the settings refuse that.
+    sensation level each frequency is weighted by its threshold, and the display vibrates as far above the threshold
+    at its own frequency. Level ``peak`` is a share of full drive; ``gain`` is in m/s^2 per unit of signal if the
+    display's output is known, else in parts of full drive per unit of signal. Raises `UnitError` if a physical or
+    sensation level does not apply to signal or display; `ParameterError` if too much exceeds full drive and the
+    settings refuse that.
     """
     wanted, words = _wanted(signal, settings, display, level)
     scaled, clipped = [words], list[str]()

@@ -37,10 +37,11 @@ def exponential_sweep(
     x(t) = A sin(2 pi f1 T / ln(f2/f1) (e^(t/T ln(f2/f1)) - 1)): each octave lasts equally long, and a display's
     distortion appears before the response, where it can be cut off (A. Farina, "Simultaneous measurement of impulse
     response and distortion with a swept-sine technique", AES Convention 108, 2000; from general knowledge of it).
+    Raises `ParameterError` if the display is not linear, the band does not lie below half the rate, or level or times
+    are out of range.
 
     Parameters
     ----------
-    display : Display
     seconds : float
         Length without the silence.
     level : float
@@ -50,11 +51,6 @@ def exponential_sweep(
         ends (`WIDER`), as far as the rate allows.
     silence_s : float
         Before and after the sweep, while the response builds up and decays.
-
-    Raises
-    ------
-    ParameterError
-        If the display is not linear, the band does not lie below half the rate, or level or times are out of range.
     """
     family = display_family(display.family)
     if not family.swept:
@@ -122,7 +118,8 @@ def identify(
 
     The recorded spectrum is divided by the played one where that has power; in time, everything before the direct
     response (distortion) and later than ``ringing_s`` after it (noise) is cut off; the rest is read at even steps per
-    octave.
+    octave. Raises `ParameterError` if a signal has several axes, the recording is silent, or the band exceeds half a
+    rate.
 
     Parameters
     ----------
@@ -130,16 +127,10 @@ def identify(
         One channel and one axis, over time, at any rate. Their delay is determined.
     band : tuple of float, Hz
         The band that the sweep was made for.
-    points_per_octave : int
     ringing_s : float
         Longest ringing of the response.
     repeats : tuple of Signal
         Further recordings of the same sweep, averaged after alignment.
-
-    Raises
-    ------
-    ParameterError
-        If a signal has several axes, the recording is silent, or the band exceeds half a rate.
     """
     if len(played.axes) != 1 or any(len(r.axes) != 1 for r in (recorded, *repeats)):
         raise ParameterError("identify takes one played channel and one recorded axis; select them")

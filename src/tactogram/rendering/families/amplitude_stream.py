@@ -49,12 +49,8 @@ def drive(
 ) -> tuple[Signal, dict[str, Any]]:
     """Return register values for real-time playback, one per step of the display's rate.
 
-    Raises
-    ------
-    UnitError
-        If the level does not apply to this signal or actuator.
-    ParameterError
-        If too much exceeds the limit and ``over`` is ``refuse``.
+    Raises `UnitError` if the level does not apply to this signal or actuator; `ParameterError` if too much exceeds
+    the limit and ``over`` is ``refuse``.
     """
     wanted = strength(signal, settings, display=display, level=level)
     share, scaled = wanted.share, wanted.scaled

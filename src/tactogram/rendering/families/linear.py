@@ -53,12 +53,8 @@ def drive(
 ) -> tuple[Signal, dict[str, Any]]:
     """Return the drive of a display that is linear up to its limit, see `DriveFunction`.
 
-    Raises
-    ------
-    UnitError
-        If a physical or sensation level does not apply to signal or display.
-    ParameterError
-        If there are fewer axes than channels (and not one), or too much exceeds the limit and ``over`` is ``refuse``.
+    Raises `UnitError` if a physical or sensation level does not apply to signal or display; `ParameterError` if there
+    are fewer axes than channels (and not one), or too much exceeds the limit and ``over`` is ``refuse``.
     """
     scaled: list[str] = []
     clipped: list[str] = []

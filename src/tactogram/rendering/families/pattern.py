@@ -33,14 +33,8 @@ def drive(
 
     With only on and off, the share of time on follows the strength (error diffusion), with no time shorter than
     ``shortest_ms``. ``facts`` has the same as ``timings_ms`` and ``strengths``, as phones need them, with equal
-    neighbours merged.
-
-    Raises
-    ------
-    UnitError
-        If the level does not apply to this signal or phone.
-    ParameterError
-        If too much exceeds the limit and ``over`` is ``refuse``.
+    neighbours merged. Raises `UnitError` if the level does not apply to this signal or phone; `ParameterError` if too
+    much exceeds the limit and ``over`` is ``refuse``.
     """
     wanted = strength(signal, settings, display=display, level=level)
     share, scaled = wanted.share, wanted.scaled

@@ -67,12 +67,9 @@ def drive(
 ) -> tuple[Signal, dict[str, Any]]:
     """Return the tensions of four strings, N, whose pull on the finger equals the wanted force at every moment.
 
-    Raises
-    ------
-    UnitError
-        If a physical level lacks a force or a known mass, or the level is a sensation level.
-    ParameterError
-        If the channels are not the four corners, or a tension exceeds the limit and ``over`` is ``refuse``.
+    Raises `UnitError` if a physical level lacks a force or a known mass, or the level is a sensation level;
+    `ParameterError` if the channels are not the four corners, or a tension exceeds the limit and ``over`` is
+    ``refuse``.
     """
     if set(display.channels) != set(CORNERS):
         raise ParameterError(

@@ -112,14 +112,9 @@ def drive(
 
     Level ``peak=SHARE``: the pre-emphasised clip's peak uses this share of the depth. ``gain=FACTOR``: parts of full
     modulation per unit of the signal. ``physical``: only the mapping ``friction`` with a measured ``friction_range``.
-    The output on the skin in m/s^2 is unknown, so other levels are refused.
-
-    Raises
-    ------
-    UnitError
-        If the level does not apply.
-    ParameterError
-        If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
+    The output on the skin in m/s^2 is unknown, so other levels are refused. Raises `UnitError` if the level does not
+    apply; `ParameterError` if the display's limit is below what the settings allow, it has several channels, or
+    `modulated` refuses.
     """
     display.check_volts(settings.peak_v, lower="limit_v")
     if settings.output == "envelope" and settings.signed_envelope and display.floor > -settings.peak_v:
@@ -155,11 +150,13 @@ def modulated(
 ) -> tuple[Signal, dict[str, Any]]:
     """Return the generator's voltage for ``signal``, and facts.
 
+    Raises `UnitError` if the mapping is friction and the unit is not 1; `ParameterError` if the signal has several
+    axes or is over displacement, the rate is too low, or the signal over-modulates.
+
     Parameters
     ----------
     signal : Signal
         One axis over time. For the mapping ``friction`` a friction coefficient, unit 1.
-    settings : Settings
     rate : float, Hz
         Of the drive: above twice carrier and band for a waveform, above twice the band for an envelope.
     full_scale : float, optional
@@ -180,13 +177,6 @@ def modulated(
         JSON values, among them ``highest_v``, ``recovered_depth`` (of the signal's peak as it arrives, within the
         attained band), ``over_modulated_share``, ``removed_share`` (of the power) and ``transducer`` (None if q is
         unknown).
-
-    Raises
-    ------
-    UnitError
-        If the mapping is friction and the unit is not 1.
-    ParameterError
-        If the signal has several axes or is over displacement, the rate is too low, or the signal over-modulates.
     """
     _check(signal, settings, rate, band)
     x, span = _wanted(signal, settings)

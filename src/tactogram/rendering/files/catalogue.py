@@ -45,10 +45,7 @@ def formats_with(suffix: str) -> list[HapticFormat]:
 def format_for(path: Path, name: str | None = None) -> HapticFormat | None:
     """Return the format to write a file in, by name or else by suffix; None if it is not haptic.
 
-    Raises
-    ------
-    ParameterError
-        If there is no such format, or several share the suffix and none is named.
+    Raises `ParameterError` if there is no such format, or several share the suffix and none is named.
     """
     if name is not None:
         return haptic_format(name)

@@ -52,20 +52,15 @@ class HapticFile:
 def read_haptic(path: Path | str, *, format: str | None = None, rate: float | None = None) -> HapticFile:
     """Return the signal in a haptic file.
 
-    An envelope becomes a carrier whose frequency the file states or is assumed; its facts say which.
+    An envelope becomes a carrier whose frequency the file states or is assumed; its facts say which. Raises
+    `DataError` if it is not valid: the first rule that it breaks.
 
     Parameters
     ----------
-    path : Path
     format : str, optional
         By default by suffix, or by content if several formats share the suffix.
     rate : float, Hz, optional
         Of the carrier, `envelope.READ_RATE` by default; of a waveform its own by default.
-
-    Raises
-    ------
-    DataError
-        If it is not valid: the first rule that it breaks.
     """
     path = Path(path)
     document, kind = _read(path, format)
@@ -81,10 +76,7 @@ def read_haptic(path: Path | str, *, format: str | None = None, rate: float | No
 def check_file(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
     """Return whether a haptic file is valid: ``file``, ``format``, ``valid``, ``problems`` (a line each).
 
-    Raises
-    ------
-    DataError
-        If there is no such file, or no format recognises it.
+    Raises `DataError` if there is no such file, or no format recognises it.
     """
     path = Path(path)
     document, kind = _read(path, format)
@@ -104,11 +96,13 @@ def write_haptic(
 ) -> dict[str, Any]:
     """Write a signal as a valid haptic file, and return what is lost.
 
+    Raises `ParameterError` if there is no such format or modality, or the format cannot hold the signal; nothing is
+    written then.
+
     Parameters
     ----------
     path : Path
         Replaced once everything is written.
-    signal : Signal
     format : str
         See `haptic_formats`.
     axis : str, optional
@@ -127,11 +121,6 @@ def write_haptic(
         ``format``, ``holds``, ``constant`` (gravity or an offset that was removed, in words, or None), ``reduced_by``
         (how axes became one, or None), ``full_scale``, ``scaled_by`` (factor of the samples), ``loss`` (by axis, as
         `ConversionLoss`: measured by reading the file back), ``resampled_to``, ``carrier``, ``bytes``.
-
-    Raises
-    ------
-    ParameterError
-        If there is no such format or modality, or the format cannot hold the signal; nothing is written then.
     """
     path, kind = Path(path), haptic_format(format)
     _check_modality(kind, modality)

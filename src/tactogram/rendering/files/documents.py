@@ -67,10 +67,8 @@ class DocumentPart(BaseModel):
 def parse(text: bytes, where: Path | str) -> Any:
     """Return the content of a JSON text.
 
-    Raises
-    ------
-    DataError
-        If it is not JSON in UTF-8, contains NaN, infinity or integers of more than 64 bits, or is nested too deep.
+    Raises `DataError` if it is not JSON in UTF-8, contains NaN, infinity or integers of more than 64 bits, or is
+    nested too deep.
     """
     return parse_json(decode_text(text, where), where, finite=True)
 

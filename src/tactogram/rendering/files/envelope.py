@@ -94,7 +94,6 @@ class Envelope:
     frequency_times : float64 array, shape (point,), s
     frequency : float64 array, shape (point,), Hz
         Constant outside the times.
-    pulses : tuple of Pulse
     """
 
     seconds: float
@@ -121,13 +120,9 @@ def envelope_of(
 
     The power of the analytic signal (Gabor 1946) above ``low`` and up to ``high`` Hz, averaged over `WINDOW_S`; the
     frequency is the phase of the analytic signal's autocorrelation at a lag of one sample, averaged over
-    `FREQUENCY_WINDOW_S`: the mean frequency, exact for a sine. With ``pulses``, moments too short for the envelope are
-    extracted, and the envelope is reduced there so that both together keep the energy.
-
-    Raises
-    ------
-    ParameterError
-        If there are several axes, or the signal is over displacement.
+    `FREQUENCY_WINDOW_S`: the mean frequency, exact for a sine. With ``pulses``, moments too short for the envelope
+    are extracted, and the envelope is reduced there so that both together keep the energy. Raises `ParameterError` if
+    there are several axes, or the signal is over displacement.
     """
     if len(signal.axes) != 1:
         raise ParameterError(f"an envelope needs one axis, got {', '.join(signal.axes)}; choose one")
@@ -147,12 +142,8 @@ def envelope_of(
 def carrier(envelope: Envelope, rate: float | None = None) -> Signal:
     """Return a vibration with this envelope: a sine that follows its frequency and amplitude, of unit 1.
 
-    ``rate`` is `READ_RATE` by default.
-
-    Raises
-    ------
-    ParameterError
-        If ``rate`` leaves no sample, or is too low for the carrier.
+    ``rate`` is `READ_RATE` by default. Raises `ParameterError` if ``rate`` leaves no sample, or is too low for the
+    carrier.
     """
     rate = rate or READ_RATE
     count = sample_count(envelope.seconds, rate)
@@ -198,11 +189,7 @@ def stepped_strength(
     """Return the edges of steps of ``step_ms`` (ms, the last step shorter), and each band's strength in the steps.
 
     A strength is the envelope's amplitude in the middle of a step, at most 1. ``what`` names the result in errors.
-
-    Raises
-    ------
-    ParameterError
-        If the signal is shorter than 1 ms.
+    Raises `ParameterError` if the signal is shorter than 1 ms.
     """
     length = round(1e3 * signal.seconds)
     if length < 1:

@@ -19,7 +19,6 @@ class HapticFormat:
     ----------
     name : str
         Equals the name of the module's file.
-    title : str
     suffix : str
         May be shared with other formats.
     holds : {"waveform", "envelope", "on and off"}

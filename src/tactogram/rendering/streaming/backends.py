@@ -163,10 +163,7 @@ def run_miniaudio(
 ) -> dict[str, Any]:
     """Play on miniaudio's null device or on the default sound card; return facts on the device.
 
-    Raises
-    ------
-    MissingExtraError, DeviceError
-        If the library or a sound card is missing.
+    Raises `MissingExtraError` or `DeviceError` if the library or a sound card is missing.
     """
     miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
     engine = stream.engine
@@ -217,10 +214,7 @@ def run_audio(
 ) -> dict[str, Any]:
     """Play on a sound card through PortAudio, or without it through miniaudio; return facts on the device.
 
-    Raises
-    ------
-    MissingExtraError, DeviceError
-        If the libraries or a device are missing.
+    Raises `MissingExtraError` or `DeviceError` if the libraries or a device are missing.
     """
     try:
         sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
@@ -311,10 +305,7 @@ def _wait(
 ) -> None:
     """Wait until a device has played and faded out, or the stream has an error or is interrupted.
 
-    Raises
-    ------
-    DeviceError
-        If the device requested nothing for `STALLED_S`: the only sign of an unplugged sound card.
+    Raises `DeviceError` if the device requested nothing for `STALLED_S`: the only sign of an unplugged sound card.
     """
     asleep = threading.Event()
     stream.ends_s = seconds

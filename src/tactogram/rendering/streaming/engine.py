@@ -46,11 +46,12 @@ GLIDE_S = 0.05
 class Engine:
     """Textures under a finger.
 
+    Raises `ParameterError` if textures differ in kind or share a name, or rate, block or a weight is out of range.
+
     Parameters
     ----------
     textures : sequence of StreamingTexture
         Of one unit and number of axes, made for the same ``rate`` and ``most``.
-    motion : MotionSource
     rate : float
         At least `LEAST_RATE` Hz.
     most : int
@@ -59,11 +60,6 @@ class Engine:
         By texture name, 0 for those omitted; equal weights of sum 1 by default.
     settings, contact
         Smoothing of motion, and the transients of landings.
-
-    Raises
-    ------
-    ParameterError
-        If textures differ in kind or share a name, or rate, block or a weight is out of range.
     """
 
     def __init__(
@@ -121,10 +117,7 @@ class Engine:
     def set_weights(self, weights: Mapping[str, float]) -> None:
         """Change weights gradually from the next block on; those omitted stay.
 
-        Raises
-        ------
-        ParameterError
-            If a name is unknown or a weight is negative or not finite.
+        Raises `ParameterError` if a name is unknown or a weight is negative or not finite.
         """
         for name, weight in weights.items():
             if name not in self.names:
@@ -141,7 +134,6 @@ class Engine:
         ----------
         now_s : float
             Time on the engine's clock; motion that has arrived by now is read.
-        count : int, optional
         ahead_s : float
             Delay of the first sample after now, for a backend that requests several blocks at once. Irregular start
             times are made regular by `block_clock`.

@@ -38,13 +38,11 @@ class MotionBlock:
 
     Parameters
     ----------
-    most : int
     x_mm, y_mm, path_mm : float64 array, shape (most,)
         Position, and length of the path so far, mm.
     speed_mm_s, force_n : float64 array, shape (most,)
     contact, movement : float32 array, shape (most,)
         Gains from 0 (lifted, at rest) to 1 (touching, sliding).
-    count : int
     """
 
     most: int

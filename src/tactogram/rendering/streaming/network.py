@@ -24,6 +24,8 @@ WAITING = 256
 class NetworkMotion:
     """Motion from game engines, received by a thread.
 
+    Raises `DeviceError` if the port cannot be opened.
+
     Parameters
     ----------
     host : str
@@ -32,11 +34,6 @@ class NetworkMotion:
         0 for any free port, see `address`.
     clock : callable
         Returns the time on the engine's clock, s.
-
-    Raises
-    ------
-    DeviceError
-        If the port cannot be opened.
     """
 
     simulated = False
@@ -121,12 +118,8 @@ class NetworkMotion:
 class NetworkBlocks:
     """Blocks to a game engine: to the address ``to``, or to the sender of ``motion``, from its port.
 
-    Raises
-    ------
-    MissingExtraError
-        If the form is osc and python-osc is not installed.
-    DeviceError
-        If the host is unknown.
+    Raises `MissingExtraError` if the form is osc and python-osc is not installed; `DeviceError` if the host is
+    unknown.
     """
 
     def __init__(

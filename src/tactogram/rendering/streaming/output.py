@@ -31,12 +31,8 @@ class DisplayOutput:
 
     ``rehearsed`` is some seconds of the stream at the display's rate, whose level determines the factor, or the
     surface itself for a family that streams surfaces. ``clipped`` counts the samples beyond the display's limits in
-    all channels.
-
-    Raises
-    ------
-    ParameterError, UnitError
-        If the display's family cannot be streamed to, or the level does not apply to it.
+    all channels. Raises `ParameterError` or `UnitError` if the display's family cannot be streamed to, or the level
+    does not apply to it.
     """
 
     def __init__(self, display: Display, rehearsed: Signal | SurfaceTexture, *, level: Level) -> None:
@@ -113,10 +109,7 @@ class DisplayOutput:
 def equalised(display: Display, *, on: bool) -> Display:
     """Return a display whose response is equalised or not, in streams and files alike.
 
-    Raises
-    ------
-    ParameterError
-        If its family has no equaliser, or ``on`` is set where the response is not known.
+    Raises `ParameterError` if its family has no equaliser, or ``on`` is set where the response is not known.
     """
     family = display_family(display.family)
     if family.equalise is None:

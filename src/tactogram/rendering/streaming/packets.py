@@ -45,7 +45,6 @@ class ReceivedPacket:
     ----------
     sequence : int
         0 to 2^32 - 1, incremented with each of a sender's packets of any kind; wraps.
-    message : MotionSample, Tap or MixWeights
     """
 
     sequence: int

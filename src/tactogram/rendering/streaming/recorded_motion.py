@@ -23,17 +23,14 @@ MICE = Path("/dev/input/mice")
 class MotionFile:
     """Motion from a CSV, at the times in its column ``time_s``.
 
+    Raises `DataError` naming file and line if it is invalid.
+
     Parameters
     ----------
     path : Path
         Columns of `COLUMNS` in any order; ``y_mm`` is 0 if omitted. Times ascend.
     loop : bool
         Restart at the end, lifted for a moment, instead of falling silent.
-
-    Raises
-    ------
-    DataError
-        Naming the file and the line.
     """
 
     simulated = False
@@ -107,19 +104,12 @@ class MouseMotion:
     """A mouse on Linux as a finger, which touches with ``force_n`` while the left button is down.
 
     It is read once per block, so a position may be late by up to one block plus the mouse's own interval (8 ms at 125
-    Hz).
+    Hz). Raises `DeviceError` if there is no such device or it may not be read.
 
     Parameters
     ----------
     counts_per_mm : float
         31.5 for a mouse of 800 counts per inch.
-    force_n : float
-    path : Path
-
-    Raises
-    ------
-    DeviceError
-        If there is no such device or it may not be read.
     """
 
     simulated = False

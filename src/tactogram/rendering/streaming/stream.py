@@ -24,20 +24,16 @@ LONGEST_RECORD = 60_000_000
 class Stream:
     """An engine, the display that it drives, and a record of both.
 
+    Raises `ParameterError` if the engine's rate is not the display's, or the record is too long.
+
     Parameters
     ----------
-    engine : Engine
     output : DisplayOutput, optional
         None streams the texture itself, in its unit.
     record_s : float
         Length of the record of what is sent, s.
     on_block : callable, optional
         Called with the time before each block, to change a mix for instance.
-
-    Raises
-    ------
-    ParameterError
-        If the engine's rate is not the display's, or the record is too long.
     """
 
     def __init__(

@@ -46,9 +46,11 @@ MOST_NODES = 20_000_000
 class SurfaceTexture:
     """A signal over displacement, played at the finger's position.
 
+    Raises `ParameterError` if the speed for a signal over time is missing, or the surface is shorter than 20 samples
+    or too long.
+
     Parameters
     ----------
-    name : str
     signal : Signal
         Over displacement; over time only with ``speed_mm_s``.
     rate : float
@@ -65,11 +67,6 @@ class SurfaceTexture:
         The loop, oversampled; the band of each copy ends half an octave below that of the previous one.
     samples_per_speed : float
         Samples of the surface per sample of the engine and mm/s.
-
-    Raises
-    ------
-    ParameterError
-        If the speed for a signal over time is missing, or the surface is shorter than 20 samples or too long.
     """
 
     delay_s = 0.0
@@ -126,10 +123,7 @@ class SurfaceTexture:
 def looped(signal: Signal) -> Signal:
     """Return ``signal`` as a loop: its end crossfaded into its beginning, at the lag where the two match best.
 
-    Raises
-    ------
-    ParameterError
-        If it is shorter than 20 samples.
+    Raises `ParameterError` if it is shorter than 20 samples.
     """
     length = len(signal)
     if length < 20:

@@ -44,10 +44,7 @@ class Recorder(Protocol):
     def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
         """Return ``seconds`` of both channels from ``after_s`` after this call, V; NaN where samples were lost.
 
-        Raises
-        ------
-        DeviceError
-            If the device is gone or delivers nothing.
+        Raises `DeviceError` if the device is gone or delivers nothing.
         """
         ...
 
@@ -93,12 +90,8 @@ class MeasuredAdmittance:
     def __call__(self, frequency: float) -> complex:
         """Return the admittance at ``frequency`` in Hz, S; NaN if samples were lost in every attempt.
 
-        Raises
-        ------
-        ParameterError
-            If the converter is too slow.
-        DeviceError
-            If a channel reaches its full scale, there is no voltage, or a device is gone.
+        Raises `ParameterError` if the converter is too slow; `DeviceError` if a channel reaches its full scale, there
+        is no voltage, or a device is gone.
         """
         recorder, probes = self._recorder, self.probes
         if recorder.rate < LEAST_RATIO * frequency:
@@ -135,12 +128,8 @@ class MeasuredAdmittance:
 def lock_in(voltage: Array, current: Array, *, rate: float, frequency_hz: float) -> complex:
     """Return the admittance at ``frequency_hz``, S, from samples of voltage (V) and current (A), shape (time,).
 
-    The last whole number of periods is used.
-
-    Raises
-    ------
-    ParameterError
-        If there is no whole period, or no voltage at that frequency.
+    The last whole number of periods is used. Raises `ParameterError` if there is no whole period, or no voltage at
+    that frequency.
     """
     if voltage.ndim != 1 or voltage.shape != current.shape:
         raise ParameterError(

@@ -137,6 +137,8 @@ def preset(name: str) -> Transducer:
 def fitted_transducer(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
     """Return the least-squares fit of a transducer to a measured sweep.
 
+    Raises `ParameterError` if there are too few points, too many are lost, or they contain no resonance.
+
     Parameters
     ----------
     frequency : float array, shape (point,), Hz
@@ -145,11 +147,6 @@ def fitted_transducer(frequency: ArrayLike, admittance: ArrayLike) -> Transducer
         NaN for lost measurements: at most half of the points, which the fit ignores. With 1 % noise and every second
         point of 81 missing, the resonance is still within 0.02 of its width (simulated, 40 sweeps of each of the
         presets from Q 30 to 800); with all points within 0.01.
-
-    Raises
-    ------
-    ParameterError
-        If there are too few points, too many are lost, or they contain no resonance.
     """
     from scipy.optimize import least_squares
 
@@ -195,12 +192,8 @@ def read_sweep(path: Path | str) -> tuple[NDArray[np.float64], NDArray[np.comple
     """Return frequencies (Hz) and admittances (S) from a CSV's columns frequency_hz, conductance_s and susceptance_s.
 
     Lost measurements are ``nan`` in both. From a log of `resonance_tracking`, which also has a column ``state``, only
-    the last sweep that led to a lock is read: the resonance may have moved afterwards.
-
-    Raises
-    ------
-    DataError
-        If the file cannot be read or a cell is not a number; names file and line.
+    the last sweep that led to a lock is read: the resonance may have moved afterwards. Raises `DataError` if the file
+    cannot be read or a cell is not a number; names file and line.
     """
     path = Path(path)
     columns = ("frequency_hz", "conductance_s", "susceptance_s")

@@ -58,10 +58,7 @@ class GeneratorSettings(BaseModel):
 def generator(settings: CarrierSettings, *, channel: int = 1, serial: str = "") -> GeneratorSettings:
     """Return the generator settings for a display.
 
-    Raises
-    ------
-    ParameterError
-        If they exceed the device's voltage, or the envelope inverts the carrier.
+    Raises `ParameterError` if they exceed the device's voltage, or the envelope inverts the carrier.
     """
     if settings.peak_v > LARGEST_V:
         raise ParameterError(
@@ -86,7 +83,6 @@ def am_data(envelope: NDArray[np.floating], peak_v: float) -> NDArray[np.float64
     ----------
     envelope : float array, shape (time,), V
         From 0 to ``peak_v``; NaN becomes 0 V, values outside are clipped.
-    peak_v : float
 
     Returns
     -------
@@ -123,10 +119,8 @@ class AnalogDiscovery:
     def __enter__(self) -> Self:
         """Open the device and set its carrier, silent.
 
-        Raises
-        ------
-        MissingExtraError, DeviceError
-            If dwfpy or WaveForms is not installed, or there is no such device, generator or AM node.
+        Raises `MissingExtraError` or `DeviceError` if dwfpy or WaveForms is not installed, or there is no such
+        device, generator or AM node.
         """
         if self._module is None:
             self._module = imported("dwfpy", extra="dwf", what="Digilent devices")
@@ -168,6 +162,9 @@ class AnalogDiscovery:
     ) -> None:
         """Send an envelope as fast as the device accepts it, and return at 0 V when all of it was played.
 
+        Raises `DeviceError` if the device cannot stream its AM node, stalls or is gone. It is at 0 V then, if it
+        still responds.
+
         Parameters
         ----------
         envelope : Signal, or an iterator of float arrays, shape (time,), V
@@ -176,11 +173,6 @@ class AnalogDiscovery:
             Rate of blocks; a Signal has its own.
         longest_s : float
             Blocks: the device stops by itself after this time. A Signal has its own length.
-
-        Raises
-        ------
-        DeviceError
-            If the device cannot stream its AM node, stalls or is gone. It is at 0 V then, if it still responds.
         """
         self._opened()
         blocks, rate = _blocks(envelope, rate)
@@ -215,12 +207,8 @@ class AnalogDiscovery:
     def loop(self, envelope: Signal, seconds: float) -> None:
         """Repeat one period of an envelope from the device's buffer for ``seconds``, then go to 0 V.
 
-        Raises
-        ------
-        ParameterError
-            If the period does not fit the buffer, or ``seconds`` is not > 0: the device takes 0 as endless.
-        DeviceError
-            If the device is gone.
+        Raises `ParameterError` if the period does not fit the buffer, or ``seconds`` is not > 0: the device takes 0
+        as endless; `DeviceError` if the device is gone.
         """
         self._opened()
         if not (math.isfinite(seconds) and seconds > 0):
@@ -252,19 +240,15 @@ class AnalogDiscovery:
     def hold(self, amplitude_v: float, *, longest_s: float) -> None:
         """Start the unmodulated carrier; it continues until `close`, at most for ``longest_s``.
 
+        Raises `ParameterError` if either is out of range: the device takes 0 s as endless; `DeviceError` if the
+        device is gone.
+
         Parameters
         ----------
         amplitude_v : float
             At the generator, 0 to peak; at most ``peak_v``.
         longest_s : float
             The device stops by itself after this time.
-
-        Raises
-        ------
-        ParameterError
-            If either is out of range: the device takes 0 s as endless.
-        DeviceError
-            If the device is gone.
         """
         self._opened()
         if not 0 <= amplitude_v <= self.wanted.peak_v:

@@ -42,12 +42,7 @@ class DigilentRecorder:
     """An `admittance.Recorder` on a device's inputs; one buffer per measurement.
 
     ``device`` and ``module`` are those of `AnalogDiscovery.opened_device`. In tests, ``sleep`` and ``clock`` replace
-    those of `time`.
-
-    Raises
-    ------
-    DeviceError
-        If the device has no such inputs.
+    those of `time`. Raises `DeviceError` if the device has no such inputs.
     """
 
     def __init__(
@@ -76,10 +71,7 @@ class DigilentRecorder:
     def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
         """Return a buffer of both inputs, V; at most as many samples as the device holds.
 
-        Raises
-        ------
-        DeviceError
-            If the device is gone or the measurement does not finish.
+        Raises `DeviceError` if the device is gone or the measurement does not finish.
         """
         self._sleep(after_s)
         scope, done = self._scope, self._module.Status.DONE

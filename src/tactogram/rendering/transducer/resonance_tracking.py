@@ -127,10 +127,8 @@ class ResonanceTracker:
     def lock(self) -> TrackPoint:
         """Sweep coarsely, fit the circuit and go to its resonance; lost points are ignored.
 
-        Raises
-        ------
-        TrackingError
-            If there is no distinct resonance between ``low_hz`` and ``high_hz``, or too many measurements failed.
+        Raises `TrackingError` if there is no distinct resonance between ``low_hz`` and ``high_hz``, or too many
+        measurements failed.
         """
         s = self.settings
         frequencies = np.linspace(s.low_hz, s.high_hz, s.sweep_points)
@@ -161,10 +159,8 @@ class ResonanceTracker:
     def step(self) -> TrackPoint:
         """Measure once (twice with a dither) and move the carrier, unless frozen.
 
-        Raises
-        ------
-        TrackingError
-            If `lock` was not called, a lost resonance is not found again, or measurements keep failing.
+        Raises `TrackingError` if `lock` was not called, a lost resonance is not found again, or measurements keep
+        failing.
         """
         if self.fitted is None:
             raise TrackingError("there is no lock yet: call lock() first")

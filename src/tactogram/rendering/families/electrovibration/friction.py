@@ -114,14 +114,8 @@ def drive(
 
     Level ``physical``: the friction coefficient times the settings' perceptual gain. ``gain=FACTOR``: its deviation
     from the mean also times FACTOR. ``peak=SHARE``: any unit; the signal's minimum becomes mu_0, its maximum this
-    share of v_max; its own level is lost.
-
-    Raises
-    ------
-    UnitError
-        If the level does not apply.
-    ParameterError
-        If the display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
+    share of v_max; its own level is lost. Raises `UnitError` if the level does not apply; `ParameterError` if the
+    display's limit is below what the settings allow, it has several channels, or `modulated` refuses.
     """
     display.check_volts(settings.peak_v, lower="v_max")
     highest = display.band[1] if display.band else HIGHEST_HZ
@@ -151,7 +145,6 @@ def friction_target(
     ----------
     signal : Signal
         One axis, over time or displacement: a friction coefficient (unit 1), or with level ``peak`` anything.
-    settings : Settings
     level : Level
         See `drive`.
 
@@ -223,12 +216,8 @@ def modulated(
 
     The coefficient (unit 1) is clipped to mu_0 to mu_max and low-passed at ``highest_hz``. The voltage's magnitude
     never exceeds ``settings.peak_v``; an envelope is the carrier's amplitude, the root of two times the rms.
-    ``highest_v`` is that at the electrode, ``removed_share`` of the power, ``slewed_share`` of the samples.
-
-    Raises
-    ------
-    UnitError, ParameterError
-        If it is no friction coefficient over time, or ``rate`` (Hz) is too low.
+    ``highest_v`` is that at the electrode, ``removed_share`` of the power, ``slewed_share`` of the samples. Raises
+    `UnitError` or `ParameterError` if it is no friction coefficient over time, or ``rate`` (Hz) is too low.
     """
     if target.unit != "1":
         raise UnitError(f"a friction coefficient must have unit 1, got {target.unit}")

@@ -35,12 +35,10 @@ class ElectrovibrationStream:
     ----------
     texture : Signal
         One axis, over displacement.
-    settings : Settings
     rate : float, Hz
         Of the drive: above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
     level : Level
         See `tactogram.rendering.families.electrovibration.drive`.
-    highest_hz : float
     outside : {"mirror", "hold"}
         Beyond the ends of the texture.
 

@@ -61,12 +61,8 @@ validate = partial(problems_of, Vibration)
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis: on where it is strong.
 
-    If there are too many entries, the shortest pauses are filled.
-
-    Raises
-    ------
-    ParameterError
-        If it is shorter than 1 ms, silent, or longer than a pattern can be.
+    If there are too many entries, the shortest pauses are filled. Raises `ParameterError` if it is shorter than 1 ms,
+    silent, or longer than a pattern can be.
     """
     length = round(1e3 * signal.seconds)
     if length < 1:

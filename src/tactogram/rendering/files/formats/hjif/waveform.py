@@ -41,12 +41,7 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal within -1 to 1, a channel per axis.
 
     The default modality depends on the header's unit: Acceleration for m/s^2 and so on; for other units Friction over
-    displacement, else Vibrotactile.
-
-    Raises
-    ------
-    ParameterError
-        If the rate needs too many ticks.
+    displacement, else Vibrotactile. Raises `ParameterError` if the rate needs too many ticks.
     """
     steps = max(1, math.ceil(FINEST_TICKS / signal.rate))
     timescale = round(signal.rate * steps)
@@ -112,17 +107,13 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
 def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     """Return the channels of a valid document's first perception, one axis each.
 
+    Raises `DataError` if it is empty, or has content without a public description.
+
     Parameters
     ----------
-    document : JSON values
     rate : float, Hz, optional
         By default the rate in the description of a file written by this package (ticks and ``frequency_sampling`` are
         integers), else the channels' ``frequency_sampling``, else `READ_RATE`.
-
-    Raises
-    ------
-    DataError
-        If it is empty, or has content without a public description.
     """
     haptics = Haptics.model_validate(document)
     perception = next((p for p in haptics.perceptions if p.channels), None)
