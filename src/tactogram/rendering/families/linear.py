@@ -65,8 +65,8 @@ def drive(
     if x.rate != display.rate:
         x = resample(x, display.rate)
     motion = kinematic_power(signal.unit, display)
-    wanted, plan = _Plan.of(x, display, settings, motion)
-    unit_drive = plan.drive(wanted)
+    plan = _Plan(x, display, settings, motion)
+    unit_drive = plan.unit_drive()
     faded = display.rest == 0
     if faded:
         # Before the level, so that the level is met even if the signal is loudest at its ends.
@@ -118,20 +118,16 @@ def drive(
 class _Plan:
     """Conversion of a wanted output to the drive and, through the response, back to the output."""
 
-    def __init__(
-        self,
-        display: Display,
-        settings: Settings,
-        frequency: NDArray[np.float64],
-        band: tuple[float, float],
-        motion: int,
-        length: int,
-        pad: int,
-    ) -> None:
-        self.band = band
-        self.length, self.pad = length, pad
-        self.size = 2 * (len(frequency) - 1)
-        self.rate = display.rate
+    def __init__(self, x: Signal, display: Display, settings: Settings, motion: int) -> None:
+        self.length, self.pad = len(x), round(PADDING_S * display.rate)
+        self.size = fft.next_fast_len(len(x) + 2 * self.pad, real=True)
+        self.size += self.size % 2
+        frequency = fft.rfftfreq(self.size, 1 / display.rate)
+        self.band = band = reachable_band(display)
+        samples = x.samples.astype(np.float64)
+        if not display.dc:
+            samples = samples - samples.mean(axis=1, keepdims=True)
+        self.wanted = self._spectrum(samples)
         self.response = np.ones(len(frequency), np.complex128)
         self.capped: tuple[float, float] | None = None
         self.needed_db = 0.0
@@ -159,34 +155,13 @@ class _Plan:
                 self.capped = (float(where.min()), float(where.max()))
         self.inverse = result.gain
 
-    @classmethod
-    def of(
-        cls, x: Signal, display: Display, settings: Settings, motion: int
-    ) -> tuple[NDArray[np.complex128], _Plan]:
-        """Return the padded spectrum of ``x``, and its plan."""
-        pad = round(PADDING_S * display.rate)
-        size = fft.next_fast_len(len(x) + 2 * pad, real=True)
-        size += size % 2
-        frequency = fft.rfftfreq(size, 1 / display.rate)
-        band = reachable_band(display)
-        plan = cls(display, settings, frequency, band, motion, len(x), pad)
-        samples = x.samples.astype(np.float64)
-        if not display.dc:
-            samples = samples - samples.mean(axis=1, keepdims=True)
-        padded = np.zeros((len(samples), size))
-        padded[:, pad : pad + len(x)] = samples
-        return fft.rfft(padded, axis=1), plan
-
-    def drive(self, wanted: NDArray[np.complex128]) -> NDArray[np.float64]:
+    def unit_drive(self) -> NDArray[np.float64]:
         """Return the drive for a level factor of 1, float64, shape (channel, time)."""
-        return self._time(wanted * self.motion * self.inverse)
+        return self._time(self.wanted * self.motion * self.inverse)
 
     def output(self, drive: NDArray[np.float64], like: Signal) -> Signal:
         """Return the predicted output for ``drive``, in the unit of ``like``."""
-        padded = np.zeros((len(drive), self.size))
-        padded[:, self.pad : self.pad + self.length] = drive
-        spectrum = fft.rfft(padded, axis=1) * self.response / self.motion
-        return like.with_samples(self._time(spectrum))
+        return like.with_samples(self._time(self._spectrum(drive) * self.response / self.motion))
 
     def unreachable(self, lost_db: float) -> list[str]:
         """Return sentences on the band and the cap; ``lost_db`` is the power outside of the band."""
@@ -201,6 +176,11 @@ class _Plan:
                 f"{self.needed_db:.0f} dB, the cap is {self.cap_db:g} dB"
             )
         return sentences
+
+    def _spectrum(self, x: NDArray[np.float64]) -> NDArray[np.complex128]:
+        padded = np.zeros((len(x), self.size))
+        padded[:, self.pad : self.pad + self.length] = x
+        return np.asarray(fft.rfft(padded, axis=1))
 
     def _time(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
         x = fft.irfft(spectrum, n=self.size, axis=1)

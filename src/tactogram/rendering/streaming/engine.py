@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numba
@@ -201,7 +202,6 @@ class Engine:
 
     def facts(self) -> dict[str, Any]:
         """Return statistics of the stream so far, as JSON values."""
-        counts = self.finger.counts
         blocks = sum(self.blocks.values())
         return {
             "rate_hz": self.rate,
@@ -213,12 +213,7 @@ class Engine:
             "motion": {
                 "from": self.motion.name,
                 "simulated": self.motion.simulated,
-                "used": counts.used,
-                "late": counts.late,
-                "out_of_order": counts.out_of_order,
-                "invalid": counts.invalid,
-                "clocks_set": counts.clocks_set,
-                "lost_connections": counts.lost_connections,
+                **asdict(self.finger.counts),
             },
             "states": {name: self.blocks[name] / blocks if blocks else 0.0 for name in STATES},
             "landings": self.transients.started,

@@ -87,10 +87,6 @@ class Latency:
         return {
             "block_ms": 1e3 * self.block_s,
             "queued_ms": 1e3 * self.queued_s,
-            "compute": self.compute.facts(),
-            "processor": self.processor.facts(),
-            "age": self.age.facts(),
-            "tap": self.tap.facts(),
-            "total": self.total.facts(),
+            **{name: getattr(self, name).facts() for name in ("compute", "processor", "age", "tap", "total")},
             "underruns": self.underruns,
         }

@@ -183,27 +183,8 @@ def interpolate(
     """Write the parameters at a condition, interpolated between the four nearest nodes; beyond the grid the nearest."""
     i0, i1, u = _node(speed, grid.speeds)
     j0, j1, w = _node(force, grid.forces)
-    reflections, deviations, roots = grid.reflection, grid.deviation, grid.root
     a, b, c, d = (1 - u) * (1 - w), u * (1 - w), (1 - u) * w, u * w
-    axes, order = reflection.shape
-    for n in range(axes):
-        for m in range(order):
-            reflection[n, m] = (
-                a * reflections[i0, j0, n, m]
-                + b * reflections[i1, j0, n, m]
-                + c * reflections[i0, j1, n, m]
-                + d * reflections[i1, j1, n, m]
-            )
-        deviation[n] = np.exp(
-            a * deviations[i0, j0, n]
-            + b * deviations[i1, j0, n]
-            + c * deviations[i0, j1, n]
-            + d * deviations[i1, j1, n]
-        )
-        for m in range(axes):
-            root[n, m] = (
-                a * roots[i0, j0, n, m]
-                + b * roots[i1, j0, n, m]
-                + c * roots[i0, j1, n, m]
-                + d * roots[i1, j1, n, m]
-            )
+    r, s, q = grid.reflection, grid.deviation, grid.root
+    reflection[:] = a * r[i0, j0] + b * r[i1, j0] + c * r[i0, j1] + d * r[i1, j1]
+    deviation[:] = np.exp(a * s[i0, j0] + b * s[i1, j0] + c * s[i0, j1] + d * s[i1, j1])
+    root[:] = a * q[i0, j0] + b * q[i1, j0] + c * q[i0, j1] + d * q[i1, j1]

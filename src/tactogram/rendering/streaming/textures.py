@@ -187,9 +187,7 @@ def _render(
         samples[:, :new],
     )
     if half == 0:
-        for a in range(axes):
-            for i in range(count):
-                out[a, i] = samples[a, i]
+        out[:, :count] = samples[:, :count]
         return 0, 0.0
     history[:, available : available + new] = samples[:, :new]
     available += new

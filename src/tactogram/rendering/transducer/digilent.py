@@ -187,16 +187,8 @@ class AnalogDiscovery:
         seconds = envelope.seconds if isinstance(envelope, Signal) else longest_s
         try:
             with device_errors(self.name, library="dwfpy"):
-                self._channel.setup_am(
-                    function="play",
-                    frequency=rate,
-                    amplitude=100.0,
-                    offset=0.0,
-                    data_samples=prefill.tolist(),
-                )
-                self._channel.run_length = seconds + (2 * len(prefill) + len(silence)) / rate + MARGIN_S
-                self._carrier(on=True)
-                self._channel.configure(start=True)
+                length = seconds + (2 * len(prefill) + len(silence)) / rate + MARGIN_S
+                self._start(length, "play", frequency=rate, data_samples=prefill.tolist())
                 for block in blocks:
                     self._send(am_data(block, self.wanted.peak_v))
                 self._send(silence)
@@ -222,16 +214,8 @@ class AnalogDiscovery:
             )
         try:
             with device_errors(self.name, library="dwfpy"):
-                self._channel.setup_am(
-                    function="custom",
-                    frequency=rate / len(data),
-                    amplitude=100.0,
-                    offset=0.0,
-                    data_samples=am_data(data, self.wanted.peak_v).tolist(),
-                )
-                self._channel.run_length = seconds
-                self._carrier(on=True)
-                self._channel.configure(start=True)
+                samples = am_data(data, self.wanted.peak_v).tolist()
+                self._start(seconds, "custom", frequency=rate / len(data), data_samples=samples)
                 self._sleep(seconds)
                 self.sent += round(seconds * rate)
         finally:
@@ -258,10 +242,7 @@ class AnalogDiscovery:
         data = float(am_data(np.array([amplitude_v]), self.wanted.peak_v)[0])
         try:
             with device_errors(self.name, library="dwfpy"):
-                self._channel.setup_am(function="dc", amplitude=100.0, offset=100 * data, enabled=True)
-                self._channel.run_length = longest_s
-                self._carrier(on=True)
-                self._channel.configure(start=True)
+                self._start(longest_s, "dc", offset=100 * data, enabled=True)
         except BaseException:
             self._silence()
             raise
@@ -305,6 +286,13 @@ class AnalogDiscovery:
         self._channel.idle = self._module.AnalogOutputIdle.OFFSET
         self._channel.setup_am(function="dc", amplitude=100.0, offset=-100.0, enabled=True)
         self._carrier(on=False)
+
+    def _start(self, seconds: float, function: str, *, offset: float = 0.0, **am: Any) -> None:
+        """Start the modulated carrier, which the device stops by itself after ``seconds``."""
+        self._channel.setup_am(function=function, amplitude=100.0, offset=offset, **am)
+        self._channel.run_length = seconds
+        self._carrier(on=True)
+        self._channel.configure(start=True)
 
     def _carrier(self, *, on: bool) -> None:
         self._channel.setup(

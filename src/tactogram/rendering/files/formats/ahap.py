@@ -10,7 +10,7 @@ added (Apple; the MPEG reference software does the same).
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,12 +67,14 @@ _OTHER_CONTROLS = (
 class EventParameter(DocumentPart):
     """Constant of an event."""
 
+    ranges: ClassVar = _HAPTIC
+
     name: str = Field(alias="ParameterID")
     value: float = Field(alias="ParameterValue")
 
     @model_validator(mode="after")
-    def _within(self) -> EventParameter:
-        _check_range(self.name, self.value, _HAPTIC)
+    def _within(self) -> Self:
+        _check_range(self.name, self.value, self.ranges)
         return self
 
 
@@ -132,17 +134,12 @@ class Curve(DocumentPart):
         return self
 
 
-class Dynamic(DocumentPart):
+class Dynamic(EventParameter):
     """Parameter of all events from a time on."""
 
-    name: str = Field(alias="ParameterID")
-    time: Seconds = Field(alias="Time")
-    value: float = Field(alias="ParameterValue")
+    ranges: ClassVar = _CONTROL
 
-    @model_validator(mode="after")
-    def _within(self) -> Dynamic:
-        _check_range(self.name, self.value, _CONTROL)
-        return self
+    time: Seconds = Field(alias="Time")
 
 
 class Entry(DocumentPart):
