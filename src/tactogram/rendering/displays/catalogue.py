@@ -40,18 +40,10 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
 
 
 def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Path = Path()) -> Display:
-    """Return the display that a file's values describe.
+    """Return the display for a file's ``values``: the keys of `Display`, and the family's settings under its name.
 
-    Raises `DataError` if the response's file cannot be read; `ParameterError` if a key or value is wrong.
-
-    Parameters
-    ----------
-    values : mapping
-        The keys of `Display`, and the family's settings under its name.
-    where : str
-        Prefix of errors.
-    folder : Path
-        Folder of the response's file.
+    ``where`` is a prefix of errors, ``folder`` that of the response's file. Raises `DataError` if the response's file
+    cannot be read; `ParameterError` if a key or value is wrong.
     """
     values = dict(values)
     family = values.get("family")

@@ -72,11 +72,7 @@ class Display(BaseModel):
     def check_volts(self, peak_v: float, *, lower: str) -> None:
         """Refuse several channels, another unit than V, or a limit below the ``peak_v`` that the settings allow.
 
-        Parameters
-        ----------
-        peak_v : float, V
-        lower : str
-            The setting to lower, for the error.
+        ``lower`` is the setting to lower, for the error.
 
         Raises
         ------

@@ -42,13 +42,10 @@ DEEPEST_DB = 80.0
 
 @dataclass(frozen=True, eq=False)
 class EqualiserDesign:
-    """Filter for a stream, and its difference from the wanted magnitude.
+    """Filter for a stream at ``rate`` in the display's ``band`` (Hz), and its difference from the wanted magnitude.
 
     Parameters
     ----------
-    rate : float, Hz
-    band : tuple of float, Hz
-        The display's.
     taps : float64 array, shape (tap,)
         Minimum phase.
     edges : float64 array, shape (section, 6)
@@ -121,19 +118,10 @@ def equaliser(
 ) -> EqualiserDesign:
     """Return the shortest filter within `WITHIN_DB` of ``wanted`` in the band, or the longest allowed.
 
-    Raises `ParameterError` if nothing of the band lies below half the rate, or ``wanted`` is not > 0 and finite
-    there.
-
-    Parameters
-    ----------
-    rate : float, Hz
-    band : tuple of float, Hz
-        Nothing is wanted outside; 0 and half the rate are no edges.
-    wanted : callable
-        Magnitude > 0 at frequencies in Hz; evaluated within the band only and held outside, since a steep edge in the
-        transversal filter would make it long, with a long delay inside.
-    checked : tuple of float, optional
-        Where errors count, Hz; the band by default.
+    Nothing is wanted outside ``band`` (Hz); 0 and half the rate are no edges. ``wanted`` is evaluated within the band
+    only and held outside, since a steep edge in the transversal filter would make it long, with a long delay inside.
+    Errors count in ``checked`` (Hz), the band by default. Raises `ParameterError` if nothing of the band lies below
+    half the rate, or ``wanted`` is not > 0 and finite there.
     """
     low, high = max(0.0, band[0]), min(band[1], rate / 2)
     if not low < high:

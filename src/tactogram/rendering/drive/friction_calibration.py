@@ -91,14 +91,9 @@ class FrictionCalibration(BaseModel):
 def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list[FrictionMeasurements]:
     """Return the measurements in a CSV, one entry per person in the order of the file.
 
-    Raises `DataError` if a column is missing or a cell is not a number; names file and line.
-
-    Parameters
-    ----------
-    path : Path or str
-        Columns ``voltage_v_rms``, ``friction`` (coefficient), optional ``person`` and ``normal_force_n``.
-    normal_force_n : float, optional
-        For a file without that column.
+    Its columns are ``voltage_v_rms``, ``friction`` (coefficient), and optionally ``person`` and ``normal_force_n``,
+    which is an argument for a file without it. Raises `DataError` if a column is missing or a cell is not a number;
+    names file and line.
     """
     path = Path(path)
     found: dict[str, list[tuple[float, float, float]]] = {}

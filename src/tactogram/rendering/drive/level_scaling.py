@@ -28,26 +28,11 @@ def kinematic_power(unit: str, display: Display) -> int:
 def factor_of(
     level: Level, *, display: Display, signal: Signal, output: Signal, peak: float
 ) -> tuple[float, float, str]:
-    """Return the factors that bring a display to a requested level, and a sentence.
+    """Return the factor of the drive for a requested level, that of the wanted output, and a sentence.
 
-    Raises `UnitError` if the level does not apply to this signal or this display.
-
-    Parameters
-    ----------
-    signal : Signal
-        The wanted signal.
-    output : Signal
-        The output for a factor of 1, in the signal's unit.
-    peak : float
-        Largest magnitude of the drive for a factor of 1.
-
-    Returns
-    -------
-    factor : float
-        Of the drive.
-    aim : float
-        The wanted output relative to the signal.
-    words : str
+    ``output`` is the output for a factor of 1, in the unit of the wanted ``signal``; ``peak`` the largest magnitude of
+    the drive for a factor of 1. The second factor relates the wanted output to the signal. Raises `UnitError` if the
+    level does not apply to this signal or this display.
     """
     physical = display.response is not None and (
         signal.unit == display.output_unit or {signal.unit, display.output_unit} <= set(MOTION)

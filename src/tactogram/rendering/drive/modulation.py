@@ -51,7 +51,6 @@ def shaped(
     Parameters
     ----------
     x : float64 array, shape (time,)
-    rate : float, Hz
     band : tuple of float, Hz
         Outside, edges of half a cosine, a tenth of the edge wide. A low edge above 0 removes the mean.
     cutoff_hz : float, optional
@@ -101,21 +100,11 @@ def scaled_within(
     most_limited: float,
     remedy: str,
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
-    """Return ``x`` scaled to -1..1, and facts.
+    """Return ``x``, float64, shape (time,), scaled to -1..1, and facts.
 
-    Raises `ParameterError` if it over-modulates and may not, or too much of it does.
-
-    Parameters
-    ----------
-    x : float64 array, shape (time,)
-    full_scale : float, optional
-        Value that becomes 1; by default the largest magnitude becomes ``share``.
-    over : {"refuse", "limit"}
-        For values beyond 1: refuse, or limit softly.
-    most_limited : float
-        A larger share of the samples beyond 1 is refused, too.
-    remedy : str
-        Advice in the error.
+    ``full_scale`` becomes 1; without it the largest magnitude becomes ``share``. Values beyond 1 are refused or softly
+    limited (``over``); more than a share of ``most_limited`` is refused, too, with the advice ``remedy``. Raises
+    `ParameterError` if it over-modulates and may not, or too much of it does.
     """
     peak = float(np.abs(x).max())
     scale = full_scale or (peak / share if peak > 0 else 1.0)

@@ -25,22 +25,12 @@ LEAST_SAMPLES = 16
 
 
 class PathPlayback:
-    """Playback of a texture over displacement along a path that arrives in blocks.
+    """Playback of a texture over displacement (one axis) at ``rate`` (Hz), along a path that arrives in blocks.
 
-    Raises `ParameterError` if the texture is over time or has several axes, or a value is out of range.
-
-    Parameters
-    ----------
-    texture : Signal
-        One axis, over displacement.
-    rate : float, Hz
-        Rate of the output.
-    highest_hz : float
-        The output has no higher frequency at a steady speed; at most 0.45 of ``rate``.
-    hysteresis_mm : float
-        A finger that turns back moves this far before the texture does: a trembling finger at rest plays nothing.
-    outside : {"mirror", "hold"}
-        Beyond the ends of the texture: mirrored, or its last value.
+    The output has no frequency above ``highest_hz`` (at most 0.45 of ``rate``) at a steady speed. A finger that turns
+    back moves by ``hysteresis_mm`` before the texture does, so that a trembling finger at rest plays nothing. Beyond
+    the ends of the texture (``outside``) it is mirrored, or its last value held. Raises `ParameterError` if the
+    texture is over time or has several axes, or a value is out of range.
     """
 
     def __init__(
@@ -81,22 +71,11 @@ class PathPlayback:
     def process(
         self, place_mm: ArrayLike | None, length: int, *, contact: bool = True
     ) -> NDArray[np.float64]:
-        """Return the next block of the texture under the finger.
+        """Return the next ``length`` samples of the texture under the finger, float64, shape (time,).
 
-        Parameters
-        ----------
-        place_mm : float array, shape (sample,), or None
-            Positions along the path, evenly spread over the block, the last one at its end; None without news, like
-            values that are not finite.
-        length : int
-            Samples in the block.
-        contact : bool
-            While the finger is lifted, position and value are held; it then touches down at its new position.
-
-        Returns
-        -------
-        float64 array, shape (time,), in the texture's unit
-            The value at position 0 before the first touch.
+        ``place_mm`` has positions along the path, evenly spread over the block, the last one at its end; None, or
+        values that are not finite, are no news. While the finger is lifted (no ``contact``), position and value are
+        held; it then touches down at its new position. Before the first touch the value is that at position 0.
         """
         if length < 1:
             raise ParameterError(f"a block must have at least one sample, got {length}")

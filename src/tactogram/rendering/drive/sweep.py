@@ -37,20 +37,11 @@ def exponential_sweep(
     x(t) = A sin(2 pi f1 T / ln(f2/f1) (e^(t/T ln(f2/f1)) - 1)): each octave lasts equally long, and a display's
     distortion appears before the response, where it can be cut off (A. Farina, "Simultaneous measurement of impulse
     response and distortion with a swept-sine technique", AES Convention 108, 2000; from general knowledge of it).
-    Raises `ParameterError` if the display is not linear, the band does not lie below half the rate, or level or times
-    are out of range.
 
-    Parameters
-    ----------
-    seconds : float
-        Length without the silence.
-    level : float
-        Amplitude as a share of the display's limit.
-    band : tuple of float, optional
-        Band to be measured, Hz; by default the display's, or 10 Hz to 0.45 of its rate. The sweep exceeds it at both
-        ends (`WIDER`), as far as the rate allows.
-    silence_s : float
-        Before and after the sweep, while the response builds up and decays.
+    The amplitude ``level`` is a share of the display's limit. ``band`` (Hz) is the band to be measured, by default the
+    display's or 10 Hz to 0.45 of its rate; the sweep exceeds it at both ends (`WIDER`) as far as the rate allows.
+    Silence of ``silence_s`` before and after the sweep lets the response build up and decay. Raises `ParameterError`
+    if the display is not linear, the band does not lie below half the rate, or level or times are out of range.
     """
     family = display_family(display.family)
     if not family.swept:
@@ -83,7 +74,7 @@ def exponential_sweep(
 
 @dataclass(frozen=True, eq=False)
 class SweepResult:
-    """Response of a display identified from a sweep.
+    """Response of a display identified from a sweep, in ``unit``: the recording's per the drive's.
 
     Parameters
     ----------
@@ -94,8 +85,6 @@ class SweepResult:
         Share of the recorded power that the linear response explains, 0 to 1.
     delay_s : float
         Delay of the recording, s, removed from the phase; meaningless between devices without a common clock.
-    unit : str
-        Of the recording per unit of the drive.
     """
 
     frequency: NDArray[np.float64]
@@ -114,23 +103,13 @@ def identify(
     ringing_s: float = 0.25,
     repeats: tuple[Signal, ...] = (),
 ) -> SweepResult:
-    """Return the response between a played sweep and its recording.
+    """Return the response between a played sweep and its recording, each of one axis at any rate.
 
     The recorded spectrum is divided by the played one where that has power; in time, everything before the direct
-    response (distortion) and later than ``ringing_s`` after it (noise) is cut off; the rest is read at even steps per
-    octave. Raises `ParameterError` if a signal has several axes, the recording is silent, or the band exceeds half a
-    rate.
-
-    Parameters
-    ----------
-    played, recorded : Signal
-        One channel and one axis, over time, at any rate. Their delay is determined.
-    band : tuple of float, Hz
-        The band that the sweep was made for.
-    ringing_s : float
-        Longest ringing of the response.
-    repeats : tuple of Signal
-        Further recordings of the same sweep, averaged after alignment.
+    response (distortion) and later than ``ringing_s`` after it (noise) is cut off; the rest is read in ``band`` (Hz,
+    that of the sweep) at even steps per octave. The delay is determined. ``repeats`` are further recordings of the
+    same sweep, averaged after alignment. Raises `ParameterError` if a signal has several axes, the recording is
+    silent, or the band exceeds half a rate.
     """
     if len(played.axes) != 1 or any(len(r.axes) != 1 for r in (recorded, *repeats)):
         raise ParameterError("identify takes one played channel and one recorded axis; select them")

@@ -52,15 +52,10 @@ class HapticFile:
 def read_haptic(path: Path | str, *, format: str | None = None, rate: float | None = None) -> HapticFile:
     """Return the signal in a haptic file.
 
-    An envelope becomes a carrier whose frequency the file states or is assumed; its facts say which. Raises
-    `DataError` if it is not valid: the first rule that it breaks.
-
-    Parameters
-    ----------
-    format : str, optional
-        By default by suffix, or by content if several formats share the suffix.
-    rate : float, Hz, optional
-        Of the carrier, `envelope.READ_RATE` by default; of a waveform its own by default.
+    An envelope becomes a carrier whose frequency the file states or is assumed; its facts say which. The format is
+    determined by suffix, or by content if several formats share the suffix. ``rate`` (Hz) is the carrier's,
+    `envelope.READ_RATE` by default, or that of a waveform, its own by default. Raises `DataError` if the file is not
+    valid: the first rule that it breaks.
     """
     path = Path(path)
     document, kind = _read(path, format)

@@ -24,14 +24,8 @@ MOST_SAMPLES = 2**25
 class DocumentHeader:
     """Header of a document.
 
-    Parameters
-    ----------
-    description : str
-        Free text, in which this package stores unit, level and metadata.
-    unit : str
-        The signal's unit before it was scaled to parts of full scale.
-    modality : str, optional
-        One of the format's; chosen by unit by default.
+    ``description`` is free text, in which this package stores unit, level and metadata; ``unit`` the signal's before
+    it was scaled to parts of full scale; ``modality`` one of the format's, chosen by unit by default.
     """
 
     description: str = ""
@@ -41,16 +35,9 @@ class DocumentHeader:
 
 @dataclass(frozen=True, eq=False)
 class DecodedDocument:
-    """Content of a document.
+    """Content of a document: a signal of unit 1 (parts of full scale), the header's description, and facts.
 
-    Parameters
-    ----------
-    signal : Signal
-        Of unit 1: parts of full scale.
-    description : str
-        As in `DocumentHeader`.
-    facts : dict
-        The assumed carrier and what was left out.
+    The facts state the assumed carrier and what was left out.
     """
 
     signal: Signal

@@ -45,22 +45,11 @@ GLIDE_S = 0.05
 
 
 class Engine:
-    """Textures under a finger.
+    """Textures of one unit and number of axes under a finger, in blocks of at most ``most`` samples at ``rate`` (Hz).
 
+    The textures must be made for the same rate and block. ``weights`` are by texture name, 0 for those omitted; equal
+    weights of sum 1 by default. ``settings`` smooth the motion, ``contact`` describes the transients of landings.
     Raises `ParameterError` if textures differ in kind or share a name, or rate, block or a weight is out of range.
-
-    Parameters
-    ----------
-    textures : sequence of StreamingTexture
-        Of one unit and number of axes, made for the same ``rate`` and ``most``.
-    rate : float
-        At least `LEAST_RATE` Hz.
-    most : int
-        Samples in a block, at most `LONGEST_BLOCK_S` of them.
-    weights : mapping, optional
-        By texture name, 0 for those omitted; equal weights of sum 1 by default.
-    settings, contact
-        Smoothing of motion, and the transients of landings.
     """
 
     def __init__(
@@ -129,20 +118,11 @@ class Engine:
             self._target[self.names.index(name)] = weight
 
     def render(self, now_s: float, count: int | None = None, *, ahead_s: float = 0.0) -> Block:
-        """Return the next ``count`` (by default ``most``) samples.
+        """Return the next ``count`` (by default ``most``) samples, float32, shape (axis, count), in ``unit``.
 
-        Parameters
-        ----------
-        now_s : float
-            Time on the engine's clock; motion that has arrived by now is read.
-        ahead_s : float
-            Delay of the first sample after now, for a backend that requests several blocks at once. Irregular start
-            times are made regular by `block_clock`.
-
-        Returns
-        -------
-        float32 array, shape (axis, count), in ``unit``
-            A view that the next call overwrites.
+        The array is a view that the next call overwrites. Motion that has arrived by ``now_s`` (on the engine's clock)
+        is read. ``ahead_s`` is the delay of the first sample after now, for a backend that requests several blocks at
+        once. Irregular start times are made regular by `block_clock`.
         """
         count = self.most if count is None else count
         for message in self.motion.poll(now_s):

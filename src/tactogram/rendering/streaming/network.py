@@ -22,18 +22,10 @@ WAITING = 256
 
 
 class NetworkMotion:
-    """Motion from game engines, received by a thread.
+    """Motion from game engines, received by a thread; ``clock`` returns the time on the engine's clock, s.
 
-    Raises `DeviceError` if the port cannot be opened.
-
-    Parameters
-    ----------
-    host : str
-        Address to listen on; by default this computer only, since anyone who reaches the port moves the actuator.
-    port : int
-        0 for any free port, see `address`.
-    clock : callable
-        Returns the time on the engine's clock, s.
+    It listens on this computer only by default, since anyone who reaches the port moves the actuator. Port 0 is any
+    free port, see `address`. Raises `DeviceError` if the port cannot be opened.
     """
 
     simulated = False

@@ -53,12 +53,10 @@ class ReceivedPacket:
 
 @dataclass(frozen=True, eq=False)
 class BlockPacket:
-    """A block of samples to send.
+    """A block of samples to send, float32, shape (channel, n).
 
     Parameters
     ----------
-    samples : float32 array, shape (channel, n)
-    rate : float, Hz
     sequence : int
         0 to 2^32 - 1; wraps. A gap is a lost packet.
     first_sample : int

@@ -21,16 +21,10 @@ MICE = Path("/dev/input/mice")
 
 
 class MotionFile:
-    """Motion from a CSV, at the times in its column ``time_s``.
+    """Motion from a CSV with `COLUMNS` in any order, at the ascending times in ``time_s``; ``y_mm`` is 0 if omitted.
 
-    Raises `DataError` naming file and line if it is invalid.
-
-    Parameters
-    ----------
-    path : Path
-        Columns of `COLUMNS` in any order; ``y_mm`` is 0 if omitted. Times ascend.
-    loop : bool
-        Restart at the end, lifted for a moment, instead of falling silent.
+    A ``loop`` restarts at the end, lifted for a moment, instead of falling silent. Raises `DataError` naming file and
+    line if the file is invalid.
     """
 
     simulated = False
@@ -104,12 +98,7 @@ class MouseMotion:
     """A mouse on Linux as a finger, which touches with ``force_n`` while the left button is down.
 
     It is read once per block, so a position may be late by up to one block plus the mouse's own interval (8 ms at 125
-    Hz). Raises `DeviceError` if there is no such device or it may not be read.
-
-    Parameters
-    ----------
-    counts_per_mm : float
-        31.5 for a mouse of 800 counts per inch.
+    Hz). 31.5 counts per mm are 800 per inch. Raises `DeviceError` if there is no such device or it may not be read.
     """
 
     simulated = False

@@ -22,18 +22,11 @@ LONGEST_RECORD = 60_000_000
 
 
 class Stream:
-    """An engine, the display that it drives, and a record of both.
+    """An engine, the display that it drives (without one: the texture itself, in its unit), and a record of both.
 
-    Raises `ParameterError` if the engine's rate is not the display's, or the record is too long.
-
-    Parameters
-    ----------
-    output : DisplayOutput, optional
-        None streams the texture itself, in its unit.
-    record_s : float
-        Length of the record of what is sent, s.
-    on_block : callable, optional
-        Called with the time before each block, to change a mix for instance.
+    The record holds the first ``record_s`` seconds of what is sent. ``on_block`` is called with the time before each
+    block, to change a mix for instance. Raises `ParameterError` if the engine's rate is not the display's, or the
+    record is too long.
     """
 
     def __init__(

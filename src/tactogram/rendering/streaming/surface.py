@@ -44,22 +44,12 @@ MOST_NODES = 20_000_000
 
 
 class SurfaceTexture:
-    """A signal over displacement, played at the finger's position.
+    """A signal over displacement, played at the finger's position by an engine at ``rate`` (Hz).
 
-    Raises `ParameterError` if the speed for a signal over time is missing, or the surface is shorter than 20 samples
-    or too long.
-
-    Parameters
-    ----------
-    signal : Signal
-        Over displacement; over time only with ``speed_mm_s``.
-    rate : float
-        The engine's, Hz.
-    speed_mm_s : float, optional
-        Speed at which a signal over time was recorded or generated.
-    along : {"path", "x", "y"}
-        Played along the finger's path, which never goes back, or along a coordinate: then the same position always
-        feels the same, and a stroke back plays it in reverse.
+    A signal over time needs ``speed_mm_s``, at which it was recorded or generated. It is played along the finger's
+    path, which never goes back, or along a coordinate: then the same position always feels the same, and a stroke back
+    plays it in reverse. Raises `ParameterError` if the speed is missing, or the surface is shorter than 20 samples or
+    too long.
 
     Attributes
     ----------

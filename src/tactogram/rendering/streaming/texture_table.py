@@ -54,15 +54,9 @@ class TextureGrid(NamedTuple):
 class TextureTable:
     """Models of one surface, sampled from a `TextureMap` on a grid over speed and force.
 
-    Raises `ParameterError` if there is no such axis.
-
-    Parameters
-    ----------
-    axis : str
-        One of several axes by name; ``"dft321"``: one axis with the power of all at every frequency (`summed`);
-        ``"all"``: all of them.
-    speeds, forces : int
-        Least numbers of nodes. The conditions of the surface's own models are always included.
+    Of several axes, ``axis`` selects one by name, ``"dft321"`` one with the power of all at every frequency
+    (`summed`), and ``"all"`` all of them. ``speeds`` and ``forces`` are least numbers of nodes; the conditions of the
+    surface's own models are always included. Raises `ParameterError` if there is no such axis.
     """
 
     def __init__(

@@ -77,16 +77,9 @@ def generator(settings: CarrierSettings, *, channel: int = 1, serial: str = "") 
 
 
 def am_data(envelope: NDArray[np.floating], peak_v: float) -> NDArray[np.float64]:
-    """Return the AM node's data for an envelope: e / (peak / 2) - 1.
+    """Return the AM node's data for an envelope of 0 to ``peak_v`` (float array, shape (time,), V): e / (peak / 2) - 1.
 
-    Parameters
-    ----------
-    envelope : float array, shape (time,), V
-        From 0 to ``peak_v``; NaN becomes 0 V, values outside are clipped.
-
-    Returns
-    -------
-    float64 array, shape (time,), from -1 to 1
+    float64, same shape, -1 to 1; NaN becomes 0 V, values outside are clipped.
     """
     volts = np.nan_to_num(np.asarray(envelope, np.float64), nan=0.0, posinf=0.0, neginf=0.0)
     return np.asarray(np.clip(2 * volts / peak_v - 1, -1.0, 1.0))
@@ -162,17 +155,9 @@ class AnalogDiscovery:
     ) -> None:
         """Send an envelope as fast as the device accepts it, and return at 0 V when all of it was played.
 
-        Raises `DeviceError` if the device cannot stream its AM node, stalls or is gone. It is at 0 V then, if it
-        still responds.
-
-        Parameters
-        ----------
-        envelope : Signal, or an iterator of float arrays, shape (time,), V
-            Amplitude of the carrier from 0 to ``peak_v``, whole or in blocks.
-        rate : float, Hz
-            Rate of blocks; a Signal has its own.
-        longest_s : float
-            Blocks: the device stops by itself after this time. A Signal has its own length.
+        ``envelope`` is the amplitude of the carrier from 0 to ``peak_v``: a Signal, or blocks (float arrays, shape
+        (time,), V) with their ``rate`` in Hz, which the device stops after ``longest_s``. Raises `DeviceError` if the
+        device cannot stream its AM node, stalls or is gone; it is at 0 V then, if it still responds.
         """
         self._opened()
         blocks, rate = _blocks(envelope, rate)

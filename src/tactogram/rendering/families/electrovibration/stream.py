@@ -27,25 +27,11 @@ if TYPE_CHECKING:
 
 
 class ElectrovibrationStream:
-    """Voltage for a friction coefficient over displacement, along a path that arrives in blocks.
+    """Voltage for a friction coefficient over displacement (one axis), along a path that arrives in blocks.
 
-    The scaling is determined in advance from the whole texture.
-
-    Parameters
-    ----------
-    texture : Signal
-        One axis, over displacement.
-    rate : float, Hz
-        Of the drive: above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
-    level : Level
-        See `tactogram.rendering.families.electrovibration.drive`.
-    outside : {"mirror", "hold"}
-        Beyond the ends of the texture.
-
-    Attributes
-    ----------
-    facts : dict
-        Facts and sentences of `friction_target`.
+    The scaling is determined in advance from the whole texture; ``facts`` holds that of `friction_target`. The
+    ``rate`` (Hz) must be above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
+    ``outside`` is as in `PathPlayback`, ``level`` as in `drive`.
     """
 
     def __init__(
@@ -80,19 +66,11 @@ class ElectrovibrationStream:
     def process(
         self, place_mm: ArrayLike | None, length: int, *, contact: bool = True
     ) -> NDArray[np.float32]:
-        """Return the next block of the drive.
+        """Return the next block of the drive, float32, shape (time,), V at the generator; at most ``settings.peak_v``.
 
-        Parameters
-        ----------
-        place_mm, length, contact
-            As `PathPlayback.process`. A lifted finger counts as news: the voltage is held. Without news for longer
-            than ``settings.watchdog_s`` the voltage goes to zero within ``settings.release_s``, and with news it
-            returns as fast.
-
-        Returns
-        -------
-        float32 array, shape (time,), V at the generator
-            Its magnitude never exceeds ``settings.peak_v``.
+        The arguments are those of `PathPlayback.process`. A lifted finger counts as news: the voltage is held. Without
+        news for longer than ``settings.watchdog_s`` the voltage goes to zero within ``settings.release_s``, and with
+        news it returns as fast.
         """
         mu = self._playback.process(place_mm, length, contact=contact)
         news = not contact or (place_mm is not None and bool(np.isfinite(np.asarray(place_mm, float)).any()))
