@@ -29,24 +29,12 @@ class DriveFunction(Protocol):
     ) -> tuple[Signal, dict[str, Any]]:
         """Return the drive and JSON facts.
 
-        Raises `UnitError` or `ParameterError` if the level does not apply to the signal or the display, or the
-        settings do not fit.
-
-        Parameters
-        ----------
-        signal : Signal
-            Over time, in its own unit and at its own rate: one axis, or all of them (`rendering.drive.axes`).
-        settings : BaseModel
-            The family's.
-
-        Returns
-        -------
-        drive : Signal
-            At ``display.rate``, in ``display.unit``, with ``display.channels`` as axes. Fades, DC and the limits are
-            checked afterwards (`rendering.drive.safety`).
-        facts : dict
-            Three keys hold lists of sentences: ``scaled``, ``clipped`` and ``unreachable``. ``faded`` is true if the
-            drive already begins and ends at rest.
+        ``signal`` is over time, in its own unit and at its own rate: one axis, or all of them
+        (`rendering.drive.axes`). ``settings`` are the family's. The drive is at ``display.rate``, in ``display.unit``,
+        with ``display.channels`` as axes; fades, DC and the limits are checked afterwards (`rendering.drive.safety`).
+        Of the facts, ``scaled``, ``clipped`` and ``unreachable`` are lists of sentences, and ``faded`` is true if the
+        drive already begins and ends at rest. Raises `UnitError` or `ParameterError` if the level does not apply to
+        the signal or the display, or the settings do not fit.
         """
         ...
 

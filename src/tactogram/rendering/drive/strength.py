@@ -37,16 +37,9 @@ class StrengthSettings(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class Strength:
-    """Strength of a display's vibration over time.
+    """Strength of a display's vibration over time, as a share of full drive's output, 0 to 1: float64, shape (time,).
 
-    Parameters
-    ----------
-    share : float64 array, shape (time,)
-        Of full drive's output, 0 to 1.
-    scaled, clipped : list of str
-        Sentences on the level and on what exceeded it.
-    limiting : float
-        Factor by which it was reduced.
+    ``scaled`` and ``clipped`` are sentences on the level and on what exceeded it; ``limiting`` is the reducing factor.
     """
 
     share: NDArray[np.float64]

@@ -31,17 +31,11 @@ GRAVITY = 1.0
 
 @dataclass(frozen=True, eq=False)
 class HapticFile:
-    """Content of a haptic file.
+    """Content of a haptic file: a signal in the unit and at the level that the file states, else of unit 1.
 
-    Parameters
-    ----------
-    signal : Signal
-        In the unit and at the level that the file states, else of unit 1.
-    metadata : dict
-        As passed to `write_haptic`, or the file's description.
-    facts : dict
-        ``format``, ``full_scale`` (None if the file does not state it) and, depending on the format, ``carrier_hz``,
-        ``carrier_from``, ``modality`` and ``left_out``.
+    ``metadata`` is as passed to `write_haptic`, or the file's description. ``facts`` has ``format``, ``full_scale``
+    (None if the file does not state it) and, depending on the format, ``carrier_hz``, ``carrier_from``, ``modality``,
+    ``left_out``.
     """
 
     signal: Signal

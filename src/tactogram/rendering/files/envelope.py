@@ -87,11 +87,10 @@ class Envelope:
     ----------
     seconds : float
         Length.
-    times : float64 array, shape (point,), s
+    times, frequency_times : float64 array, shape (point,), s
         Non-decreasing; the same time twice is a jump.
     amplitude : float64 array, shape (point,), >= 0
         Of the sine of equal power; 0 outside the times.
-    frequency_times : float64 array, shape (point,), s
     frequency : float64 array, shape (point,), Hz
         Constant outside the times.
     """

@@ -23,16 +23,14 @@ class ConversionLoss:
 
     Parameters
     ----------
-    envelope_correlation : float, optional
-        Pearson's, of the envelopes (20 ms windows, every 5 ms).
+    envelope_correlation, waveform_correlation : float, optional
+        Pearson's, of the envelopes (20 ms windows, every 5 ms) and of the samples.
     envelope_error : float, optional
-        Root mean square of their difference relative to the signal's.
+        Root mean square of the envelopes' difference relative to the signal's.
     level_db : float, optional
         The copy's root mean square relative to the signal's, both up to 1000 Hz and without the constant.
     frequency_octaves : float, optional
         Mean difference of the momentary frequencies in octaves, weighted by the signal's power.
-    waveform_correlation : float, optional
-        Pearson's, of the samples.
     snr_db : float, optional
         The samples' power relative to that of their difference.
     """

@@ -11,13 +11,9 @@ CHOICES = ("dft321", "mean")
 def to_one_axis(signal: Signal, choice: str | None = None) -> tuple[Signal, str | None]:
     """Return one axis of a signal, and how it was derived in words; None if it had only one.
 
-    Raises `ParameterError` if there is no such axis, or ``dft321`` is chosen for another number than three.
-
-    Parameters
-    ----------
-    choice : str, optional
-        The name of an axis, ``"dft321"`` (three axes: their energy at every frequency) or ``"mean"`` (channels of the
-        same source). By default ``dft321`` for three axes and ``mean`` for any other number.
+    ``choice`` is the name of an axis, ``"dft321"`` (three axes: their energy at every frequency, the default for
+    three) or ``"mean"`` (channels of the same source, the default for any other number). Raises `ParameterError` if
+    there is no such axis, or ``dft321`` is chosen for another number than three.
     """
     if choice in signal.axes:
         one = signal.select(choice)

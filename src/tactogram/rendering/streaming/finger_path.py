@@ -36,13 +36,8 @@ _X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH, _MOVEMENT = range(8)
 class MotionBlock:
     """The finger over one block: arrays with room for ``most`` samples, of which the first ``count`` are valid.
 
-    Parameters
-    ----------
-    x_mm, y_mm, path_mm : float64 array, shape (most,)
-        Position, and length of the path so far, mm.
-    speed_mm_s, force_n : float64 array, shape (most,)
-    contact, movement : float32 array, shape (most,)
-        Gains from 0 (lifted, at rest) to 1 (touching, sliding).
+    Position and length of the path so far are in mm; ``contact`` and ``movement`` are gains from 0 (lifted, at rest)
+    to 1 (touching, sliding).
     """
 
     most: int

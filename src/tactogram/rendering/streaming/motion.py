@@ -40,18 +40,8 @@ NAN = math.nan
 class MotionSample:
     """A motion message; NaN marks missing values.
 
-    Parameters
-    ----------
-    time_s : float
-        Time on the sender's clock, s.
-    arrival_s : float
-        Time of arrival on the engine's clock, s.
-    x_mm, y_mm : float
-        Position on the surface, mm; both or neither.
-    speed_mm_s : float
-        Magnitude of the velocity, >= 0, mm/s.
-    force_n : float
-        Normal force, >= 0, N. 0 is a lifted finger.
+    ``time_s`` is on the sender's clock, ``arrival_s`` on the engine's. The position on the surface has both
+    coordinates or neither; the speed is the velocity's magnitude, >= 0; a normal force of 0 is a lifted finger.
     """
 
     time_s: float

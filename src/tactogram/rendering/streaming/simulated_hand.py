@@ -19,25 +19,11 @@ UP_S = 0.08
 
 @dataclass(frozen=True)
 class HandSettings:
-    """Settings of a simulated hand.
+    """Settings of a simulated hand: rates in Hz, and ranges of the strokes, rests and lifts.
 
     A stroke follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times its
-    mean. Every few strokes the finger lifts and lands elsewhere.
-
-    Parameters
-    ----------
-    position_rate, force_rate : float
-        Samples per second, Hz.
-    length_mm, duration_s : tuple of float
-        Range of a stroke's length and duration.
-    rest_s, lift_s : tuple of float
-        Range of the rests between strokes, and of the time in the air.
-    strokes_between_lifts : int
-        Mean number.
-    force_n : float
-        Mean normal force while touching, N; it varies by about a third.
-    noise_mm : float
-        Standard deviation of a position, mm.
+    mean. Every few strokes the finger lifts and lands elsewhere. ``force_n`` is the mean normal force while touching,
+    which varies by about a third; ``noise_mm`` the standard deviation of a position.
     """
 
     position_rate: float = 250.0

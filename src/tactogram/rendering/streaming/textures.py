@@ -28,16 +28,10 @@ PHASES = 128
 
 
 class StreamingTexture(Protocol):
-    """A texture that is rendered block after block.
+    """A texture that is rendered block after block, with a delay of ``delay_s`` in its response to motion.
 
-    Attributes
-    ----------
-    delay_s : float
-        Delay of its response to motion.
-    holds_at_rest : bool
-        Whether it has a value while the finger rests (a friction coefficient) or fades out (a vibration).
-    level : float
-        Root mean square at a medium speed and force, in ``unit``; landings are scaled by it.
+    ``holds_at_rest`` is whether it has a value while the finger rests (a friction coefficient) or fades out (a
+    vibration). ``level`` is its root mean square at a medium speed and force, in ``unit``; landings are scaled by it.
     """
 
     name: str
@@ -75,14 +69,9 @@ class _Resampler(NamedTuple):
 class AutoregressiveTexture:
     """A `TextureTable` as an endless signal at the engine's ``rate`` (Hz), in blocks of at most ``most`` samples.
 
-    The mean of the models is omitted: it is gravity, or the sensor's. ``seed`` determines the noise.
-
-    Attributes
-    ----------
-    half : int
-        Samples at the table's rate on each side of the interpolated one; 0 if the rates are equal.
-    kernel : float64 array, shape (PHASES + 1, 2 half)
-        Their weights: row p is for a place p / PHASES past a sample.
+    The mean of the models is omitted: it is gravity, or the sensor's. ``seed`` determines the noise. ``half`` is the
+    number of samples at the table's rate on each side of the interpolated one, 0 if the rates are equal; ``kernel``
+    their weights.
     """
 
     holds_at_rest = False

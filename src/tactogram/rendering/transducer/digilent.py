@@ -207,17 +207,10 @@ class AnalogDiscovery:
             self._silence()
 
     def hold(self, amplitude_v: float, *, longest_s: float) -> None:
-        """Start the unmodulated carrier; it continues until `close`, at most for ``longest_s``.
+        """Start the unmodulated carrier at ``amplitude_v`` (0 to peak), until `close` but at most for ``longest_s``.
 
-        Raises `ParameterError` if either is out of range: the device takes 0 s as endless; `DeviceError` if the
-        device is gone.
-
-        Parameters
-        ----------
-        amplitude_v : float
-            At the generator, 0 to peak; at most ``peak_v``.
-        longest_s : float
-            The device stops by itself after this time.
+        Raises `ParameterError` if either is out of range (the device takes 0 s as endless); `DeviceError` if it is
+        gone.
         """
         self._opened()
         if not 0 <= amplitude_v <= self.wanted.peak_v:

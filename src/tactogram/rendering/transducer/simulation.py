@@ -21,15 +21,11 @@ ENVELOPE_HZ = 4000.0
 
 
 class TransducerSimulation:
-    """A simulated transducer with state, driven by blocks of an envelope.
+    """A simulated transducer with state, driven by blocks of an envelope that is linear between two samples.
 
-    The result does not depend on how the envelope is cut into blocks. It is linear between two samples.
-
-    Notes
-    -----
-    States are the motional current i and the voltage u across C1, as complex amplitudes: L1 i' = V - R1 i - u,
-    C1 u' = i, each minus j w times itself. The matrix is diagonalised, and each mode is a recursion that is exact for
-    a piecewise linear drive.
+    The result does not depend on how the envelope is cut into blocks. States are the motional current i and the
+    voltage u across C1, as complex amplitudes: L1 i' = V - R1 i - u, C1 u' = i, each minus j w times itself. The
+    matrix is diagonalised, and each mode is a recursion that is exact for a piecewise linear drive.
     """
 
     def __init__(self, transducer: Transducer, *, rate: float, carrier_hz: float) -> None:
@@ -56,16 +52,9 @@ class TransducerSimulation:
         self._drive = np.linalg.solve(self._basis, np.array([1 / t.l1_henry, 0], np.complex128))
 
     def process(self, envelope: ArrayLike) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Return the amplitudes of the motional and of the total current (including C0's) for the next block.
+        """Return the amplitudes of the motional and of the total current (with C0's), complex128, shape (time,), A.
 
-        Parameters
-        ----------
-        envelope : real or complex array, shape (time,), V
-            Amplitude of the carrier; not empty.
-
-        Returns
-        -------
-        motional, total : complex128 arrays, shape (time,), A
+        ``envelope`` is the next block of the carrier's amplitude, real or complex, shape (time,), V, not empty.
         """
         v = np.atleast_1d(np.asarray(envelope, np.complex128))
         previous = np.concatenate([[self._last], v[:-1]])

@@ -139,24 +139,12 @@ def drive(
 def friction_target(
     signal: Signal, settings: Settings, level: Level
 ) -> tuple[Signal, dict[str, Any], dict[str, list[str]]]:
-    """Return the friction coefficient to be rendered, over the domain of ``signal``, with facts and sentences.
+    """Return the friction coefficient to be rendered (unit 1, mu_0 to mu_max), with facts and lists of sentences.
 
-    Parameters
-    ----------
-    signal : Signal
-        One axis, over time or displacement: a friction coefficient (unit 1), or with level ``peak`` anything.
-    level : Level
-        See `drive`.
-
-    Returns
-    -------
-    Signal
-        Unit 1, from mu_0 to mu_max.
-    facts : dict
-        JSON values, among them ``gain`` (total), ``shift`` (added to the coefficient), ``below_share`` and
-        ``beyond_share`` (of the samples that were clipped), ``mu_wanted`` and ``mu_given`` (minimum, mean, maximum).
-    sentences : dict
-        ``scaled``, ``clipped``, ``unreachable``, lists of str.
+    ``signal`` has one axis, over time or displacement: a friction coefficient (unit 1), or with level ``peak``
+    anything; see `drive` for the levels. The facts are JSON values, among them ``gain`` (total), ``shift`` (added to
+    the coefficient), ``below_share`` and ``beyond_share`` (of the samples that were clipped), ``mu_wanted`` and
+    ``mu_given`` (minimum, mean, maximum). The sentences are ``scaled``, ``clipped`` and ``unreachable``.
     """
     if len(signal.axes) != 1:
         raise ParameterError(f"friction needs one axis, got {', '.join(signal.axes)}: select one")

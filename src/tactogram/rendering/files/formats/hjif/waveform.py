@@ -107,13 +107,9 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
 def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     """Return the channels of a valid document's first perception, one axis each.
 
-    Raises `DataError` if it is empty, or has content without a public description.
-
-    Parameters
-    ----------
-    rate : float, Hz, optional
-        By default the rate in the description of a file written by this package (ticks and ``frequency_sampling`` are
-        integers), else the channels' ``frequency_sampling``, else `READ_RATE`.
+    The rate (Hz) is by default the one in the description of a file written by this package (ticks and
+    ``frequency_sampling`` are integers), else the channels' ``frequency_sampling``, else `READ_RATE`. Raises
+    `DataError` if the document is empty, or has content without a public description.
     """
     haptics = Haptics.model_validate(document)
     perception = next((p for p in haptics.perceptions if p.channels), None)
