@@ -24,7 +24,7 @@ class Preparation(BaseModel):
     In this order: select ``stream``; cut to ``length``; select ``axes``; band-pass ``band``; resample to ``rate``.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     stream: str | None = None
     """Name of the stream; None is ``acceleration`` if there is one, else the first of the data set."""
@@ -81,7 +81,7 @@ class Preparation(BaseModel):
 class TrainingSettings(BaseModel):
     """Settings of the training loop; only ``precision`` affects what is learned."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     precision: Literal["32-true", "bf16-mixed", "16-mixed"] = "32-true"
     """Lightning Fabric's name of the number format."""
@@ -94,7 +94,7 @@ class TrainingSettings(BaseModel):
 class Recipe(BaseModel):
     """Recipe of a training. A file holds only values that differ from the defaults; unknown keys are errors."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     model: str
     seed: int = Field(default=0, ge=0)

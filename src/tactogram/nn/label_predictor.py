@@ -31,7 +31,7 @@ Beta = Annotated[float, Field(ge=0, lt=1)]
 class PredictorConfig(BaseModel):
     """Settings of the label predictor, with their place in the paper."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     trunk: TrunkName = "densenet201"
     """Sec. 3.1, "DenseNet-201 backbone", frozen. The weights of ``efficientnet_lite0`` come in a package; ``own`` is a

@@ -34,7 +34,7 @@ ROUND_DB = 5.0
 class PairConfig(BaseModel):
     """Photograph and picture of a pair; numbers with their place in Neshov et al. 2026, Sec. 4.1."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     n_fft: int = Field(default=512, gt=1)
     """Samples of the Hamming window. "512-point Hamming window"."""

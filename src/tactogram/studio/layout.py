@@ -187,3 +187,16 @@ def busy(activity: str, *, button: ui.button | None = None) -> Iterator[None]:
         notice.dismiss()
         if button is not None:
             button.enable()
+
+
+async def confirm(question: str, action: str) -> bool:
+    """Ask before something irreversible; return whether the user chose the button ``action``."""
+    with ui.dialog().props(f'aria-label="{action}?"') as dialog, ui.card():
+        ui.label(question)
+        with ui.row():
+            ui.button(action, color="negative", on_click=lambda: dialog.submit(True)).props("no-caps")
+            ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("no-caps outline autofocus")
+    confirmed = bool(await dialog)
+    if not dialog.is_deleted:  # else the page was closed
+        dialog.delete()
+    return confirmed

@@ -31,7 +31,7 @@ VIEWS = 5
 class PictureConfig(BaseModel):
     """Settings that these models share; numbers with their place in Neshov et al. 2026."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     pairs: PairConfig = PairConfig()
     """Photographs, pictures and how they are paired: the same for all models compared in Neshov et al., Sec. 4.1."""

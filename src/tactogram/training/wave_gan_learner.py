@@ -36,7 +36,7 @@ Beta = Annotated[float, Field(ge=0, lt=1)]
 class WaveGANConfig(BaseModel):
     """Settings that these models share; defaults are those of Saga et al. 2020."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     latent: int = Field(default=100, gt=0)
     """Uniform random numbers in -1 to 1 per signal. Saga et al., Table III, "Uniform(-1,1)", "100+C"."""

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 class Config(BaseModel):
     """Fit and mixing of the models."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     order: int | None = Field(default=None, ge=0, le=200)
     """Order of every model; None takes each model's least AIC. The toolkit has one order per surface."""

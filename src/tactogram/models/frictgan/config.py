@@ -21,7 +21,7 @@ class Config(BaseModel):
     from the paper and from each other, see README.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     # -- pairs
     pixels: Positive = 1024

@@ -13,7 +13,7 @@ Kernel = Literal["linear", "rbf"]
 class Config(BaseModel):
     """Candidate regressions, and their selection."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     kernels: tuple[Kernel, ...] = Field(default=("linear", "rbf"), min_length=1)
     """Ridge regression, linear and not. Trees were worse on VibViz (README)."""

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 class Config(BaseModel):
     """Stored part of the recordings, and joins of segments."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     seconds_per_material: float = Field(default=60.0, gt=0, allow_inf_nan=False)
     """Most of each material's recordings that is stored, s, divided evenly among them; bounds the run's size."""

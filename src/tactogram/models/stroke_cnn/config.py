@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 class Config(BaseModel):
     """Numbers with their place in the paper; "assumed" where the paper states none."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     window: int = Field(default=200, ge=8)
     """Samples per axis of one input. Sec. II-B: "200-point continuous time series"."""

@@ -13,7 +13,7 @@ Count = Annotated[int, Field(gt=0)]
 class Config(BaseModel):
     """Numbers with their place in the paper; "assumed" where it states none."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     noise: int = Field(default=100, gt=0)
     """Standard normal numbers, besides the scores. Sec. II-C, Table 2, "100 + 10"; the 10 are the ratings' words."""

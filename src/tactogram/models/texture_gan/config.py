@@ -25,6 +25,7 @@ class Config(WaveGANConfig):
     """After the training, fit the strength of bands, and its distribution over time, to that of recordings
     (Heeger & Bergen 1995)."""
     batch_size: int = Field(default=16, gt=1)
+    """Signals per update. Ours."""
     steps: int = Field(default=500, gt=0)
     """Each updates the critic once and the generator once."""
     adversarial: float = Field(default=0.03, ge=0, allow_inf_nan=False)

@@ -17,7 +17,7 @@ GROUPS = {1: "A", 2: "B", 3: "C", 4: "D", 12: "E"}
 class Config(BaseModel):
     """Defaults are the paper's, for group D."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     clusters: int = Field(default=4, gt=0)
     """Clusters of the surfaces, each with its networks: 1, 2, 3, 4 or 12 in groups A to E. Sec. IV-B."""

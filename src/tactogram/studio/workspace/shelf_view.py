@@ -20,15 +20,3 @@ async def ask_title(title: str) -> str | None:
     answer = await dialog
     dialog.delete()
     return None if answer is None or answer == title else str(answer)
-
-
-async def ask_removal(title: str) -> bool:
-    """Return whether the user confirms to delete a kept result."""
-    with ui.dialog() as dialog, ui.card():
-        ui.label(f"Delete {title} from the kept results? This cannot be undone.")
-        with ui.row():
-            ui.button("Delete", color="negative", on_click=lambda: dialog.submit(True)).props("no-caps")
-            ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("no-caps outline autofocus")
-    confirmed = bool(await dialog)
-    dialog.delete()
-    return confirmed

@@ -111,11 +111,11 @@ def read_uploaded_study(name: str, data: bytes) -> Study:
     return Study.of(values, where=name)
 
 
-def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind) -> Path:
+def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind, **options: Any) -> Path:
     """Check an uploaded file, store it in a folder under a safe unused name, and return its path.
 
-    It is written under a temporary name and renamed; symbolic links are not followed. The folder is created if needed;
-    the caller confines it to the workspace.
+    A signal is read with ``options`` as for `read_uploaded_signal`. The file is written under a temporary name and
+    renamed; symbolic links are not followed. The folder is created if needed; the caller confines it to the workspace.
     """
     safe = check_upload(name, data, kind=kind)
     if kind == "image":
@@ -123,7 +123,7 @@ def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind) -> Path:
     elif kind == "study":
         read_uploaded_study(safe, data)
     elif kind == "signal":
-        read_uploaded_signal(safe, data)
+        read_uploaded_signal(safe, data, **options)
     with _saving:
         path, count = folder / safe, 1
         while path.exists() or path.is_symlink():

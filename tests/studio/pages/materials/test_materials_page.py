@@ -5,7 +5,7 @@ from tactogram.datasets import Recording, RecordingInfo, create_store, open_stor
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.studio.pages.materials.drop import keep_signal, matching_stream, mixing_warning
+from tactogram.studio.pages.materials.drop import matching_stream, mixing_warning, store_signal
 from tactogram.studio.pages.materials.recordings import (
     RecordingFilter,
     StoreCache,
@@ -133,12 +133,12 @@ def test_an_addition_is_reported(tones, tmp_path):
 
 def test_a_table_without_a_rate_is_stored_and_nonsense_is_not(tmp_path):
     table = b"x,y,z\n1,2,3\n2,3,4\n3,4,5\n"
-    assert keep_signal(tmp_path, "../my file.csv", table).name == "my_file.csv"
-    assert keep_signal(tmp_path, "my file.csv", table).name == "my_file-2.csv"
+    assert store_signal(tmp_path, "../my file.csv", table).name == "my_file.csv"
+    assert store_signal(tmp_path, "my file.csv", table).name == "my_file-2.csv"
     with pytest.raises((DataError, ParameterError), match="bad.csv"):
-        keep_signal(tmp_path, "bad.csv", b"no,numbers\nhere,at all\n")
+        store_signal(tmp_path, "bad.csv", b"no,numbers\nhere,at all\n")
     with pytest.raises(DataError, match="content does not match the suffix"):
-        keep_signal(tmp_path, "bad.wav", b"MZ nothing")
+        store_signal(tmp_path, "bad.wav", b"MZ nothing")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["my_file-2.csv", "my_file.csv"]
 
 

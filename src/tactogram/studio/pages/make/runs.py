@@ -24,6 +24,7 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.make.form import Crop, GenerationForm, GenerationRequest, check_request, form_of
 from tactogram.studio.pages.make.material_map import levels_db, positions
 from tactogram.studio.workspace.folder import Workspace
+from tactogram.text_files import read_json
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
@@ -326,10 +327,7 @@ def _version(folder: Path) -> tuple[Path, int]:
 
 
 def _read(file: Path) -> dict[str, Any]:
-    try:
-        values = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(f"{file}: not readable: {error}") from None
+    values = read_json(file)
     if not isinstance(values, dict):
         raise DataError(f"{file}: expected an object")
     return values

@@ -12,7 +12,6 @@ from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
-from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.files import SOUND
 from tactogram.studio.layout import (
     NumberField,
@@ -26,9 +25,8 @@ from tactogram.studio.layout import (
 )
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
 from tactogram.studio.pages.materials.neighbours import draw_similar
-from tactogram.studio.pages.train.trainings import free_name
 from tactogram.studio.signals.view import add_routes, signal_card
-from tactogram.studio.workspace.uploads import check_upload, read_uploaded_signal, save_upload
+from tactogram.studio.workspace.uploads import safe_name, save_upload
 from tactogram.workflows.data.stores import add_signal
 
 UNITS = ("", "m/s^2", "g", "m/s", "mm/s", "m", "mm", "N", "V", "1")
@@ -95,7 +93,7 @@ class _UploadedFile:
         async def take(event: events.UploadEventArguments) -> None:
             data = await event.file.read()
             with busy(f"reading {event.file.name}"):
-                saved = await in_background(keep_signal, self.folder, event.file.name, data)
+                saved = await in_background(store_signal, self.folder, event.file.name, data)
             ui.navigate.to(address("drop", file=saved.name, set=self.chosen_set))
 
         with ui.element("section").classes("card w-full"):
@@ -280,27 +278,14 @@ def _positive(text: str) -> str:
     return ""
 
 
-def keep_signal(folder: Path, name: str, data: bytes) -> Path:
-    """Store an uploaded signal in a folder under a safe, unused name, and return its path.
-
-    A file that only lacks its rate is stored, too: the page asks for it.
-
-    Raises
-    ------
-    TactogramError
-        If the data is not a signal; nothing is written then.
-    """
+def store_signal(folder: Path, name: str, data: bytes) -> Path:
+    """Store an uploaded signal under a safe, unused name; a table may lack its rate, which the page asks for."""
     try:
         return save_upload(folder, name, data, kind="signal")
     except TactogramError:
-        safe = check_upload(name, data, kind="signal")
-        if Path(safe).suffix in SOUND:
+        if Path(safe_name(name)).suffix in SOUND:
             raise
-        read_uploaded_signal(safe, data, rate=1.0)  # raises unless only the rate is missing
-    path = folder / free_name(folder, Path(safe).stem, Path(safe).suffix)
-    with atomic_write(path) as part:
-        part.write_bytes(data)
-    return path
+        return save_upload(folder, name, data, kind="signal", rate=1.0)
 
 
 def matching_stream(store: Store, signal: Signal) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +14,7 @@ import tactogram
 from tactogram.errors import DataError, ParameterError
 from tactogram.experiments.catalogue import PUBLISHED, experiments
 from tactogram.studio.workspace.folder import RUN, SESSION, Workspace
+from tactogram.text_files import read_json
 
 Kind = Literal["report", "numbers", "figure", "text"]
 
@@ -93,12 +95,9 @@ def _has_results(folder: Path) -> bool:
 def is_simulated(folder: Path) -> bool:
     """Return whether a run's data or the numbers in a folder are marked as simulated."""
     for name in ("data.json", *NUMBERS):
-        try:
-            values = json.loads((folder / name).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            continue
-        if marked_simulated(values):
-            return True
+        with suppress(DataError):
+            if marked_simulated(read_json(folder / name)):
+                return True
     return False
 
 

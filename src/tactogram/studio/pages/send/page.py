@@ -12,14 +12,14 @@ from nicegui.events import UploadEventArguments
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal.io import write_signal
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import heading, in_background, page, report_errors, upload
+from tactogram.studio.layout import confirm, heading, in_background, page, report_errors, upload
 from tactogram.studio.pages.send.display import DisplayCards
 from tactogram.studio.pages.send.files import FileCards
 from tactogram.studio.pages.send.sending import SendService
 from tactogram.studio.pages.send.sources import SelectedSignal
 from tactogram.studio.pages.send.speaker import Speaker
 from tactogram.studio.signals.view import add_routes, placeholder, signal_card
-from tactogram.studio.workspace.shelf_view import ask_removal, ask_title
+from tactogram.studio.workspace.shelf_view import ask_title
 from tactogram.studio.workspace.uploads import read_uploaded_signal, safe_name
 
 STATE = "send"
@@ -213,7 +213,8 @@ class SendPage:
     @report_errors
     async def _remove(self) -> None:
         selected = self._required()
-        if await ask_removal(selected.title):
+        text = f"Delete {selected.title} from the kept results? This cannot be undone."
+        if await confirm(text, "Delete"):
             self.studio.shelf.remove(selected.id.removeprefix("kept:"))
             self.selected, self.state["of"] = None, ""
             self._listed.refresh()

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import ast
-import inspect
 import json
-import textwrap
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
@@ -104,7 +100,6 @@ def parse_text(text: str | None) -> Any:
 
 
 def _fields(model: type[BaseModel], values: Mapping[str, Any], prefix: str) -> list[RecipeField]:
-    texts = field_docstrings(model)
     fields: list[RecipeField] = []
     for name, field in model.model_fields.items():
         key, value = f"{prefix}.{name}", values[name]
@@ -116,7 +111,8 @@ def _fields(model: type[BaseModel], values: Mapping[str, Any], prefix: str) -> l
         if isinstance(default, tuple):
             default = list(default)
         widget, choices = _widget(field)
-        fields.append(RecipeField(key, value, default, texts.get(name, ""), widget, choices))
+        text = " ".join((field.description or "").split())
+        fields.append(RecipeField(key, value, default, text, widget, choices))
     return fields
 
 
@@ -126,26 +122,3 @@ def _widget(field: FieldInfo) -> tuple[Widget, tuple[str, ...]]:
         return "choice", get_args(kind)
     simple: dict[Any, Widget] = {bool: "switch", int: "integer", float: "number"}
     return simple.get(kind, "text"), ()
-
-
-def field_docstrings(model: type[BaseModel]) -> dict[str, str]:
-    """Return the docstring below each field of a class, inherited ones included, as one line each."""
-    texts: dict[str, str] = {}
-    for kind in reversed(model.__mro__):
-        if kind is BaseModel or not issubclass(kind, BaseModel):
-            continue
-        try:
-            tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
-        except (OSError, TypeError, SyntaxError):
-            continue
-        [body] = [node.body for node in tree.body if isinstance(node, ast.ClassDef)]
-        for field, after in pairwise(body):
-            if (
-                isinstance(field, ast.AnnAssign)
-                and isinstance(field.target, ast.Name)
-                and isinstance(after, ast.Expr)
-                and isinstance(after.value, ast.Constant)
-                and isinstance(after.value.value, str)
-            ):
-                texts[field.target.id] = " ".join(after.value.value.split())
-    return texts

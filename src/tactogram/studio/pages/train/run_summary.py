@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tactogram.errors import DataError
+from tactogram.text_files import read_json, read_toml
 from tactogram.workflows.training.run_lock import is_training
 
 
@@ -52,18 +52,16 @@ class RunSummary:
 
 def run_summary(folder: Path) -> RunSummary:
     """Return the summary of a run folder."""
-    recipe: Mapping[str, Any] = {}
-    with suppress(OSError, ValueError):
-        recipe = tomllib.loads((folder / "recipe.toml").read_text(encoding="utf-8"))
+    recipe = _read(folder / "recipe.toml")
     return RunSummary(
         folder,
         str(recipe.get("model", "unknown")),
         (folder / "model.json").is_file(),
         is_training(folder),
-        _json(folder / "data.json"),
+        _read(folder / "data.json"),
         recipe,
-        _numbers(_json(folder / "model.json").get("validation")),
-        evaluation_results(_json(folder / "evaluation.json")),
+        _numbers(_read(folder / "model.json").get("validation")),
+        evaluation_results(_read(folder / "evaluation.json")),
     )
 
 
@@ -88,9 +86,8 @@ def _numbers(values: Any) -> dict[str, float]:
     }
 
 
-def _json(path: Path) -> dict[str, Any]:
-    try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return values if isinstance(values, dict) else {}
+def _read(path: Path) -> dict[str, Any]:
+    with suppress(DataError):
+        values = read_toml(path) if path.suffix == ".toml" else read_json(path)
+        return values if isinstance(values, dict) else {}
+    return {}

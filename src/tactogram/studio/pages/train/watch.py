@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 from tactogram.errors import ParameterError
 from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata
-from tactogram.studio.layout import busy, heading, hint, in_background, page, report_errors
+from tactogram.studio.layout import busy, confirm, heading, hint, in_background, page, report_errors
 from tactogram.studio.pages.train.log import checkpoint_position, loss_curves, read_metrics, thinned
 from tactogram.studio.pages.train.run_summary import run_summary
 from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus
@@ -319,12 +319,8 @@ class _RunView:
         self.samples.refresh()
 
     async def _ask_delete(self) -> None:
-        with ui.dialog().props('aria-label="Delete this run?"') as dialog, ui.card():
-            ui.label(f"Delete {self.name} with its weights, samples and report? This cannot be undone.")
-            with ui.row():
-                ui.button("Delete run", color="negative", on_click=lambda: dialog.submit(True))
-                ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("outline autofocus")
-        if await dialog:
+        text = f"Delete {self.name} with its weights, samples and report? This cannot be undone."
+        if await confirm(text, "Delete run"):
             await in_background(self._delete)
             ui.navigate.to("/train")
 
