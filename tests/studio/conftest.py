@@ -1,4 +1,4 @@
-"""A browser, a studio served to it, and pages that fail a test on whatever goes wrong in them."""
+"""A browser, a studio served to it, and pages that fail a test on any error in them."""
 
 import contextlib
 import fcntl
@@ -22,11 +22,11 @@ QUIET = (
     "--disable-component-update",
     "--disable-sync",
     "--autoplay-policy=user-gesture-required",
-    "--host-resolver-rules=MAP tablet.test 127.0.0.2",  # a name that is not trusted as this machine's own
+    "--host-resolver-rules=MAP tablet.test 127.0.0.2",  # a name that browsers do not trust like localhost
 )
 
 
-# Not for the session: while Playwright runs, its event loop does, and tests of other modules may want their own.
+# Not for the session: Playwright keeps an event loop running, and tests of other modules may need their own.
 @pytest.fixture(scope="module")
 def browser():
     """Give the system's Chromium, driven by Playwright."""
@@ -44,7 +44,7 @@ def browser():
 
 @contextlib.contextmanager
 def served(*arguments: str, folder: Path, prefix: str):
-    """Run a verb that serves, and give its process and the address that it prints after ``prefix``."""
+    """Run a serving verb, and give its process and the address that it prints after ``prefix``."""
     with (folder / "server.log").open("ab") as log:
         process = subprocess.Popen(
             [sys.executable, "-m", "tactogram.cli", *arguments],
@@ -75,7 +75,7 @@ def served(*arguments: str, folder: Path, prefix: str):
 def surfaces(tmp_path_factory):
     """Give a workspace with a small simulated store and a run of autoregressive textures (`studio/first`).
 
-    Made once for all workers of pytest-xdist: who comes second waits for it.
+    It is made once for all workers of pytest-xdist; the others wait.
     """
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "surfaces"
@@ -98,7 +98,7 @@ def _make_surfaces(first: Path) -> None:
 
 @pytest.fixture(scope="module")
 def workspace(surfaces, tmp_path_factory):
-    """Give a workspace of the module's own."""
+    """Give a copy of `surfaces` to each module."""
     folder = tmp_path_factory.mktemp("studio") / "workspace"
     shutil.copytree(surfaces, folder)
     return folder
@@ -114,7 +114,7 @@ def server(workspace):
 
 
 PATIENCE_MS = 60_000
-"""What hangs fails; what is slow because the machine is busy does not."""
+"""Long enough for a busy machine; only a page that hangs fails."""
 UNHEARD = """() => {
   if (window !== window.top) return;
   const hiding = new CSSStyleSheet();
@@ -138,15 +138,15 @@ UNHEARD = """() => {
     }).observe(document.body, {childList: true, subtree: true});
   });
 }"""
-"""Hides a page until the server hears it: nobody acts on what is not visible, Playwright no more than a person.
+"""Hides a page until it is connected to the server, so that Playwright, like a person, cannot act on it earlier.
 
-NiceGUI holds back what is done in a page before that, and may send it in another order than it was done in.
-It keeps what the page told for a while, too, for a test that fails.
+NiceGUI queues earlier actions, and may send them in another order. The script also collects notifications, which a
+failing test reports.
 """
 
 
 def heard(page, go):
-    """Return ``page.goto`` or ``page.reload`` that waits until the server hears the page."""
+    """Return ``page.goto`` or ``page.reload`` that waits until the page is connected to the server."""
 
     def gone(*args, **kwargs):
         answer = go(*args, **kwargs)
@@ -158,33 +158,35 @@ def heard(page, go):
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
-    """Tell what the page said where a test on it failed."""
+    """Report the text and notifications of the page of a failed test."""
     report = yield
     values = getattr(item, "funcargs", {})
     page = values.get("tab") or values.get("page")
     if call.when == "call" and report.failed and page is not None:
-        with contextlib.suppress(Exception):  # the page may be what broke
+        with contextlib.suppress(Exception):  # the page itself may be broken
             report.sections.append((f"page {page.url}", page.locator("body").inner_text(timeout=2000)))
-            report.sections.append(("told for a while", str(page.evaluate("window.notices"))))
+            report.sections.append(("notifications", str(page.evaluate("window.notices"))))
     return report
 
 
 @contextlib.contextmanager
 def watched(context, address):
-    """Give a page of ``context``; afterwards fail on its errors, and on requests to other hosts."""
+    """Give a page of ``context``; fail on its errors, and on requests to other hosts."""
     context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
     page.add_init_script(f"({UNHEARD})()")
     wrong = []
     page.on("pageerror", lambda error: wrong.append(f"error in the page: {error}"))
-    page.on("console", lambda told: wrong.append(f"console: {told.text}") if told.type == "error" else None)
+    page.on(
+        "console", lambda entry: wrong.append(f"console: {entry.text}") if entry.type == "error" else None
+    )
     host = urlsplit(address).netloc
     page.on(
         "request",
-        lambda asked: (
+        lambda request: (
             None
-            if asked.url.startswith(("data:", "blob:")) or urlsplit(asked.url).netloc == host
-            else wrong.append(f"request to {asked.url}")
+            if request.url.startswith(("data:", "blob:")) or urlsplit(request.url).netloc == host
+            else wrong.append(f"request to {request.url}")
         ),
     )
     page.wrong = wrong
@@ -195,7 +197,7 @@ def watched(context, address):
 
 @pytest.fixture(scope="module")
 def window(browser, server):
-    """Give a browser's window on the studio, which keeps the pages' scripts: to compile them takes half of a visit."""
+    """Give a browser context on the studio that keeps compiled scripts: compiling them takes half of a visit."""
     context = browser.new_context(base_url=server, viewport={"width": 1440, "height": 900})
     yield context
     context.close()
@@ -203,7 +205,7 @@ def window(browser, server):
 
 @pytest.fixture
 def tab(window, server):
-    """Give a page on the studio to somebody new; what is expected to go wrong is cleared: ``tab.wrong.clear()``."""
+    """Give a page on the studio to a new visitor; expected errors are cleared with ``tab.wrong.clear()``."""
     with watched(window, server) as page:
         yield page
     page.goto("about:blank")
@@ -214,11 +216,11 @@ def tab(window, server):
 
 @pytest.fixture(scope="session", name="served")
 def served_fixture():
-    """Give `served`, for verbs and folders of a test's own."""
+    """Give `served`, for other verbs and folders."""
     return served
 
 
 @pytest.fixture(scope="session", name="watched")
 def watched_fixture():
-    """Give `watched`, for contexts of a test's own."""
+    """Give `watched`, for other contexts."""
     return watched

@@ -45,14 +45,7 @@ HEAD = '<link rel="stylesheet" href="/static/studio.css"><script type="module" s
 def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[None]:
     """Draw the frame of a page; what is drawn inside the context goes into its content column.
 
-    Parameters
-    ----------
-    title : str
-        The page's heading; the navigation marks the entry of `PAGES` with this name as current.
-    wide : bool
-        Whether the content takes the whole width.
-    navigation : bool
-        Whether to link to the other pages; False where a single study is served.
+    The navigation, omitted if a single study is served, marks the entry of `PAGES` with this title as current.
     """
     ui.page_title(f"{title} · tactogram")
     ui.add_head_html(HEAD)
@@ -87,15 +80,7 @@ def hint(text: str) -> ui.label:
 
 
 def upload(text: str, **options: Any) -> ui.upload:
-    """Draw a field where a file is dropped or chosen and uploaded immediately.
-
-    Parameters
-    ----------
-    text : str
-        Prompt, as plain text.
-    **options : Any
-        As for `nicegui.ui.upload`.
-    """
+    """Draw a field with a prompt where a file is dropped or chosen; ``options`` as for `nicegui.ui.upload`."""
     field = ui.upload(auto_upload=True, **options).props("flat bordered")
     field.add_slot("header", CHOOSER.format(text=html.escape(text)))
     return field

@@ -34,19 +34,10 @@ Crop = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class GenerationForm:
-    """Parts of the form of a run.
+    """Required and optional parts of a run's form (values of `PARTS`), and the materials and words that it knows.
 
-    Parameters
-    ----------
-    needs, takes : tuple of str
-        Required and optional parts (values of `PARTS`).
-    materials, words : tuple of str
-        Those that the run knows.
-    gives : {"signal", "image"}
-    over : {"time", "displacement", "space"}
-        Domain of the results.
-    drawn : tuple of str
-        Conditions that the seed draws.
+    ``gives`` is "signal" or "image", ``over`` the domain of the results ("time", "displacement" or "space"), and
+    ``drawn`` are the conditions that the seed draws.
     """
 
     needs: tuple[str, ...]

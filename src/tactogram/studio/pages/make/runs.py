@@ -82,13 +82,7 @@ class RunCatalogue:
         return runs
 
     def get(self, name: str) -> FinishedRun:
-        """Return a finished run by its folder, relative to the workspace.
-
-        Raises
-        ------
-        TactogramError
-            If it is missing, unfinished or unreadable.
-        """
+        """Return a finished run by its folder, relative to the workspace."""
         folder = self.workspace.inside(name)
         if not (folder / "model.json").is_file():
             raise DataError(f"{name}: no such finished run in this workspace; it may have been deleted")
@@ -126,16 +120,7 @@ class RunCatalogue:
     ) -> list[tuple[int, Signal | Image]]:
         """Return the requested results, each with its number from 1.
 
-        Parameters
-        ----------
-        request : GenerationRequest
-        proceed : callable
-            Called with the number of each result before it is generated; False ends the generation.
-
-        Raises
-        ------
-        TactogramError
-            If something is missing or does not fit; nothing has been generated then.
+        ``proceed`` is called with each number before the result is generated; False ends the generation.
         """
         run = self.get(request.run)
         check_request(request, run.form)
@@ -241,11 +226,6 @@ class RunCatalogue:
 
         The recordings are prepared as the run's model saw them. They are found by a classifier of the same data
         (`workflows.recognition.search`) or, without one, by the rms difference of third-octave levels, dB.
-
-        Raises
-        ------
-        DataError
-            If the training data is not in the workspace.
         """
         store = self.store_of(run)
         if store is None:

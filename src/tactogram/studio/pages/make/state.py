@@ -32,23 +32,8 @@ MOST_STORED = 60
 class MakePageState:
     """State of one browser's page.
 
-    Parameters
-    ----------
-    workspace : Workspace
-    shelf : ResultArchive
-        Kept results.
-    runs : RunCatalogue
-    storage : mutable mapping
-        JSON values that survive a reload. Results are stored by name: ``made:ID`` or ``kept:ID``.
-
-    Attributes
-    ----------
-    request : GenerationRequest
-        The form as shown; ``committed`` is its last undoable state.
-    run : FinishedRun or None
-        The chosen run; None if the workspace has none.
-    made : ResultArchive
-        Generated results that are not kept.
+    ``storage`` has JSON values that survive a reload, with results by name: ``made:ID`` in the archive ``made`` of
+    unkept results, or ``kept:ID`` on the shelf. ``request`` is the form as shown, ``committed`` the last undoable one.
     """
 
     def __init__(

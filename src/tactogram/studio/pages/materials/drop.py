@@ -138,7 +138,7 @@ class _UploadedFile:
             f"{signal.extent:.3g} {over} at {signal.rate:g} {per}, in {signal.unit}, axes {', '.join(signal.axes)}"
         )
         if read.timing is not None and not read.timing.even:
-            hint("Its uneven time stamps were resampled to even spacing.")
+            hint("Its uneven time stamps were converted to even spacing.")
 
     def _matching_set(self, signal: Signal) -> str:
         """Return the first store with a stream of the signal's unit and domain, else the first."""
@@ -152,8 +152,8 @@ class _UploadedFile:
         """Draw the fields for unit, rate and axes, which many files lack."""
         expansion = ui.expansion("Unit, rate and axes", value=not closed).classes("w-full").props("dense")
         with expansion, ui.row().classes("items-end gap-3"):
-            options = {name: name or "from the file" for name in UNITS}
-            unit = ui.select(options, label="Unit", value=self.reading["unit"] or "").classes("w-40")
+            options, chosen = {name: name or "from the file" for name in UNITS}, self.query["unit"]
+            unit = ui.select(options, label="Unit", value=chosen if chosen in UNITS else "").classes("w-40")
             rate = NumberField("Rate, Hz", value=self.reading["rate"]).classes("w-36")
             axes = ui.input("Axes", value=self.query["axes"], placeholder="x,y,z").classes("w-36")
 

@@ -37,16 +37,7 @@ def draw_similar(
 ) -> None:
     """Draw a choice of similarity measures, with the predicted material and the most similar recordings below.
 
-    Parameters
-    ----------
-    context : MaterialsContext
-    signal : Signal
-        As recorded.
-    set_name : str
-        Store to search, relative to the workspace.
-    stream : str
-    without : sequence of str
-        Ids of recordings to leave out.
+    The store ``set_name`` is relative to the workspace; recordings with an id in ``without`` are left out.
     """
     runs = classifiers(context)
     stored = app.storage.user.get("near", runs[0] if runs else SPECTRAL)

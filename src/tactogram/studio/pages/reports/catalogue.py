@@ -149,15 +149,7 @@ COLUMNS = {
 
 
 def published_html(rows: Sequence[Mapping[str, Any]], words: str = "") -> tuple[str, int]:
-    """Return published figures next to ours as a table, and its number of rows.
-
-    Parameters
-    ----------
-    rows : sequence of mapping
-        As returned by `tactogram.workflows.table.table`.
-    words : str
-        Words that a row must contain, all of them.
-    """
+    """Return the rows of `tactogram.workflows.table.table` that contain all ``words`` as a table, and their number."""
     shown = [row for row in rows if matching(words, (str(value) for value in row.values()))]
     head = "".join(f'<th scope="col" class="{kind}">{name}</th>' for name, kind in COLUMNS.items())
     body = "".join(_published_row(row) for row in shown)

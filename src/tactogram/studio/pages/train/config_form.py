@@ -20,21 +20,9 @@ Widget = Literal["switch", "choice", "integer", "number", "text"]
 
 @dataclass(frozen=True)
 class RecipeField:
-    """A setting of a recipe, with the widget that edits it.
+    """A setting of a recipe by its dotted key, with the widget that edits it.
 
-    Parameters
-    ----------
-    key : str
-        Dotted key, as in ``--set``.
-    value : JSON value
-        The recipe's value.
-    published : JSON value
-        The default; for a model's configuration, the paper's value.
-    text : str
-        Description, with its place in the paper.
-    widget : str
-    choices : tuple of str
-        Options if ``widget`` is ``choice``.
+    ``published`` is the default: for a model's configuration, the paper's value.
     """
 
     key: str

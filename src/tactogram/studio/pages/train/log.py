@@ -128,13 +128,9 @@ def checkpoint_position(run: Path) -> dict[str, int] | None:
 def time_left(
     progress: TaskProgress, readings: Sequence[tuple[float, TaskProgress]]
 ) -> tuple[float, float] | None:
-    """Return steps per second and the seconds left in the stage; None with fewer than two readings of the stage.
+    """Return steps per second and the seconds left in the stage, from earlier readings with their times, s.
 
-    Parameters
-    ----------
-    progress : TaskProgress
-    readings : sequence of (float, TaskProgress)
-        Earlier readings with their times, s.
+    It is None with fewer than two readings of the stage.
     """
     stage = (progress.name, progress.total)
     same = [(at, earlier) for at, earlier in readings if (earlier.name, earlier.total) == stage]

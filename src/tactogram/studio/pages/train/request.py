@@ -43,20 +43,8 @@ GROUPINGS = {
 class RunRequest:
     """A training as entered in the form.
 
-    Parameters
-    ----------
-    model, data, recipe : str
-        ``data`` is relative to the workspace.
-    name : str
-        Name of the run in ``runs/``.
-    split : str
-        A key of `SPLITS`.
-    last : int
-        Number of test recordings of each material for split ``last``.
-    by, label, where : str
-        ``where`` is ``KEY=VALUE``, separated by spaces.
-    changes : tuple of str
-        ``KEY=VALUE`` each.
+    ``data`` is relative to the workspace, ``split`` a key of `SPLITS`, and ``last`` the number of test recordings of
+    each material. ``where`` has conditions ``KEY=VALUE`` separated by spaces.
     """
 
     model: str

@@ -15,19 +15,9 @@ from tactogram.workflows.training.run_lock import is_training
 
 @dataclass(frozen=True)
 class RunSummary:
-    """Summary of a run; entries whose file is unreadable are empty.
+    """Summary of a run with its results by name; entries whose file is unreadable are empty.
 
-    Parameters
-    ----------
-    folder : Path
-    model : str
-    finished : bool
-    training : bool
-        Whether a process, of any origin, is training it.
-    data, recipe : mapping
-        Contents of ``data.json`` and ``recipe.toml``.
-    validation, evaluation : mapping from str to float
-        Results on the validation part, and of ``evaluation.json``, by name.
+    ``training`` is whether a process, of any origin, is training it.
     """
 
     folder: Path

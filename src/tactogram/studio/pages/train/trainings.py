@@ -48,23 +48,10 @@ CONTINUED = "another process, started outside the studio, continued this run and
 
 @dataclass(frozen=True)
 class StudioTask:
-    """Record of a task.
+    """Record of a task; ``process`` is None while it waits.
 
-    Parameters
-    ----------
-    id : str
-    kind : str
-    arguments : tuple of str
-        Of ``tactogram``, beginning with the verb; paths relative to the workspace.
-    about : str
-        Output folder, relative to the workspace.
-    asked_at : str
-        Time of the request, ISO 8601, UTC.
-    process : DetachedProcess, optional
-        None while the task waits.
-    stop_asked : bool
-    began_at : float
-        Time of the last start, s since 1970.
+    ``arguments`` are those of ``tactogram``, and ``about`` is the output folder, with paths relative to the workspace.
+    ``asked_at`` is in ISO 8601, UTC; ``began_at``, of the last start, in s since 1970.
     """
 
     id: str
@@ -113,13 +100,7 @@ class TaskQueue:
     # -- changing ----------------------------------------------------------------------------------------
 
     def begin(self, kind: Kind, arguments: Sequence[str], about: Path | str) -> StudioTask:
-        """Start a task, or queue it.
-
-        Raises
-        ------
-        ParameterError
-            If another task uses the folder, or the folder is outside the workspace.
-        """
+        """Start a task, or queue it; refuse a folder that another task uses, or outside the workspace."""
         name = self.workspace.name_of(self.workspace.inside(about))
         with self._lock:
             self._refuse_if_used(name)
@@ -130,13 +111,7 @@ class TaskQueue:
             return self.get(identifier)
 
     def resume(self, identifier: str) -> StudioTask:
-        """Restart a stopped or failed task; a training with a run folder continues from its checkpoint.
-
-        Raises
-        ------
-        ParameterError
-            If it is active or finished, or another process uses its folder.
-        """
+        """Restart a stopped or failed task; a training with a run folder continues from its checkpoint."""
         with self._lock:
             task = self.get(identifier)
             state = self.status(task).state
@@ -152,13 +127,7 @@ class TaskQueue:
             return self.get(identifier)
 
     def resume_run(self, run: Path | str) -> StudioTask:
-        """Continue an unfinished run with its original settings, wherever it was started.
-
-        Raises
-        ------
-        ParameterError
-            If a process is training it.
-        """
+        """Continue an unfinished run with its original settings, wherever it was started."""
         folder = self.workspace.inside(run)
         name = self.workspace.name_of(folder)
         training = next((task for task in self.of(name) if task.kind == "train"), None)
@@ -190,13 +159,7 @@ class TaskQueue:
                 (self.folder / (identifier + suffix)).unlink(missing_ok=True)
 
     def delete_run(self, run: Path) -> None:
-        """Delete a run folder with the records of its tasks.
-
-        Raises
-        ------
-        ParameterError
-            If a process uses it, or it is not a run inside the workspace.
-        """
+        """Delete a run folder with the records of its tasks, unless a process uses it."""
         folder = self.workspace.inside(run)
         if folder == self.workspace.folder or not (folder / "recipe.toml").is_file():
             raise ParameterError(f"{run}: not a run of this workspace")
