@@ -40,13 +40,7 @@ log = logging.getLogger("tactogram.studio")
 class PreparedStimuli:
     """Stimuli of one study, for any thread; concurrent requests for one stimulus make it once.
 
-    Parameters
-    ----------
-    study : Study
-    folder : Path
-        Folder that the study's file paths are relative to.
-    within : sequence of Path
-        Folders that may contain the files.
+    File paths of the study are relative to ``folder``; the folders ``within`` may contain the files.
     """
 
     def __init__(self, study: Study, folder: Path, *, within: Sequence[Path]) -> None:

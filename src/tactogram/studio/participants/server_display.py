@@ -23,12 +23,8 @@ class DisplayInUseError(TactogramError):
 class ServerDisplay:
     """The one display of a server.
 
-    Parameters
-    ----------
-    device : str
-        ``audio``, ``audio:NAME``, or ``null``: no actuator connected, same timing.
-    full_scale : float, optional
-        Value of 1.0 on the device in the drive's unit; see `workflows.rendering.playback.full_scale_of`.
+    ``device`` is ``audio``, ``audio:NAME``, or ``null`` (no actuator connected, same timing); ``full_scale`` as of
+    `workflows.rendering.playback.full_scale_of`.
     """
 
     device: str = "audio"

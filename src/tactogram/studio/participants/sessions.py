@@ -37,20 +37,10 @@ class UnknownSessionError(TactogramError):
 
 
 class OpenSession:
-    """One open session folder, with ``answers.sqlite`` in it.
+    """One open session folder, with ``answers.sqlite`` in it; `TactogramError` if it holds no session.
 
-    A study whose stimuli cannot be played opens, too: its answers can be read, its sounds are refused.
-
-    Parameters
-    ----------
-    folder : Path
-    within : sequence of Path
-        Folders that may contain the study's files, besides the study's own.
-
-    Raises
-    ------
-    TactogramError
-        If the folder holds no session.
+    The study's files may lie in its own folder and those ``within``. A study whose stimuli cannot be played opens, too:
+    its answers can be read, its sounds are refused.
     """
 
     def __init__(self, folder: Path, *, within: Iterable[Path] = ()) -> None:
@@ -139,14 +129,9 @@ class OpenSession:
 class SessionRegistry:
     """The open sessions of a server.
 
-    Parameters
-    ----------
-    workspace : Path, optional
-        Folder that session folders and study files must lie in, symbolic links followed. None allows any folder, for
-        the command line; stimuli are still confined to the study's folder.
-    device : str
-        Device for ``played_by = "server"``; see `ServerDisplay`.
-    full_scale : float, optional
+    Session folders and study files must lie in the ``workspace``, symbolic links followed. None allows any folder, for
+    the command line; stimuli are still confined to the study's folder. ``device`` and ``full_scale`` are those of
+    `ServerDisplay`.
     """
 
     def __init__(
@@ -161,16 +146,7 @@ class SessionRegistry:
     def begin(
         self, study: Path | str, folder: Path, *, changes: Mapping[str, Any] | None = None
     ) -> OpenSession:
-        """Begin a study in a folder, or continue it, and open it.
-
-        Parameters
-        ----------
-        study : Path or str
-            A TOML file, or the name of a shipped one.
-        folder : Path
-            New, or begun with the same study.
-        changes : mapping, optional
-            Values of the study, by dotted key.
+        """Begin a study (a file or a shipped name) in a folder, or continue it, and open it.
 
         Raises
         ------

@@ -33,19 +33,10 @@ _NAME = re.compile(r"[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*")
 
 @dataclass(frozen=True)
 class Certificate:
-    """A certificate and its key.
+    """A certificate and its key as PEM, maybe in one file.
 
-    Parameters
-    ----------
-    file, key : Path
-        PEM; may be the same file.
-    names : tuple of str
-        Host names and addresses that it covers.
-    valid_until : datetime
-    sha256 : str
-        Fingerprint as browsers show it: 32 bytes in hexadecimal, with colons.
-    self_signed : bool
-        Whether it was made here, so that browsers ask before they trust it.
+    ``names`` are the host names and addresses that it covers; ``sha256`` is its fingerprint as browsers show it.
+    Browsers ask before they trust a ``self_signed`` one.
     """
 
     file: Path
@@ -69,15 +60,7 @@ class Certificate:
 
 
 def load_certificate(file: Path, key: Path, *, now: datetime | None = None) -> Certificate:
-    """Return a laboratory's own certificate.
-
-    Parameters
-    ----------
-    file : Path
-        PEM of the server's certificate, followed by its chain.
-    key : Path
-        PEM, without a password.
-    now : datetime, optional
+    """Return a laboratory's own certificate; ``file`` holds the server's certificate, followed by its chain.
 
     Raises
     ------
@@ -109,13 +92,7 @@ def load_certificate(file: Path, key: Path, *, now: datetime | None = None) -> C
 def self_signed_certificate(path: Path, names: Sequence[str], *, now: datetime | None = None) -> Certificate:
     """Return the certificate in a file, or a new one if it does not cover all ``names`` or is about to expire.
 
-    Parameters
-    ----------
-    path : Path
-        PEM of key and certificate, readable by its owner only.
-    names : sequence of str
-        Host names and addresses of this machine.
-    now : datetime, optional
+    The file holds the key, too, and is readable by its owner only.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from socket import socket
-from typing import Any, Protocol
+from typing import Any
 
 import h11
 import uvicorn
@@ -30,20 +30,11 @@ MOST_BUFFERED = 64 * 1024
 
 @dataclass(frozen=True)
 class ConnectionLimits:
-    """Limits of connections.
+    """Limits of connections; websockets, which need the token, do not count.
 
-    Parameters
-    ----------
-    connections : int
-        At once, without websockets, which need the token. A tablet opens up to six.
-    handshake_s : float
-        For the start and the end of TLS.
-    head_s : float
-        For the head of a request, from its first byte; of the first request, from the connection.
-    idle_s : int
-        Between requests. People think longer than uvicorn's 5 s.
-    write_s : float
-        For the client to accept 48 KiB of a response.
+    A tablet opens up to six. ``handshake_s`` is for the start and the end of TLS, ``head_s`` for the head of a request
+    from its first byte (of the first request, from the connection), ``idle_s`` between requests (people think longer
+    than uvicorn's 5 s), ``write_s`` for the client to accept 48 KiB of a response.
     """
 
     connections: int = 512
@@ -70,24 +61,6 @@ class _Deadline:
             self._handle = None
 
 
-class SlotHolder(Protocol):
-    """Holder of a connection slot."""
-
-    sender: str
-    since: float
-
-    @property
-    def idle(self) -> bool:
-        """Whether the server waits for the client: for a request, or the rest of one."""
-
-    @property
-    def served(self) -> bool:
-        """Whether a complete request came."""
-
-    def abort(self) -> None:
-        """Close the connection immediately."""
-
-
 @dataclass(eq=False)
 class PendingConnection:
     """A connection before its handshake is over."""
@@ -107,7 +80,7 @@ class Connection(H11Protocol):
     """A connection that closes itself if the client is too slow."""
 
     def __init__(
-        self, *args: Any, sender: str, limits: ConnectionLimits, slots: set[SlotHolder], **kwargs: Any
+        self, *args: Any, sender: str, limits: ConnectionLimits, slots: set[AnyConnection], **kwargs: Any
     ) -> None:
         super().__init__(*args, **kwargs)
         self.sender, self.slots = sender, slots
@@ -195,7 +168,10 @@ class Websocket(WebSocketsSansIOProtocol):
             super().shutdown()
 
 
-def connections_to_close(slots: set[SlotHolder]) -> list[SlotHolder]:
+AnyConnection = PendingConnection | Connection
+
+
+def connections_to_close(slots: set[AnyConnection]) -> list[AnyConnection]:
     """Return the connections to close when there are too many.
 
     They belong to the sender with the most idle ones: first those without a request, then those that have been idle
@@ -227,7 +203,7 @@ class LimitedServer(uvicorn.Server):
     ) -> None:
         self.listener, self.context, self.ready = listener, context, ready
         self.limits = limits or ConnectionLimits()
-        self._slots: set[SlotHolder] = set()
+        self._slots: set[AnyConnection] = set()
         config = uvicorn.Config(
             app,
             log_level="warning",

@@ -25,18 +25,7 @@ CERTIFICATE = "https.pem"
 
 @dataclass(frozen=True)
 class ListeningPort:
-    """A port in use by a server.
-
-    Parameters
-    ----------
-    socket : socket.socket
-        Bound and listening.
-    host : str
-        Name or address that the user chose.
-    https : bool
-    certificate : Certificate, optional
-        With ``https``; `with_certificate` adds a self-signed one.
-    """
+    """A bound port of the ``host`` that the user chose; `with_certificate` adds a certificate for ``https``."""
 
     socket: socket.socket
     host: str = "127.0.0.1"
@@ -107,18 +96,10 @@ def open_port(
     certificate: Path | str | None = None,
     key: Path | str | None = None,
 ) -> Iterator[ListeningPort]:
-    """Bind a port, and release it at the end.
+    """Bind a port of this machine and release it at the end; port 0 lets the system choose.
 
-    Parameters
-    ----------
-    host : str
-        A name or address of this machine; ``0.0.0.0`` or ``::`` for all.
-    port : int
-        0 lets the system choose.
-    https : bool
-        Whether to encrypt; implied by a certificate.
-    certificate, key : path, optional
-        A laboratory's own, as PEM; by default the key is in the same file.
+    Host ``0.0.0.0`` or ``::`` stands for all addresses. A certificate of the laboratory's own implies ``https``; by
+    default its key is in the same file.
 
     Raises
     ------

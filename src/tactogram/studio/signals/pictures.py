@@ -20,6 +20,8 @@ from tactogram.studio.signals.traits import WITH_THRESHOLD, SharedScales, Signal
 COLOURS = ("#2166ac", "#c0452f", "#3f7d1d", "#6d5fa8", "#9a4a04", "#555555")
 """For axes, in order; contrast at least 4.5:1 on white."""
 THRESHOLD_COLOUR = "#8a5a00"
+TICKS = {"fontSize": 11, "color": "#51606e"}
+GRID_LINES = {"lineStyle": {"color": "#e6ebef"}}
 RANGE_DB = 70.0
 """Range of a spectrogram's colours."""
 
@@ -29,7 +31,6 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
     scales = scales or scales_of([traits])
     rows = len(traits.axes)
     top = _nice(scales.peak)
-    ticks = {"fontSize": 11, "color": "#51606e"}
     grids, x_axes, y_axes, series, data = [], [], [], [], []
     for row, (name, (place, value)) in enumerate(zip(traits.axes, traits.curves, strict=True)):
         grids.append({"left": 64, "right": 12, "top": 8 + 84 * row, "height": 66})
@@ -39,11 +40,11 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
                 "gridIndex": row,
                 "min": 0,
                 "max": _digits(scales.extent),
-                "axisLabel": {**ticks, "show": row == rows - 1, "hideOverlap": True},
+                "axisLabel": {**TICKS, "show": row == rows - 1, "hideOverlap": True},
                 "name": ("s" if traits.domain == "time" else "mm") if row == rows - 1 else "",
                 "nameLocation": "end",
                 "nameGap": -8,
-                "nameTextStyle": {**ticks, "verticalAlign": "top", "padding": [22, 0, 0, 0]},
+                "nameTextStyle": {**TICKS, "verticalAlign": "top", "padding": [22, 0, 0, 0]},
                 "axisLine": {"onZero": False},
                 "splitLine": {"show": False},
             }
@@ -55,12 +56,8 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
                 "min": -top,
                 "max": top,
                 "interval": top,
-                "axisLabel": ticks,
-                "name": f"{name} {unit_of(traits)}",
-                "nameLocation": "middle",
-                "nameGap": 44,
-                "nameTextStyle": ticks,
-                "splitLine": {"lineStyle": {"color": "#e6ebef"}},
+                "splitLine": GRID_LINES,
+                **_titled(f"{name} {unit_of(traits)}", 44),
             }
         )
         # Two lists, not one per point: the server watches every list for changes.
@@ -138,33 +135,24 @@ def spectrum_options(traits: SignalTraits, *, others: Sequence[SignalTraits] = (
         top = max(top, 5 * float(threshold.min()))
     top = top or 1.0
     bottom = max(float(values.min()), top * 1e-4) if len(values) else top * 1e-3
-    ticks = {"fontSize": 11, "color": "#51606e"}
     low, high = FELT_HZ if over_time else (_bound(frequency, 0, 0.01), _bound(frequency, -1, 1.0))
     return {
         "animation": False,
-        "legend": {"top": 0, "right": 8, "itemHeight": 8, "textStyle": ticks, "selectedMode": False},
+        "legend": {"top": 0, "right": 8, "itemHeight": 8, "textStyle": TICKS, "selectedMode": False},
         "grid": {"left": 64, "right": 16, "top": 26, "bottom": 36},
         "xAxis": {
             "type": "log",
             "min": _digits(low),
             "max": _digits(high),
-            "name": "Hz" if over_time else "cycles per mm",
-            "nameLocation": "middle",
-            "nameGap": 22,
-            "nameTextStyle": ticks,
-            "axisLabel": ticks,
             "minorSplitLine": {"show": False},
+            **_titled("Hz" if over_time else "cycles per mm", 22),
         },
         "yAxis": {
             "type": "log",
             "min": 10.0 ** math.floor(math.log10(bottom)),
             "max": 10.0 ** math.ceil(math.log10(top)),
-            "name": unit_of(traits),
-            "nameLocation": "middle",
-            "nameGap": 46,
-            "nameTextStyle": ticks,
-            "axisLabel": ticks,
-            "splitLine": {"lineStyle": {"color": "#e6ebef"}},
+            "splitLine": GRID_LINES,
+            **_titled(unit_of(traits), 46),
         },
         "series": series,
     }
@@ -190,6 +178,16 @@ def _line(
         "animation": False,
         "itemStyle": {"color": colour},
         "lineStyle": {"width": 1.5, "color": colour, "type": "dashed" if dashed else "solid"},
+    }
+
+
+def _titled(name: str, gap: int) -> dict[str, Any]:
+    return {
+        "name": name,
+        "nameLocation": "middle",
+        "nameGap": gap,
+        "nameTextStyle": TICKS,
+        "axisLabel": TICKS,
     }
 
 

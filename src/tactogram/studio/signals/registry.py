@@ -16,7 +16,7 @@ from tactogram.signal.io import read_signal
 from tactogram.studio.signals.traits import SignalTraits, traits_of
 
 MOST_BYTES = 256 * 2**20
-"""Samples and spectrograms held for the browser to fetch."""
+"""Samples and spectrograms in memory for the browser."""
 MOST_FILES = 1000
 """Files whose signals' keys are remembered."""
 Source = Signal | Path
@@ -37,7 +37,7 @@ class ShownSignals:
     """Signals by key; the least recently used is dropped first."""
 
     most: int = MOST_BYTES
-    _held: OrderedDict[str, ShownSignal] = field(default_factory=OrderedDict)
+    _signals: OrderedDict[str, ShownSignal] = field(default_factory=OrderedDict)
     _files: OrderedDict[tuple[Path, int], str] = field(default_factory=OrderedDict)
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _analysing: dict[Path | str, threading.Lock] = field(default_factory=dict)
@@ -55,24 +55,24 @@ class ShownSignals:
         with self._lock:
             lock = self._analysing.setdefault(name, threading.Lock())
         with lock:
-            held = self.cached(source) if isinstance(source, Path) else self._get(str(name))
-            if held is None:
-                held = self._analysed(source)
+            shown = self.cached(source) if isinstance(source, Path) else self._get(str(name))
+            if shown is None:
+                shown = self._analysed(source)
         with self._lock:
             self._analysing.pop(name, None)
-        return held
+        return shown
 
     def _analysed(self, source: Source) -> ShownSignal:
         signal = read_signal(source) if isinstance(source, Path) else source
         key = key_of(signal)
-        held = self._get(key) or ShownSignal(key, signal, traits_of(signal))
+        shown = self._get(key) or ShownSignal(key, signal, traits_of(signal))
         with self._lock:
             if isinstance(source, Path):
                 self._files[_file(source)] = key
                 while len(self._files) > MOST_FILES:
                     self._files.popitem(last=False)
-            self._put(held)
-        return held
+            self._put(shown)
+        return shown
 
     def cached(self, source: Source) -> ShownSignal | None:
         """Return a file's signal if it is in the cache; None for a `Signal`, whose key takes long to compute."""
@@ -85,23 +85,23 @@ class ShownSignals:
 
     def _get(self, key: str) -> ShownSignal | None:
         with self._lock:
-            held = self._held.get(key)
-            if held is not None:
-                self._held.move_to_end(key)
-            return held
+            shown = self._signals.get(key)
+            if shown is not None:
+                self._signals.move_to_end(key)
+            return shown
 
     def get(self, key: str) -> ShownSignal:
         """Return a signal by its key; `DataError` if it is no longer in the cache."""
-        held = self._get(key)
-        if held is None:
+        shown = self._get(key)
+        if shown is None:
             raise DataError("this signal is no longer in memory; reload the page")
-        return held
+        return shown
 
-    def _put(self, held: ShownSignal) -> None:
-        self._held[held.key] = held
-        self._held.move_to_end(held.key)
-        while len(self._held) > 1 and sum(_bytes(one) for one in self._held.values()) > self.most:
-            self._held.popitem(last=False)
+    def _put(self, shown: ShownSignal) -> None:
+        self._signals[shown.key] = shown
+        self._signals.move_to_end(shown.key)
+        while len(self._signals) > 1 and sum(_bytes(one) for one in self._signals.values()) > self.most:
+            self._signals.popitem(last=False)
 
 
 SHOWN = ShownSignals()
@@ -121,5 +121,5 @@ def _file(path: Path) -> tuple[Path, int]:
     return path, path.stat().st_mtime_ns
 
 
-def _bytes(held: ShownSignal) -> int:
-    return held.signal.samples.nbytes + held.traits.level.nbytes
+def _bytes(shown: ShownSignal) -> int:
+    return shown.signal.samples.nbytes + shown.traits.level.nbytes

@@ -28,18 +28,10 @@ MOST_GAIN = 1e9
 
 @dataclass(frozen=True)
 class AudioClip:
-    """Sound as played by the browser.
+    """Sound for the browser: one channel of float32 at `RATE`, ``gain`` in full scales per unit of the signal.
 
-    Parameters
-    ----------
-    wav : bytes
-        One channel, float32, `RATE`.
-    gain : float
-        Full scales per unit of the signal.
-    limited : float
-        Share of samples that the limiter changed.
-    normalised : bool
-        Whether the signal peaks at `NORMAL_PEAK`: then loudnesses cannot be compared.
+    ``limited`` is the share of samples that the limiter changed. Loudnesses of ``normalised`` sounds cannot be
+    compared.
     """
 
     wav: bytes
@@ -51,20 +43,9 @@ class AudioClip:
 def sound_of(signal: Signal, *, gain: float | None = None) -> AudioClip:
     """Return a signal's sound for the browser.
 
-    Axes become one by DFT321, which keeps the power at every frequency; the mean is removed; the ends are faded over
-    5 ms. A signal over displacement is played at `PLAYBACK_MM_S`.
-
-    Parameters
-    ----------
-    signal : Signal
-    gain : float, optional
-        Full scales per unit, equal for signals whose strengths are compared; by default the largest sample becomes
-        `NORMAL_PEAK`.
-
-    Raises
-    ------
-    ParameterError
-        If ``gain`` is not > 0 and finite.
+    Axes become one by DFT321, which keeps the power at every frequency; the mean is removed; the ends are faded over 5
+    ms. A signal over displacement is played at `PLAYBACK_MM_S`. Without a ``gain`` (full scales per unit, > 0), the
+    largest sample becomes `NORMAL_PEAK`.
     """
     if gain is not None and not 0 < gain <= MOST_GAIN:
         raise ParameterError(f"gain must be > 0 and at most {MOST_GAIN:g}, got {gain}")

@@ -94,16 +94,8 @@ def traits_of(signal: Signal) -> SignalTraits:
 class SharedScales:
     """Scales shared by the pictures of several signals.
 
-    Parameters
-    ----------
-    peak : float
-        Largest deviation from an axis' mean, in the unit.
-    extent : float
-        Longest, s or mm.
-    top_db : float
-        Brightest level of the spectrograms, dB re 1 unit.
-    top_hz : float
-        Highest frequency of the spectrograms, Hz or cycles per mm.
+    ``peak`` is the largest deviation from an axis' mean, ``extent`` the longest (s or mm), ``top_db`` the brightest
+    level (dB re 1 unit) and ``top_hz`` the highest frequency (Hz, or cycles per mm) of the spectrograms.
     """
 
     peak: float
@@ -247,8 +239,8 @@ def band_levels(signal: Signal) -> tuple[NDArray[np.float64], NDArray[np.float64
     first = math.ceil(BANDS_PER_DECADE * math.log10(max(low * 0.99, narrowest)) - 1e-9)
     last = math.floor(BANDS_PER_DECADE * math.log10(min(high * 1.01, signal.rate / 2 / ratio)) + 1e-9)
     middle = 10 ** (np.arange(first, last + 1) / BANDS_PER_DECADE)
-    held = np.interp(middle * ratio, edges, total) - np.interp(middle / ratio, edges, total)
-    return middle, np.sqrt(2 * np.maximum(held, 0))
+    band = np.interp(middle * ratio, edges, total) - np.interp(middle / ratio, edges, total)
+    return middle, np.sqrt(2 * np.maximum(band, 0))
 
 
 def centred(signal: Signal) -> NDArray[np.float64]:

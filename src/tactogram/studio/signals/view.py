@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from fastapi import Response
@@ -34,10 +35,9 @@ CACHED = {"Cache-Control": "private, max-age=3600"}
 """Pictures and sounds follow from the samples in their key: browsers may cache them."""
 
 
+@cache
 def add_routes() -> None:
     """Register the routes of pictures and sounds, once."""
-    if any(getattr(route, "path", "") == "/signals/{key}/sound.wav" for route in app.routes):
-        return
 
     @app.get("/signals/{key}/sound.wav")
     def sound(key: str, gain: float | None = None) -> Response:
@@ -66,18 +66,7 @@ def add_routes() -> None:
 
 @dataclass(frozen=True)
 class SignalEntry:
-    """A signal to show.
-
-    Parameters
-    ----------
-    source : Signal or Path
-        A file is read once.
-    title : str
-    simulated : bool
-        Whether to mark it as simulated.
-    key : str
-        Key that plays it, ``1`` to ``9``; pressing another card's key switches to that signal.
-    """
+    """A signal, or a file that is read once, to show; the ``key`` (``1`` to ``9``) plays it, or switches to it."""
 
     source: Source
     title: str
@@ -97,15 +86,8 @@ def signal_cards(
     """Draw signals to compare, and return their title rows, where more buttons can go.
 
     The cards appear at once; their pictures, on shared scales, follow when a thread has computed them. If units or
-    domains differ, each signal has its own scales and a note.
-
-    Parameters
-    ----------
-    entries : sequence of SignalEntry
-    same_gain : bool
-        Whether one gain plays all of them, so that strengths can be compared; by default each is normalised.
-    small : bool
-        Whether to omit the spectrum.
+    domains differ, each signal has its own scales and a note. With ``same_gain``, strengths can be compared by ear;
+    otherwise each signal is normalised. ``small`` omits the spectrum.
     """
     load_player()
     add_routes()

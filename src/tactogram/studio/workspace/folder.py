@@ -57,7 +57,7 @@ class Workspace:
         Raises
         ------
         ParameterError
-            If it lies outside of the workspace, or is a name of `name_of` that stands for one that is not UTF-8.
+            If it lies outside of the workspace, or replaces a name that is not UTF-8 (see `name_of`).
         """
         text = os.fspath(path)
         if "\0" in text:

@@ -24,17 +24,7 @@ LONGEST_TITLE = 120
 
 @dataclass(frozen=True)
 class KeptResult:
-    """A kept result.
-
-    Parameters
-    ----------
-    id : str
-        Name of its folder, which sorts by age.
-    folder : Path
-    title : str
-    facts : mapping
-        JSON values: condition, run, seed, whether simulated.
-    """
+    """A kept result in a folder named ``id``, which sorts by age; ``facts`` are JSON values: condition, run, seed."""
 
     id: str
     folder: Path

@@ -22,17 +22,7 @@ SIMULATED = "simulated:twelite?rate=330&loss=0.02"
 
 @dataclass(frozen=True)
 class SourceChoice:
-    """A source to record from.
-
-    Parameters
-    ----------
-    address : str or None
-        None if no sensor of this kind is available.
-    description : str
-    missing : str or None
-        Why there is none: what is not installed or not plugged in.
-    simulated : bool
-    """
+    """A source to record from; without an ``address``, ``missing`` is the reason in one line."""
 
     address: str | None
     description: str

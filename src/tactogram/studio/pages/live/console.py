@@ -16,18 +16,7 @@ MOST_LINES = 40
 
 @dataclass(frozen=True)
 class ConsoleQuestion:
-    """Question of a session to the person who records.
-
-    Parameters
-    ----------
-    number : int
-        From 1; an answer names the question by it.
-    text : str
-    keys : dict
-        Meaning of each key.
-    default : str
-        One of ``keys``.
-    """
+    """Question of a session to the person who records; ``keys`` maps each key to its meaning."""
 
     number: int
     text: str

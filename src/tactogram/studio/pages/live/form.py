@@ -35,17 +35,7 @@ PLAN_FIELDS = {
 
 
 class LiveForm:
-    """Cards with the settings.
-
-    Parameters
-    ----------
-    studio : Studio
-    runner : LiveRunner
-    start : callable
-        Starts the request that `request` returns.
-    data : str
-        Store that the page was opened with.
-    """
+    """Cards with the settings; ``start`` starts the `request`, ``data`` is the store that the page was opened with."""
 
     def __init__(
         self, studio: Studio, runner: LiveRunner, start: Callable[[], Awaitable[None]], *, data: str = ""

@@ -244,7 +244,7 @@ class LivePage:
             ui.html(BEAT, sanitize=False)
             self.form.sound_switch()
             if runner.console.lines:
-                with ui.element("ul").classes("said small quiet"):
+                with ui.element("ul").classes("sentences small quiet"):
                     for line in list(runner.console.lines)[: -LINES - 1 : -1]:
                         ui.element("li")._text = line
 

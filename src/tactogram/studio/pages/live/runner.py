@@ -34,18 +34,10 @@ STOP_S = 6.0
 
 @dataclass(frozen=True)
 class LiveRequest:
-    """Request to listen to a source.
+    """Request to listen to a ``source`` (an address).
 
-    Parameters
-    ----------
-    source : str
-        An address.
-    run : str
-        Folder of a classifier run; empty for none.
-    plan, data, session : str
-        Plan (name or file), store and name of a recording session; empty without one.
-    changes : mapping
-        Values of the plan to change.
+    ``run`` is the folder of a classifier run, or empty. A recording session also has a ``plan`` (name or file),
+    ``data`` (its store), an optional name and ``changes`` of the plan's values.
     """
 
     source: str
@@ -239,12 +231,8 @@ class LiveRunner:
     def now(self, after: int = 0, number: int = 0) -> dict[str, Any]:
         """Return what pages draw, as JSON values.
 
-        Parameters
-        ----------
-        after : int
-            Bin from which on the page needs the traces; see `Traces.since`.
-        number : int
-            Request that the page drew last; if another was started since, it gets all bins.
+        ``after`` is the first bin that the page needs (see `Traces.since`), ``number`` the request that it drew last:
+        after another request it gets all bins.
         """
         status = self.console.status
         question = self.console.question

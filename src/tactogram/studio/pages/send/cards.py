@@ -36,12 +36,7 @@ def form_and_result(form: Callable[[], None], result: Callable[[], None]) -> Non
 class SignalFields:
     """Fields that depend on the signal: its axes and, over displacement, the finger's speed.
 
-    Parameters
-    ----------
-    axis_options : callable
-        Returns the options for several axes, by value; the first is the default.
-    speed_mm_s : float
-        Initial speed.
+    ``axis_options`` returns the options for several axes, by value; the first is the default.
     """
 
     def __init__(

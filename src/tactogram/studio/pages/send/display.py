@@ -42,14 +42,7 @@ def _axis_options(axes: tuple[str, ...]) -> dict[str, str]:
 class DisplayCards:
     """Cards of the tab.
 
-    Parameters
-    ----------
-    service : SendService
-    speaker : Speaker
-    state : dict
-        The browser's stored settings and ids of results.
-    selected : callable
-        Returns the signal to send, or raises.
+    ``state`` holds the browser's settings and ids of results; ``selected`` returns the signal to send, or raises.
     """
 
     def __init__(
@@ -184,7 +177,7 @@ class DisplayCards:
             ).classes("w-full")
             for name, title in (("scaled", "Scaled"), ("clipped", "Clipped"), ("unreachable", "Unreachable")):
                 ui.label(title).classes("font-bold")
-                with ui.element("ul").classes("said"):
+                with ui.element("ul").classes("sentences"):
                     for sentence in report[name] or ["nothing"]:
                         ui.element("li")._text = sentence
             with ui.expansion("Full report as text").classes("w-full"):

@@ -63,18 +63,9 @@ class FileRequest:
 
 @dataclass(frozen=True)
 class SendResult:
-    """A drive or haptic files in a folder.
+    """A drive or haptic files in a folder named ``id``.
 
-    Parameters
-    ----------
-    id : str
-        Name of the folder.
-    folder : Path
-    request : DriveRequest or FileRequest
-    title : str
-        Title of the signal.
-    facts : mapping
-        JSON values from `render` or `convert`, and ``commands``, the equivalent command lines.
+    ``facts`` are JSON values of `render` or `convert`, and ``commands``, the equivalent command lines.
     """
 
     id: str

@@ -20,16 +20,7 @@ TABLES = ("metrics.csv", "words.csv")
 
 @dataclass(frozen=True)
 class SelectedSignal:
-    """Signal selected for sending, as a file.
-
-    Parameters
-    ----------
-    id : str
-        ``kept:ID``, ``file:PATH`` or ``recording:STORE#ID``.
-    title : str
-    file : Path
-    simulated : bool
-    """
+    """Signal selected for sending; ``id`` is ``kept:ID``, ``file:PATH`` or ``recording:STORE#ID``."""
 
     id: str
     title: str

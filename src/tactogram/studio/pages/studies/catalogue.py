@@ -39,18 +39,9 @@ HEADINGS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class StudyEntry:
-    """A study that can be begun.
+    """A study: a shipped one by name, or a file by its path relative to the workspace.
 
-    Parameters
-    ----------
-    name : str
-        Name of a shipped study, or a file's path relative to the workspace.
-    source : Path or str
-        As for `tactogram.workflows.study.sessions.begin_session`.
-    shipped : bool
-    facts : mapping
-        From `check_study`; empty if the study is invalid.
-    error : str
+    ``source`` is for `begin_session`, ``facts`` are from `check_study`; an invalid study has an ``error`` and no facts.
     """
 
     name: str
@@ -87,19 +78,7 @@ class StudyEntry:
 
 @dataclass(frozen=True)
 class SessionEntry:
-    """A session of the workspace.
-
-    Parameters
-    ----------
-    name : str
-        Folder relative to the workspace.
-    title, line : str
-    simulated : bool
-        Whether its participants are simulated.
-    report : Path or None
-    error : str
-        Why it cannot be opened.
-    """
+    """A session by its folder relative to the workspace; ``error`` is why it cannot be opened."""
 
     name: str
     title: str = ""

@@ -31,18 +31,8 @@ DEVICE = (
 class ParticipantRow:
     """One participant in the view.
 
-    Parameters
-    ----------
-    code : str
-    simulated : bool
-    status : str
-        One of `tactogram.study.session.states.STATES`.
-    place, since, device : str
-        Current page, time since the last answer, facts of the device.
-    share : float
-        Share of the trials that are done.
-    quiet : bool
-        Whether an active participant has not answered for `QUIET_S`.
+    ``status`` is one of `tactogram.study.session.states.STATES`, ``share`` that of trials done; ``quiet`` marks an
+    active participant without an answer for `QUIET_S`.
     """
 
     code: str

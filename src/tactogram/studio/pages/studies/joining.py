@@ -19,17 +19,9 @@ LANGUAGES = {"ja": "Japanese", "en": "English"}
 
 
 class JoinCard:
-    """The card "Take part".
+    """The card "Take part"; calls ``changed`` after an enrolment.
 
-    Parameters
-    ----------
-    session : OpenSession
-    server : str
-        Beginning of addresses in the experimenter's browser.
-    roots : tuple of str
-        Beginnings of addresses for other machines.
-    changed : callable
-        Called after an enrolment.
+    ``server`` is the beginning of addresses in the experimenter's browser, ``roots`` those for other machines.
     """
 
     def __init__(

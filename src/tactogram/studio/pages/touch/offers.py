@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Literal
 from tactogram import models
 from tactogram.errors import TactogramError
 from tactogram.signal.io.files import READABLE
-from tactogram.studio.workspace.folder import MOST_FOLDERS, RUN, STORE, Workspace
+from tactogram.studio.workspace.folder import RUN, STORE, Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.text_files import read_json, read_toml
 
@@ -66,26 +65,18 @@ def _of_shelf(shelf: ResultArchive) -> Iterator[TextureChoice]:
 
 def _of_files(workspace: Workspace) -> Iterator[TextureChoice]:
     """Yield signal files outside of runs, stores and the studio's own folder."""
-    count = 0
-    for seen, (text, folders, files) in enumerate(os.walk(workspace.folder)):
-        folder = Path(text)
-        if seen >= MOST_FOLDERS:
-            return
-        inside = folder.relative_to(workspace.folder).parts
-        skip = len(inside) > 4 or {RUN, STORE} & set(files)
-        folders[:] = sorted(
-            name
-            for name in folders
-            if not skip
-            and not name.startswith(".")
-            and not (not inside and name == workspace.studio_folder.name)
+    names = [
+        workspace.name_of(path)
+        for path in workspace.files(*READABLE)
+        if path.suffix.lower() != ".txt"
+        and not path.is_relative_to(workspace.studio_folder)
+        and not any(
+            (folder / name).is_file() for folder in _folders(workspace, path) for name in (RUN, STORE)
         )
-        if skip:
-            continue
-        for name in sorted(files):
-            if Path(name).suffix.lower() in READABLE and Path(name).suffix.lower() != ".txt":
-                count += 1
-                if count > MOST_FILES:
-                    return
-                of = workspace.name_of(folder / name)
-                yield TextureChoice("file", of, "", of, "Files")
+    ]
+    for name in names[:MOST_FILES]:
+        yield TextureChoice("file", name, "", name, "Files")
+
+
+def _folders(workspace: Workspace, path: Path) -> Iterator[Path]:
+    return (folder for folder in path.parents if folder.is_relative_to(workspace.folder))

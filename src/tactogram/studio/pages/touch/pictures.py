@@ -32,17 +32,9 @@ LIGHT = np.array([196.0, 187.0, 174.0])
 
 @dataclass(frozen=True, eq=False)
 class PadPicture:
-    """A picture for the pad.
+    """A picture for the pad: a photograph, a rendered picture of a simulated surface, or one drawn from the signal.
 
-    Parameters
-    ----------
-    png : bytes
-    kind : {"photograph", "rendered", "drawn"}
-        Of the material, of a simulated surface, or drawn from the signal.
-    mm_per_pixel : float, optional
-        If unknown, the picture fills the pad.
-    words : str
-        Description for screen readers.
+    Without ``mm_per_pixel`` it fills the pad; ``words`` describe it for screen readers.
     """
 
     png: bytes
@@ -71,19 +63,9 @@ def picture_of(sources: TouchSources, request: TextureRequest) -> PadPicture:
 def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False) -> Image:
     """Return a signal as a relief lit from the left: its values are heights along the stroke.
 
-    Parameters
-    ----------
-    signal : Signal
-        Over displacement, or over time at ``speed_mm_s``.
-    speed_mm_s : float
-    registered : bool
-        Whether every line is the loop that is played, so that picture and texture match in position. Otherwise ridges
-        deviate a little; without ridges, lines start at random positions and neighbours correlate over `ACROSS_MM`.
-
-    Returns
-    -------
-    Image
-        256 x 640 pixels of 0.15 mm; if registered, as many columns as the loop is long, at most 4000.
+    A signal over time is laid out at ``speed_mm_s``. If ``registered``, every line is the loop that is played, at most
+    4000 pixels, so that picture and texture match in position. Otherwise ridges deviate a little; without ridges, lines
+    start at random positions and neighbours correlate over `ACROSS_MM`.
     """
     steady = signal.samples - signal.samples.mean(axis=1, keepdims=True)
     one, _ = combined(signal.with_samples(steady), "dft321" if len(signal.axes) <= 3 else signal.axes[0])

@@ -47,28 +47,11 @@ RATES = (8000.0, 192_000.0)
 
 @dataclass(frozen=True)
 class TextureRequest:
-    """Request for a texture.
+    """Request for a texture; `ParameterError` if a value is out of range.
 
-    Parameters
-    ----------
-    where : {"run", "kept", "file"}
-    of : str
-        Folder of a run or a file, relative to the workspace; or the id of a kept result.
-    material : str
-        Material of a run.
-    speed_mm_s : float, optional
-        Speed of a recording over time, or of a generated signal.
-    lay : {"auto", "table", "path", "x", "y"}
-        Whether it follows speed and force (table), or the position of the finger.
-    axes : str
-    seed : int
-    rate : float
-        Rate of the browser's audio, Hz.
-
-    Raises
-    ------
-    ParameterError
-        If a value is out of range.
+    ``of`` is the folder of a run or a file, relative to the workspace, or the id of a kept result; ``material`` one of
+    a run. ``speed_mm_s`` is the speed of a recording over time, or of a generated signal; ``lay`` whether the texture
+    follows speed and force (table) or the position of the finger; ``rate`` that of the browser's audio, Hz.
     """
 
     where: TextureOrigin

@@ -49,15 +49,7 @@ FREQUENCIES = 400
 
 @dataclass(frozen=True, eq=False)
 class TouchTexture:
-    """A texture for the browser.
-
-    Parameters
-    ----------
-    head : mapping
-        JSON values: kind, strength, and what the texture follows.
-    arrays : mapping
-        float32 or float64 arrays by name.
-    """
+    """A texture for the browser: ``head`` holds kind, strength and what it follows, as JSON values."""
 
     head: Mapping[str, Any]
     arrays: Mapping[str, NDArray[Any]]
@@ -89,18 +81,7 @@ class TouchTexture:
 def table_of_map(
     name: str, surface: TextureMap, *, rate: float, axes: str = "dft321", simulated: bool = False
 ) -> TouchTexture:
-    """Return the table of autoregressive models over speed and force.
-
-    Parameters
-    ----------
-    name : str
-    surface : TextureMap
-    rate : float
-        Rate of the browser's audio, Hz.
-    axes : str
-        ``dft321`` or the name of an axis.
-    simulated : bool
-    """
+    """Return the table of autoregressive models over speed and force; ``rate`` is that of the browser's audio, Hz."""
     table = TextureTable(surface, axis=axes)
     texture = AutoregressiveTexture(name, table, rate=rate, most=QUANTUM, seed=0)
     speeds = table.grid.speeds if surface.known[0] else None
@@ -140,24 +121,11 @@ def table_of_signal(
     axes: str = "dft321",
     simulated: bool = False,
 ) -> TouchTexture:
-    """Return the table of a signal that is laid out over the surface.
+    """Return the table of a signal that is laid out over the surface, for audio at ``rate`` (Hz).
 
     Its mean (gravity, a sensor's offset) is removed, since a sound card cannot play it. A friction coefficient's
-    deviations from its mean are played like a vibration, silent at rest.
-
-    Parameters
-    ----------
-    name : str
-    signal : Signal
-        Over displacement, or over time.
-    rate : float
-        Rate of the browser's audio, Hz.
-    speed_mm_s : float, optional
-        Speed of a signal over time; by default `ASSUMED_SPEED_MM_S`, with a note.
-    along : {"path", "x", "y"}
-    axes : str
-        See `tactogram.rendering.drive.axes`.
-    simulated : bool
+    deviations from its mean are played like a vibration, silent at rest. A signal over time without ``speed_mm_s`` gets
+    `ASSUMED_SPEED_MM_S` and a note.
 
     Raises
     ------
@@ -256,10 +224,7 @@ def _felt_amplitudes(table: TextureTable) -> NDArray[np.float32]:
 
 
 def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.float32], float]:
-    """Return the amplitude along a loop, in its unit, and the step in mm.
-
-    It is measured like a phone's strength, at the recording speed; it does not depend on the speed of the finger.
-    """
+    """Return the amplitude along a loop in its unit, measured like a phone's strength, and the step in mm."""
     loop = looped(texture.signal)
     over_time = Signal(loop.samples, loop.rate * speed_mm_s, loop.unit, loop.axes)
     phone = open_display(PHONE)
