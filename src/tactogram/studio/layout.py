@@ -15,7 +15,6 @@ from typing import Any, ParamSpec, TypeVar
 from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.text_files import displayable
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -125,7 +124,7 @@ def in_range(
 def show_error(error: BaseException) -> None:
     """Show an error as a sentence; log unexpected errors, and errors whose page is closed."""
     if isinstance(error, TactogramError | OSError):
-        text = displayable(str(error))
+        text = str(error)
     else:
         LOG.error("unexpected", exc_info=error)
         text = f"Unexpected error: {type(error).__name__}: {error}. Saved data is unchanged."

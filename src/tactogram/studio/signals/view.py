@@ -27,7 +27,6 @@ from tactogram.studio.signals.pictures import (
 from tactogram.studio.signals.registry import SHOWN, ShownSignal, Source
 from tactogram.studio.signals.sound import NORMAL_PEAK, PLAYBACK_MM_S, common_gain, sound_of
 from tactogram.studio.signals.traits import SharedScales, SignalTraits, scales_of, unit_of
-from tactogram.text_files import displayable
 
 HEAD = '<link rel="stylesheet" href="/static/signals.css"><script type="module" src="/static/player.js"></script>'
 USUAL_AXES = 3
@@ -137,7 +136,7 @@ async def _fill_later(
             if not place.is_deleted:
                 place.clear()
                 with place:
-                    ui.label(displayable(f"This signal cannot be shown: {error}")).props('role="alert"')
+                    ui.label(f"This signal cannot be shown: {error}").props('role="alert"')
         if not isinstance(error, TactogramError | OSError):
             raise
         return

@@ -18,7 +18,6 @@ from tactogram.study.designs.catalogue import margin_text
 from tactogram.study.session.states import status_counts
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import shipped_studies
-from tactogram.text_files import displayable
 from tactogram.workflows.study.simulation import SIMULATED
 from tactogram.workflows.study.studies import check_study
 
@@ -172,7 +171,7 @@ def _study_entry(name: str, source: Path | str, *, shipped: bool) -> StudyEntry:
     try:
         return StudyEntry(name, source, shipped, check_study(source))
     except TactogramError as error:
-        return StudyEntry(name, source, shipped, error=displayable(str(error)))
+        return StudyEntry(name, source, shipped, error=str(error))
 
 
 def _session_entry(workspace: Workspace, folder: Path) -> SessionEntry:
@@ -187,6 +186,6 @@ def _session_entry(workspace: Workspace, folder: Path) -> SessionEntry:
             line = ", ".join(filter(None, (people, counts, "ended" if store.ended else "")))
             line = f"{store.study.name}: {line}"
     except TactogramError as error:
-        return SessionEntry(name, error=displayable(str(error)))
+        return SessionEntry(name, error=str(error))
     report = report_of(folder)
     return SessionEntry(name, title, line, simulated, report if report.is_file() else None)
