@@ -29,19 +29,9 @@ def gradient_phase(magnitude: Tensor, transform: STFT, *, seed: int = 0, toleran
     recovered worse (by 6 to 25 dB on rectified sensor recordings). And next to bins below ``tolerance`` the difference
     is one-sided, so that ignored bins do not distort the phase of their neighbours.
 
-    Parameters
-    ----------
-    magnitude : float tensor, shape (batch, frame, bin)
-        Of ``transform``, >= 0. Bins run fastest, unlike in `STFT`.
-    transform : STFT
-    seed : int
-        Of the random phase below ``tolerance``; the same for every item of a batch.
-    tolerance : float
-        Share of an item's greatest magnitude up to which magnitudes are not integrated.
-
-    Returns
-    -------
-    float64 tensor on the processor, shape (batch, frame, bin), radians
+    ``magnitude`` is of ``transform``, >= 0, shape (batch, frame, bin): bins run fastest, unlike in `STFT`. Magnitudes
+    up to ``tolerance``, as a share of an item's greatest, get a random phase, the same for every item. Returns radians,
+    float64, of the same shape, on the processor.
     """
     n_fft, hop = transform.n_fft, transform.hop
     gamma = window_gamma(transform.window, n_fft)

@@ -129,14 +129,9 @@ class PhotoWindows:
 
 @dataclass(frozen=True, eq=False)
 class FrictionBatch:
-    """Some pairs.
+    """Pairs: photographs, (pair, channel, pixels, pixels), -1..1, and friction, (pair, axis, samples).
 
-    Parameters
-    ----------
-    photo : float32 tensor, shape (pair, channel, pixels, pixels), -1..1
-    friction : float32 tensor, shape (pair, axis, samples), in the signals' unit
-    places : int64 array, shape (pair, 2)
-        Number of the example, and first column of the window.
+    ``places``, int64, (pair, 2), are the number of the example and the first column of the window.
     """
 
     photo: Tensor
@@ -145,17 +140,10 @@ class FrictionBatch:
 
 
 class RegisteredPairs:
-    """Pairs of ``examples``.
+    """Pairs of ``examples`` with a photograph as condition ``image``, or in `Example.photographs`.
 
-    Parameters
-    ----------
-    examples : sequence of Example
-        With a photograph as condition ``image``, or in `Example.photographs`.
-    windows : PhotoWindows
-    part : {"train", "validation", "test"}, optional
-        Part of the windows; None takes all.
-    mm_per_pixel : float, optional
-        Common scale of the photographs; by default that of the first one with a scale.
+    ``part`` None takes all windows; ``mm_per_pixel`` is the common scale of the photographs, by default that of the
+    first one with a scale.
     """
 
     def __init__(

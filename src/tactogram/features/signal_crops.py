@@ -22,17 +22,9 @@ class SignalCrops:
 
     Crop k depends on the random generators and k alone. Only the drawn crops are read.
 
-    Parameters
-    ----------
-    examples : sequence of Example
-    length : int
-        Samples of a crop.
-    overlap : int
-        Samples of the crossfades that join a shorter recording to itself; at most a third of the recording.
-    repetitions : int, optional
-        Times a shorter recording is put end to end instead, more if that is still too short. None crossfades.
-    lead : int
-        Further samples before each crop.
+    Recordings shorter than ``length`` samples are joined to themselves by crossfades of ``overlap`` samples, at most a
+    third of the recording, or with ``repetitions`` put end to end as often, more if still too short. ``lead`` are
+    further samples before each crop.
     """
 
     examples: Sequence[Example]

@@ -25,14 +25,9 @@ WEIGHTS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1.0)
 
 
 class PerceptualLoss(nn.Module):
-    """Weighted mean absolute differences of five layers of VGG-19, frozen.
+    """Weighted mean absolute differences of five layers of VGG-19, frozen; ``weights`` is torchvision's file.
 
-    Parameters
-    ----------
-    weights : path
-        torchvision's VGG-19 file.
-    random : bool
-        Random instead of trained weights: for tests, without meaning.
+    ``random`` weights instead of trained ones are for tests and have no meaning.
     """
 
     def __init__(self, weights: Path | str, *, random: bool = False) -> None:

@@ -230,12 +230,8 @@ class PhotoTranslation:
         A signal longer than a picture is made of several crops, crossfaded. ``seed`` decides the crops and the
         recovered phase; the pictures follow from the crops, unless ``make`` draws noise.
 
-        Parameters
-        ----------
-        make : callable
-            Photographs (1, 1, row, column) in -1 to 1 to pictures of that shape.
-        seconds : float, optional
-            By default the median length of the training recordings.
+        ``make`` maps photographs (1, 1, row, column) in -1 to 1 to pictures of that shape; ``seconds`` is by default
+        the median of the training recordings.
         """
         picture = self.picture
 
@@ -278,10 +274,7 @@ def row_statistics_distance(made: Tensor, real: Tensor) -> Tensor:
 
     The mean absolute difference of the means of rows, plus that of their standard deviations over time. Replaces LPIPS
     where its weights are missing; blind to the time of an event, as weak pairs demand.
-
-    Parameters
-    ----------
-    made, real : float Tensor, shape (item, 1, row, column), -1 to 1
+    Pictures have shape (item, 1, row, column), -1 to 1.
     """
     mean = (made.mean(3) - real.mean(3)).abs().mean()
     spread = (made.std(3) - real.std(3)).abs().mean()

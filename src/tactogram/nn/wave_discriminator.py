@@ -27,22 +27,8 @@ class WaveDiscriminator(nn.Module):
     signal as constant channels, which are not stored: their part of the first convolution is the same at every sample
     but near the ends.
 
-    Parameters
-    ----------
-    channels : sequence of int
-        From the last layer to the first, as in the generator.
-    points : int
-        Samples per axis before the dense layer.
-    kernel, stride : int
-        Along time.
-    leak : float
-        Slope of LeakyReLU below 0.
-    phase_shuffle : int
-        Most samples by which activations move.
-    axes : int
-        A.
-    labels : int
-        C.
+    ``channels`` are ordered as in the generator, from the last layer to the first; ``points`` are the samples per axis
+    before the dense layer; ``phase_shuffle`` is the most samples by which activations move.
     """
 
     def __init__(

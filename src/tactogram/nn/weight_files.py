@@ -14,15 +14,7 @@ from tactogram.errors import DataError
 def weight_file(path: Path | str, url: str, *, of: str, option: str) -> Path:
     """Return the file of a network's weights: ``path``, or if empty the file of ``url`` in torch's cache.
 
-    Parameters
-    ----------
-    path : path or ""
-    url : str
-        Address of the publication; its last part is the file's name in the cache.
-    of : str
-        Name of the network, for errors.
-    option : str
-        Name of the setting of ``path``, for errors.
+    ``of`` (the network) and ``option`` (the setting of ``path``) are named in errors.
 
     Raises
     ------

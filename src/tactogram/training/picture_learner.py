@@ -68,15 +68,7 @@ ConfigT = TypeVar("ConfigT", bound=PictureConfig)
 class PictureLearner(Generic[ConfigT]):
     """Pairs, stages, validation, state and generated signals; a model adds `networks` and `update`.
 
-    Parameters
-    ----------
-    config : PictureConfig
-    kind : SignalKind
-    seed : int
-        Decides initial weights, crops and pairs.
-    device : str or torch.device
-    predictor : PredictorConfig, optional
-        Label predictor, trained before the GAN.
+    ``seed`` decides initial weights, crops and pairs; ``predictor`` is a label predictor trained before the GAN.
     """
 
     def __init__(
@@ -116,13 +108,8 @@ class PictureLearner(Generic[ConfigT]):
     def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Update both networks and return the losses.
 
-        Parameters
-        ----------
-        photo, picture : float32 Tensor, shape (batch, 1, row, column), -1 to 1
-        label : int64 Tensor, shape (batch,)
-            True materials.
-        crops : int64 Tensor, shape (batch,)
-            Numbers of the photographs' crops.
+        Photographs and pictures have shape (batch, 1, row, column), -1 to 1; true labels and the numbers of the
+        photographs' crops have shape (batch,).
         """
         raise NotImplementedError
 

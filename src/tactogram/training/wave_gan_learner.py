@@ -108,15 +108,7 @@ NO_LATENTS: Mapping[int, Tensor] = MappingProxyType({})
 class WaveGANLearner(Generic[ConfigT]):
     """Networks, critic updates, validation and signals; a model adds its generator, crops and generator updates.
 
-    Parameters
-    ----------
-    config : WaveGANConfig
-    kind : SignalKind
-    rates : tuple of float
-        Learning rates of generator and discriminator.
-    seed : int
-        Decides the initial weights.
-    device : str or torch.device
+    ``rates`` are the learning rates of generator and discriminator.
     """
 
     def __init__(

@@ -28,7 +28,7 @@ class GlobalGenerator(nn.Module):
         self.layers = nn.Sequential(*layers, nn.ReflectionPad2d(3), nn.Conv2d(width, 1, 7), nn.Tanh())
 
     def check_size(self, rows: int, columns: int) -> None:
-        """Refuse pictures that cannot be halved so often, or leave residual blocks less than two rows."""
+        """Refuse pictures that cannot be halved at every stage, or leave less than two rows for residual blocks."""
         if rows % self.scale or columns % self.scale or min(rows, columns) < 2 * self.scale:
             raise ParameterError(
                 f"rows and columns must be multiples of {self.scale}, two at least, got {(rows, columns)}"
@@ -42,7 +42,7 @@ class GlobalGenerator(nn.Module):
 
 
 class ResidualBlock(nn.Module):
-    """Two convolutions of 3 x 3 beside the identity."""
+    """Two convolutions of 3 x 3, added to the identity."""
 
     def __init__(self, width: int) -> None:
         super().__init__()
@@ -52,7 +52,7 @@ class ResidualBlock(nn.Module):
         )  # fmt: skip
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return ``x`` and what the layers make of it, summed."""
+        """Return the sum of ``x`` and its convolution."""
         added: Tensor = x + self.layers(x)
         return added
 

@@ -21,12 +21,8 @@ TrunkUsed = Literal["efficientnet_lite0", "none"]
 class ImageFeatures:
     """Colour and texture statistics, then pooled features of a frozen trunk if one is used.
 
-    Parameters
-    ----------
-    trunk : {"auto", "efficientnet_lite0", "none"}
-        ``auto`` uses the trunk if the extra ``vision`` is installed; see `used`.
-    size : int
-        Pixels of the shorter side of the trunk's input.
+    ``auto`` uses the trunk if the extra ``vision`` is installed; see `used`. ``size`` is the shorter side of the
+    trunk's input, pixels.
     """
 
     def __init__(self, trunk: Literal["auto", "efficientnet_lite0", "none"], size: int) -> None:
@@ -63,10 +59,7 @@ class ImageFeatures:
     def __call__(self, images: Sequence[Image]) -> NDArray[np.float64]:
         """Return the features of each image, float64, shape (image, feature), and set `blocks`, their sizes by kind.
 
-        Raises
-        ------
-        ParameterError
-            If an image is too small.
+        Refuses images below `SMALLEST` pixels.
         """
         for image in images:
             if min(image.size) < SMALLEST:

@@ -1,4 +1,4 @@
-"""Generator and critic of a Residue-Fusion GAN, as far as it is described, and our choice beyond."""
+"""Generator and critic of a Residue-Fusion GAN, as described, and by our choice where nothing is."""
 
 from __future__ import annotations
 
@@ -13,14 +13,9 @@ from tactogram.nn.unet import UNet
 
 
 class ResidueFusion(nn.Module):
-    """Adds to the generator's narrowest features what two convolutions make of them and of a classifier's maps.
+    """Addition of two convolutions of the generator's narrowest features and a classifier's maps to these features.
 
-    Parameters
-    ----------
-    width : int
-        Channels of the generator's features.
-    features : int
-        Channels of the classifier's maps.
+    ``width`` are the channels of the generator's features, ``features`` those of the classifier's maps.
     """
 
     def __init__(self, width: int, features: int) -> None:
@@ -30,7 +25,7 @@ class ResidueFusion(nn.Module):
         self.residue = nn.Conv2d(width, width, 3, padding=1)
 
     def forward(self, x: Tensor, maps: Tensor) -> Tensor:
-        """Return features (batch, width, row, column), given such ones and maps of any size."""
+        """Return features of the shape of ``x``, (batch, width, row, column); ``maps`` may have any size."""
         maps = F.adaptive_avg_pool2d(self.narrow(maps), (x.shape[-2], x.shape[-1]))  # B, W, R, C
         residue = self.residue(F.relu(self.fuse(torch.cat((x, maps), 1))))  # B, W, R, C
         fused: Tensor = x + residue

@@ -13,15 +13,9 @@ from tactogram.nn import glorot_linear, strided_conv_transpose
 
 
 class Generator(nn.Module):
-    """Latent and label to a signal. Each axis is convolved separately, with shared filters.
+    """Latent and label to a signal of A axes, 3 in the paper; C labels, one per class.
 
-    Parameters
-    ----------
-    config : Config
-    axes : int
-        A; 3 in the paper.
-    labels : int
-        C: one per class.
+    Each axis is convolved separately, with shared filters.
     """
 
     def __init__(self, config: Config, *, axes: int, labels: int) -> None:

@@ -23,13 +23,7 @@ FASTEST = 0.2
 class Generator(nn.Module):
     """Latent, label and noise to a whitened signal. Each axis is convolved separately, with shared filters.
 
-    Parameters
-    ----------
-    config : Config
-    axes : int
-        A.
-    labels : int
-        C: one per class, and one per numeric condition.
+    A axes, and C labels: one per class, and one per numeric condition.
     """
 
     def __init__(self, config: Config, *, axes: int, labels: int) -> None:
@@ -47,20 +41,10 @@ class Generator(nn.Module):
         self.layers = nn.ModuleList(layers)
 
     def forward(self, latent: Tensor, label: Tensor, noise: Tensor) -> Tensor:
-        """Return signals.
+        """Return signals of about unit variance, (batch, axis, time).
 
-        Parameters
-        ----------
-        latent : Tensor, shape (batch, latent + 2 sinusoids)
-            Uniform in -1 to 1.
-        label : Tensor, shape (batch, C)
-        noise : Tensor, shape (batch, axis, time, band)
-            White in sum.
-
-        Returns
-        -------
-        Tensor, shape (batch, axis, time)
-            Of about unit variance.
+        ``latent``, (batch, latent + 2 sinusoids), is uniform in -1 to 1; ``label`` has shape (batch, C); ``noise``,
+        (batch, axis, time, band), is white in sum.
         """
         h = self.dense(torch.cat((latent[:, : self.plain], label), 1))  # B, A * 16 * 64
         h = h.unflatten(1, self.shape).flatten(0, 1).transpose(1, 2)  # B A, 64, 16

@@ -31,12 +31,9 @@ FLOOR = 1e-3
 
 
 def statistics(x: Tensor) -> Tensor:
-    """Return the statistics of each signal: float32, (batch, statistic).
+    """Return the statistics of signals, (batch, axis, time) -> float32, (batch, statistic).
 
-    Parameters
-    ----------
-    x : Tensor, shape (batch, axis, time)
-        Of about unit variance; at least 512 samples.
+    Signals have about unit variance and at least 512 samples.
     """
     x = x.float()
     subset = x[:, :, :: max(1, x.shape[2] // RANKED)]
@@ -59,13 +56,7 @@ def statistics(x: Tensor) -> Tensor:
 
 
 def spread_within(found: Tensor, classes: Tensor) -> Tensor:
-    """Return the deviation of each statistic within a class, float32, shape (statistic,): the unit of differences.
-
-    Parameters
-    ----------
-    found : Tensor, shape (signal, statistic)
-    classes : Tensor, int64, shape (signal,)
-    """
+    """Return the deviation of each statistic, (signal, statistic), within the classes, (signal,): (statistic,)."""
     variances = [found[classes == k].var(0, correction=0) for k in sorted(set(classes.tolist()))]
     return torch.stack(variances).mean(0).sqrt().clamp(min=1e-3)
 
@@ -74,12 +65,8 @@ def energy_distance(real: Tensor, made: Tensor, again: Tensor) -> Tensor:
     """Return an unbiased estimate of the energy distance between the processes behind ``real`` and the rest.
 
     ``mean(2 |real - made| - |made - again|)``, omitting what only depends on ``real``: least when the distributions
-    are the same (Gneiting & Raftery 2007, Eq. 21; Gritsenko et al. 2020). Row k of each is of one condition.
-
-    Parameters
-    ----------
-    real, made, again : Tensor, shape (batch, statistic)
-        ``again`` is drawn as ``made`` is, independently.
+    are the same (Gneiting & Raftery 2007, Eq. 21; Gritsenko et al. 2020). Row k of each, shape
+    (batch, statistic), is of one condition; ``again`` is drawn like ``made``, independently.
     """
     distance = torch.linalg.vector_norm
     near = distance(real - made, dim=1) + distance(real - again, dim=1)

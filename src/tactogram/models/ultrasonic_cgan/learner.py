@@ -289,12 +289,8 @@ class TrainingSpectra:
     def rows(self, spectra: tuple[int, Places], scores: tuple[int, Places, Places]) -> Tensor:
         """Return spectra with scores, (iteration, batch, bin + word).
 
-        Parameters
-        ----------
-        spectra : tuple
-            Side, 0 sensor or 1 display, and numbers of its spectra, shape (iteration, batch).
-        scores : tuple
-            Side, numbers of spectra whose items' scores are used, and numbers of the raters.
+        ``spectra`` are a side, 0 sensor or 1 display, and numbers of its spectra, (iteration, batch); ``scores`` a
+        side, numbers of spectra whose items' scores are used, and numbers of raters.
         """
         which, places = spectra
         table = self._tables[which][0]

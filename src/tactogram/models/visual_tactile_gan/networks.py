@@ -12,14 +12,7 @@ from tactogram.nn.unet import UNet
 
 
 def generator(config: Config, labels: int) -> UNet:
-    """Return the U-Net: (batch, 1, 256, 256) down to (batch, 512, 1, 1) and back up.
-
-    Parameters
-    ----------
-    config : Config
-    labels : int
-        C, classes.
-    """
+    """Return the U-Net: (batch, 1, 256, 256) down to (batch, 512, 1, 1) and back up; ``labels`` is the paper's C."""
     bottleneck = None
     if config.conditional:
         bottleneck = ConditionalBatchNorm(config.widths[-1], labels, gain=config.label_gain)
@@ -29,7 +22,7 @@ def generator(config: Config, labels: int) -> UNet:
 
 
 def discriminator(config: Config) -> nn.Module:
-    """Return the PatchGANs, each at half the resolution of the last; photograph and picture go in as channels."""
+    """Return the PatchGANs, each at half the resolution of the last, of photograph and picture as channels."""
     network = MultiScaleDiscriminator(
         count=config.discriminators, into=2, layers=config.layers, width=config.width
     )
