@@ -61,12 +61,12 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     first = trainings.begin("train", command("runs/one"), "runs/one")
     second = trainings.begin("train", command("runs/two"), "runs/two")
     assert trainings.status(second).state == "waiting"  # one at a time
-    with pytest.raises(ParameterError, match="runs/one: in use by train"):
+    with pytest.raises(ParameterError, match="runs/one: in use by a training"):
         trainings.begin("train", command("runs/one"), "runs/one")
     run = workspace / "runs/one"
     until(lambda: len(read_metrics(run)) > 4)
     assert trainings.status(first).state == "running"
-    with pytest.raises(ParameterError, match="in use by train; wait for it, or stop it first"):
+    with pytest.raises(ParameterError, match="in use by a training; wait for it, or stop it first"):
         trainings.delete_run(run)
     other = TaskQueue(Workspace.at(workspace), max_running=1)  # as after a restart of the server
     status = other.status(other.get(first.id))

@@ -139,12 +139,11 @@ def store_photo(folder: Path, name: str, data: bytes) -> str:
 
 def _limited(image: Image) -> Image:
     """Return an image scaled to at most `MOST_SIDE` on its longer side."""
-    longest = max(image.size)
-    if longest <= MOST_SIDE:
+    if max(image.size) <= MOST_SIDE:
         return image
-    rows, columns = (max(1, round(side * MOST_SIDE / longest)) for side in image.size)
-    picture = Pillow.fromarray(np.asarray(image.pixels), "RGB")
-    return Image(np.asarray(picture.resize((columns, rows), Pillow.Resampling.LANCZOS)))
+    picture = Pillow.fromarray(image.pixels)
+    picture.thumbnail((MOST_SIDE, MOST_SIDE), Pillow.Resampling.LANCZOS)
+    return Image(np.asarray(picture))
 
 
 # -- vibration -------------------------------------------------------------------------------------------

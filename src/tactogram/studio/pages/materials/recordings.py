@@ -11,6 +11,7 @@ from threading import Lock
 
 import numpy as np
 from PIL import Image as Pillow
+from PIL import ImageOps
 
 from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import ParameterError
@@ -149,12 +150,9 @@ def thumbnail(store: Store, key: str, *, size: int) -> bytes:
     """Return a photograph as JPEG, cropped to a square of ``size`` pixels (16 to 1024)."""
     if not 16 <= size <= 1024:
         raise ParameterError(f"size must be 16 to 1024, got {size}")
-    pixels = store.photograph(key).pixels
-    side = min(pixels.shape[:2])
-    top, left = (pixels.shape[0] - side) // 2, (pixels.shape[1] - side) // 2
-    picture = Pillow.fromarray(pixels[top : top + side, left : left + side])
+    picture = Pillow.fromarray(store.photograph(key).pixels)
     out = io.BytesIO()
-    picture.resize((size, size), Pillow.Resampling.LANCZOS).save(out, "JPEG", quality=85)
+    ImageOps.fit(picture, (size, size), Pillow.Resampling.LANCZOS).save(out, "JPEG", quality=85)
     return out.getvalue()
 
 

@@ -25,13 +25,6 @@ KINDS: Mapping[str, Kind] = {
     ".svg": "figure",
     ".txt": "text",
 }
-MEDIA = {
-    ".html": "text/html; charset=utf-8",
-    ".json": "application/json",
-    ".png": "image/png",
-    ".svg": "image/svg+xml",
-    ".txt": "text/plain; charset=utf-8",
-}
 NUMBERS = ("evaluation.json", "crossval.json", "analysis.json", "result.json", "mixing.json")
 TEXTS = ("analysis.txt",)
 MOST_BYTES = 50_000_000
@@ -111,8 +104,8 @@ def marked_simulated(values: Any) -> bool:
     return marked_simulated(data) if isinstance(data, Mapping) else "simulated" in str(data or "")
 
 
-def readable_file(workspace: Workspace, name: str) -> tuple[Path, str]:
-    """Return a file to show and its media type.
+def readable_file(workspace: Workspace, name: str) -> Path:
+    """Return a file to show.
 
     Raises
     ------
@@ -120,13 +113,13 @@ def readable_file(workspace: Workspace, name: str) -> tuple[Path, str]:
         If it is outside the workspace, missing, of another kind, or too large.
     """
     path = workspace.inside(name)
-    if path.suffix.lower() not in MEDIA or path.is_relative_to(workspace.studio_folder / "state"):
-        raise ParameterError(f"{name[:200]}: only {', '.join(MEDIA)} files can be shown here")
+    if path.suffix.lower() not in KINDS or path.is_relative_to(workspace.studio_folder / "state"):
+        raise ParameterError(f"{name[:200]}: only {', '.join(KINDS)} files can be shown here")
     if not path.is_file():
         raise DataError(f"{name[:200]}: no such file in the workspace")
     if path.stat().st_size > MOST_BYTES:
         raise DataError(f"{name[:200]}: larger than {MOST_BYTES // 10**6} MB; open it with another program")
-    return path, MEDIA[path.suffix.lower()]
+    return path
 
 
 def matching(words: str, texts: Iterable[str]) -> bool:

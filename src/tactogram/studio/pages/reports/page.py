@@ -37,10 +37,10 @@ def add(studio: Studio) -> None:
     @app.get("/reports/file/{name:path}")
     def file(name: str) -> Any:
         try:
-            path, kind = readable_file(studio.workspace, name)
+            path = readable_file(studio.workspace, name)
         except TactogramError as error:
             return JSONResponse({"error": str(error)}, status_code=404)
-        return FileResponse(path, media_type=kind, headers={"Content-Security-Policy": REPORT_POLICY})
+        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
 
     @ui.page("/reports")
     def show(of: str = "", tab: str = "reports") -> None:
@@ -128,7 +128,7 @@ class ReportsPanel:
         elif file.kind == "figure":
             ui.html(f'<img class="figure" src="{address}" alt="{title}">', sanitize=False).classes("w-full")
         else:
-            whole, _ = readable_file(self.studio.workspace, file.path)
+            whole = readable_file(self.studio.workspace, file.path)
             if file.kind == "text":
                 ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
             else:

@@ -39,6 +39,12 @@ OUTPUTS = {
     "import": "dataset.json",
 }
 """File in the output folder that marks a finished task."""
+NOUNS = {
+    "train": "a training",
+    "evaluate": "an evaluation",
+    "simulate": "a simulation",
+    "import": "an import",
+}
 LOG_BYTES = 64 * 1024
 """Length of the end of a log that is read."""
 KILLED = "it ended without a message: it was killed, or the machine was switched off"
@@ -179,7 +185,7 @@ class TaskQueue:
         """Raise if a task is active in a folder, given relative to the workspace."""
         active = next((task for task in self.of(name) if self.status(task).active), None)
         if active is not None:
-            raise ParameterError(f"{name}: in use by {active.kind}; wait for it, or stop it first")
+            raise ParameterError(f"{name}: in use by {NOUNS[active.kind]}; wait for it, or stop it first")
 
     def _refuse_if_trained(self, folder: Path, remedy: str) -> None:
         """Raise if a process of any origin is training a run."""
