@@ -113,7 +113,7 @@ def test_mix_generate_play_keep_compare_undo_and_reload(tab, workspace):
 
     # Compare with recordings on the same scales, switching between them while playing.
     tab.get_by_role("button", name="Nearest recordings").click()
-    tab.wait_for_function("() => document.querySelectorAll('.beside > .signal').length === 3")
+    tab.wait_for_function("() => document.querySelectorAll('.compared > .signal').length === 3")
     assert "recording" in tab.locator(".signal").nth(1).inner_text()
     tab.get_by_role("switch", name="At their true strengths").click()
     tab.wait_for_function("() => document.querySelectorAll('[data-player-url*=\"gain=\"]').length === 3")
@@ -134,7 +134,7 @@ def test_mix_generate_play_keep_compare_undo_and_reload(tab, workspace):
     tab.wait_for_function(SHARES + "=== all.join()", arg=shares)
     tab.reload()
     tab.wait_for_selector("[data-map-handle]")
-    tab.wait_for_function("() => document.querySelectorAll('.beside > .signal').length === 3")
+    tab.wait_for_function("() => document.querySelectorAll('.compared > .signal').length === 3")
     assert tab.locator(".sliders .share").all_inner_texts() == shares
 
 

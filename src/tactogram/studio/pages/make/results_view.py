@@ -45,7 +45,7 @@ def draw_results(page: MakePage) -> None:
     titles = [result.title for _, result in shown]
     if compared:
         titles = [f"{letter}: {title}" for letter, title in zip(LETTERS, titles, strict=False)]
-    with ui.element("div").classes("beside" if compared else "alone"):
+    with ui.element("div").classes("compared" if compared else "single"):
         tops = _draw_images(shown, titles) if present.is_image else _draw_signals(page, shown, titles)
         for number, ((other, result), top) in enumerate(zip(shown, tops, strict=True)):
             with top:
@@ -192,7 +192,7 @@ def _plain(result: KeptResult) -> str:
 
 def _draw_class(page: MakePage, result: KeptResult) -> None:
     """Draw the prediction of a fitting classifier once it is known; nothing without a classifier."""
-    label = hint("").classes("taken")
+    label = hint("").classes("prediction")
     runs = page.state.runs
 
     async def fill() -> None:

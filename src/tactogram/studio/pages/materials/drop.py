@@ -92,7 +92,7 @@ class _UploadedFile:
 
         async def take(event: events.UploadEventArguments) -> None:
             data = await event.file.read()
-            with busy(f"reading {event.file.name}"):
+            with busy(f"Reading {event.file.name}"):
                 saved = await in_background(store_signal, self.folder, event.file.name, data)
             ui.navigate.to(address("drop", file=saved.name, set=self.chosen_set))
 
@@ -234,7 +234,7 @@ class _AddForm:
                 raise ParameterError(
                     "Measured and simulated recordings would be mixed: tick the box above to allow it"
                 )
-            with busy("adding the recording", button=self.button):
+            with busy("Adding the recording", button=self.button):
                 report = await in_background(self._added)
         except (TactogramError, OSError) as error:
             self.problem.text = self.uploaded._message(error)

@@ -103,7 +103,7 @@ def draw_recording(
             picture(address("picture", set=set_name, key=key, size=112), f"Photograph of {title}")
         elif photographs:
             ui.element("div").classes("none").tooltip("no photograph")
-        with ui.element("div").classes("known"):
+        with ui.element("div").classes("metadata"):
             with ui.row().classes("items-center gap-2"):
                 link = ui.link(title, address("recording", set=set_name, id=info.id, stream=stream))
                 link.style("overflow-wrap: anywhere")

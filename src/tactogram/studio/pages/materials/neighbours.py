@@ -55,11 +55,11 @@ def draw_similar(
             place.clear()
             try:
                 if run != SPECTRAL:
-                    with busy("classifying the recording"):
+                    with busy("Classifying the recording"):
                         prediction = await in_background(_classify, context, run, signal)
                     with place:
                         _draw_prediction(prediction)
-                with busy("searching for similar recordings; the first search reads the whole store"):
+                with busy("Searching for similar recordings; the first search reads the whole store"):
                     similar = await in_background(
                         _search, context, run, signal, set_name, stream, tuple(without)
                     )

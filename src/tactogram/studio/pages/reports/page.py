@@ -190,7 +190,7 @@ def _draw_result(path: Path) -> None:
             ui.label("simulated").classes("simulated")
     text = str(values.pop("text", ""))
     if text:
-        ui.html(f'<pre class="told table">{html.escape(text)}</pre>', sanitize=False).classes("w-full")
+        ui.html(f'<pre class="code table">{html.escape(text)}</pre>', sanitize=False).classes("w-full")
     expansion = ui.expansion("All values").classes("w-full")
     with expansion:
         place = ui.column().classes("w-full scrolled")

@@ -134,7 +134,7 @@ class _TrainingForm:
 
     async def _open_settings(self) -> None:
         if not self.fields:
-            with busy("reading the model's settings", button=self.settings_button):
+            with busy("Reading the model's settings", button=self.settings_button):
                 self.fields = await in_background(recipe_fields, self.model, self.values["recipe"])
             self.dialog.clear()
             with self.dialog, ui.card().classes("w-full"):
@@ -205,7 +205,7 @@ class _TrainingForm:
         request = self._request()
         workspace = self.context.studio.workspace
         folder = workspace.inside(request.folder)
-        with busy("checking model and data", button=self.start):
+        with busy("Checking model and data", button=self.start):
             try:
                 if folder.exists():
                     raise ParameterError(f"{request.folder}: already exists; choose another name")

@@ -314,7 +314,7 @@ class _RunView:
         await in_background(self.trainings.begin, "evaluate", ["evaluate", self.name], self.name)
 
     async def _generate_sample(self, button: ui.button) -> None:
-        with busy("generating a sample", button=button):
+        with busy("Generating a sample", button=button):
             await in_background(_write_sample, self.folder, self.sample_of)
         self.samples.refresh()
 
