@@ -179,7 +179,7 @@ def test_weights_of_another_network_are_refused(run, tmp_path):
     import_run(tmp_path / "run.zip", tmp_path / "run")
     recipe = tmp_path / "run" / "recipe.toml"
     recipe.write_text(recipe.read_text().replace("window = 32", "window = 48"))
-    with pytest.raises(RunError, match="weights are not of the recipe"):
+    with pytest.raises(RunError, match="weights do not fit the recipe"):
         load_run(tmp_path / "run")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.experiments.picture_cells import against, cell, data_of, run_of, shown, spread, text_of
-from tactogram.workflows.evaluation.pictures import compare_pictures
+from tactogram.workflows.evaluation.picture_report import compare_pictures
 from tactogram.workflows.progress import ProgressCallback
 
 PROPOSED = "proposed"

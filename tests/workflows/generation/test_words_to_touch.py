@@ -320,7 +320,7 @@ def test_a_generator_of_images_is_judged_by_what_they_differ_by_and_a_rater(
     assert found["spread"]["noise_spread"] == pytest.approx(model.image_spread().by_noise, rel=1e-5)
     assert found["told_by"] == "a rater model of simulated raters"
     assert abs(found["following"]["slope"]) < 0.1, "after 4 updates it cannot look at its label"
-    assert "trained on" in found["data"]["split"], "fewer than 3 were kept apart"
+    assert "trained on" in found["data"]["split"], "fewer than 3 were kept for testing"
     assert (run / "evaluation.json").is_file()
     assert "simulated" in (run / "report.html").read_text(encoding="utf-8")
 

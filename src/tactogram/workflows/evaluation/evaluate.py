@@ -19,7 +19,8 @@ from tactogram.model import Example, PictureGenerator, PublishedEvaluator
 from tactogram.signal.io.writable import check_writable
 from tactogram.validation import validated
 from tactogram.workflows.evaluation.generator import evaluate_generator
-from tactogram.workflows.evaluation.pictures import evaluate_run_pictures, generates_pictures
+from tactogram.workflows.evaluation.picture_pairs import generates_pictures
+from tactogram.workflows.evaluation.pictures import evaluate_run_pictures
 from tactogram.workflows.evaluation.ratings import evaluate_predictor
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 from tactogram.workflows.evaluation.requests import EvaluationRequest
@@ -124,16 +125,7 @@ def _evaluated_on_recordings(
     """Return the figures and sections of a classifier, or a generator, on recordings that it was not trained on."""
     examples, described = _test_examples(loaded, request.data, request.unknown)
     store = examples.store
-    figures: dict[str, Any] = {
-        "model": loaded.facts.name,
-        "run": loaded.run.data["run_id"],
-        "data": {
-            "name": store.name,
-            "sha256": store.sha256,
-            "split": described,
-            "simulated": store.simulated,
-        },
-    }
+    figures = loaded.facts_on(store, described)
     known = [example for example in examples if example.material in loaded.kind.materials]
     others = [example for example in examples if example.material not in loaded.kind.materials]
     if "image" in loaded.facts.needs and "material" not in loaded.facts.needs:
@@ -164,9 +156,7 @@ def _evaluated_on_recordings(
             sections += more
     else:
         results, sections = _evaluated_classifier(loaded, known, others, request.progress)
-    if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
-        sections.append(ReportSection("Training", [ReportFigure(losses_figure(metrics), "Loss over steps.")]))
-    return figures | results, sections
+    return figures | results, sections + _training_section(loaded)
 
 
 def _finite(value: Any) -> Any:
@@ -190,16 +180,9 @@ def _evaluated_within(
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return figures on other parts of the training recordings: no floor of other recordings, no baselines."""
     store, split = test_part(loaded.run)
-    figures: dict[str, Any] = {
-        "model": loaded.facts.name,
-        "run": loaded.run.data["run_id"],
-        "data": {
-            "name": store.name,
-            "sha256": store.sha256,
-            "split": f"{protocol}: other parts of the {len(split.train)} recordings that were trained on",
-            "simulated": store.simulated,
-        },
-    }
+    figures = loaded.facts_on(
+        store, f"{protocol}: other parts of the {len(split.train)} recordings that were trained on"
+    )
     sections: list[ReportSection] = []
     if generates_pictures(loaded):
         figures["pictures"], sections = evaluate_run_pictures(loaded, progress=progress)
@@ -207,9 +190,14 @@ def _evaluated_within(
         found, more = _as_published(loaded.model, _trained_on(loaded))
         figures |= found
         sections += more
-    if metrics := [m for m in loaded.run.metrics() if "loss" in m]:
-        sections.append(ReportSection("Training", [ReportFigure(losses_figure(metrics), "Loss over steps.")]))
-    return figures, sections
+    return figures, sections + _training_section(loaded)
+
+
+def _training_section(loaded: LoadedRun) -> list[ReportSection]:
+    metrics = [m for m in loaded.run.metrics() if "loss" in m]
+    if not metrics:
+        return []
+    return [ReportSection("Training", [ReportFigure(losses_figure(metrics), "Loss over steps.")])]
 
 
 def _as_published(

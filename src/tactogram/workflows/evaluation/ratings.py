@@ -26,33 +26,25 @@ from tactogram.workflows.training.rated_examples import RatingData
 
 Floats = NDArray[np.float64]
 MODEL = "rater model"
-"""What a rater model is called where a rater has a name."""
+"""Name of a rater model among raters."""
 
 
 def evaluate_predictor(
     loaded: LoadedRun, *, data: Path | str | None = None
 ) -> tuple[dict[str, Any], list[ReportSection]]:
-    """Return how well a predictor scores items that it was not trained on, beside a constant guess and people.
+    """Return the errors of a predictor on items that it was not trained on, with those of a constant guess and people.
 
-    Parameters
-    ----------
-    loaded : LoadedRun
-    data : path, optional
-        A store of other rated items; by default the test part of what the run was trained on.
-
-    Returns
-    -------
-    dict and list of Section
-        ``data``, and what `PredictedRatings.as_dict` gives: ``per_word`` and ``mean``.
+    The items are those of the store ``data``, by default of the run's test part. The figures are ``data`` and those of
+    `PredictedRatings.as_dict`: ``per_word`` and ``mean``.
 
     Raises
     ------
     LeakError
-        If a recording or an image of ``data`` was trained on. An item that is called alike is none of these.
+        If a recording or an image of ``data`` was trained on, whatever its item's name.
     ParameterError
-        If there is nothing to judge on, or it was rated in other words or on another scale.
+        If there are no rated items, or they were rated in other words or on another scale.
     """
-    store, split, described = _what(loaded, data)
+    store, split, described = _test_part(loaded, data)
     rated = RatingData(store, loaded.facts.learns_from)
     ratings = rated.ratings
     kind = loaded.any_kind
@@ -78,24 +70,15 @@ def evaluate_predictor(
         held.cube,
     )
     figures = found.as_dict()
-    facts = {
-        "model": loaded.facts.name,
-        "run": loaded.run.data["run_id"],
-        "described_by": feature_description(loaded.model),
-        "data": {
-            "name": store.name,
-            "sha256": store.sha256,
-            "split": f"{len(items)} rated items {described}",
-            "simulated": store.simulated,
-        },
-    }
+    facts = loaded.facts_on(store, f"{len(items)} rated items {described}")
+    facts["described_by"] = feature_description(loaded.model)
     caption = "Mean absolute errors, points of the scale. " + ("Simulated raters." if store.simulated else "")
     picture = ReportFigure(prediction_figure(found, figures), "Right: each dot an item and word.")
     return facts | figures, [ReportSection("Words", [words_table(figures, caption=caption), picture])]
 
 
 def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | Image]) -> Ratings:
-    """Return what a rater model says of ``given``, as ratings of one rater who is called `MODEL`.
+    """Return the scores of a rater model for ``given``, as ratings of one rater named `MODEL`.
 
     Raises
     ------
@@ -130,31 +113,13 @@ def evaluate_reproduction(
     beside: Mapping[str, float] | None = None,
     first: str = "",
 ) -> dict[str, Any]:
-    """Return and draw the errors of what was felt of generated signals: the layout of Fig. 7 of Hatori & Takemura.
+    """Return and draw the rating errors of generated signals, as Fig. 7 of Hatori & Takemura.
 
-    The same for people's answers, those of simulated people, and a rater model's.
-
-    Parameters
-    ----------
-    ratings : Ratings
-        Of items ``CONDITION/TARGET``.
-    targets : mapping from str to sequence of float
-        Each target's mean scores in the order of the ratings' words.
-    conditions : sequence of str
-        In the order in which they are drawn.
-    told_by : str
-        Who scored: in the figure's title and every table.
-    out : Path
-        The figure, PNG; the figures go to a JSON file beside it.
-    beside : mapping from str to float, optional
-        Errors drawn as lines: of a constant guess, of people among themselves.
-    first : str
-        What others are held against: brackets mark p < 0.01 as printed; by default the first condition.
-
-    Returns
-    -------
-    dict
-        What `Reproduction.as_dict` gives, ``beside`` and ``figure``.
+    The ratings, of people, simulated people or a rater model (``told_by``), are of items ``CONDITION/TARGET``; targets
+    have mean scores in the order of the ratings' words. ``beside`` are errors drawn as lines, of a constant guess or of
+    people among themselves. Brackets mark p < 0.01 as printed against the condition ``first``, by default the first
+    one. ``out`` is the PNG figure, with a JSON file of the result next to it: `Reproduction.as_dict`, ``beside`` and
+    ``figure``.
     """
     found = reproduction(
         ratings,
@@ -178,15 +143,15 @@ def evaluate_reproduction(
         and pair["p"] < 0.01
     ]
     count = max(row["n"] for row in figures["conditions"].values())
-    title = f"Told by {told_by}\nn = {count:,} answers, mean ± SE, *: p < 0.01 (Student's t)"
+    title = f"Rated by {told_by}\nn = {count:,} answers, mean ± SE, *: p < 0.01 (Student's t)"
     save_figure(out, error_figure(rows, marked=marked, lines=lines, title=title))
     figures["figure"] = str(out)
     write_text(out.with_suffix(".json"), json.dumps(figures, indent=1) + "\n")
     return figures
 
 
-def _what(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split, str]:
-    """Return the store, a split whose test part is judged on, and what that is in words."""
+def _test_part(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split, str]:
+    """Return the store, a split with the test part, and a description of that."""
     if data is None:
         store, split = test_part(loaded.run)
         return store, split, "kept apart"

@@ -18,49 +18,38 @@ from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_pa
 from tactogram.workflows.training.rated_examples import RatingData
 
 LABELS, DRAWS = 12, 8
-"""Labels, at most, and noises of each that a generator is judged over: as many labels as the paper has plates."""
+"""Largest number of labels, that of the paper's plates, and noises of each."""
 SHOWN = 2
-"""Noises that the figure shows, as Fig. 4 of Hatori et al. 2025."""
+"""Noises in the figure, as in Fig. 4 of Hatori et al. 2025."""
 FEWEST = 3
-"""Labels of images kept apart, below which those of training images are taken: `label_fidelity` needs as many."""
+"""Smallest number of labels of test images, which `label_fidelity` needs; with fewer, training images are used."""
 
 Array = NDArray[np.float64]
 
 
 def generates_images(loaded: LoadedRun) -> bool:
-    """Say whether a run draws images from words."""
+    """Return whether a run generates images from words."""
     return loaded.facts.task == "generation" and loaded.facts.gives == "image"
 
 
 def evaluate_images(
     loaded: LoadedRun, *, rater: Path | str | LoadedRun | None = None
 ) -> tuple[dict[str, Any], list[ReportSection]]:
-    """Return what a run's images differ by, and with a rater of images how far they follow what was asked.
+    """Return the spread of a run's images, and with a rater of images their label fidelity.
 
-    Asked for are the mean scores of images that were kept for testing; of training images where fewer than `FEWEST`
-    were kept, which ``data`` says.
-
-    Parameters
-    ----------
-    loaded : LoadedRun
-    rater : path or LoadedRun, optional
-        A run of a predictor that learned from images rated in the same words.
-
-    Returns
-    -------
-    dict and list of Section
-        ``model``, ``run``, ``data``; ``spread`` and ``collapse`` (`evaluation.pictures.image_spread.ImageSpread`), null
-        of a model that does not measure them; with ``rater`` also ``label_fidelity``
-        (`tactogram.evaluation.ratings.label_following.LabelFidelity`, scores 0 to 1) and ``told_by``.
+    The labels are the mean scores of test images; of training images if there are fewer than `FEWEST`, as ``data``
+    says. The figures are ``model``, ``run``, ``data``; ``spread`` and ``collapse``
+    (`evaluation.pictures.image_spread.ImageSpread`), null of a model that does not measure them; with ``rater`` also
+    ``following`` (`tactogram.evaluation.ratings.label_following.LabelFidelity`, scores 0 to 1) and ``told_by``.
 
     Raises
     ------
     ParameterError
         If ``rater`` is no rater of images in the run's words.
     """
-    judge = _rater_of(loaded, rater)
+    scorer = _rater_of(loaded, rater)
     generator = _generator(loaded)
-    asked, described, store = _asked(loaded, generator)
+    labels, described, store = _labels(loaded, generator)
     low, high = loaded.any_kind.scale or (0.0, 1.0)
     words = loaded.any_kind.words
     made = [
@@ -68,20 +57,10 @@ def evaluate_images(
             _image(generator, dict(zip(words, (low + (high - low) * row).tolist(), strict=True)), seed)
             for seed in range(DRAWS)
         ]
-        for row in asked.values()
+        for row in labels.values()
     ]
-    figures: dict[str, Any] = {
-        "model": loaded.facts.name,
-        "run": loaded.run.data["run_id"],
-        "data": {
-            "name": store.name,
-            "sha256": store.sha256,
-            "split": described,
-            "simulated": store.simulated or (judge is not None and judge.simulated),
-        },
-        "spread": None,
-        "collapse": None,
-    }
+    simulated = store.simulated or (scorer is not None and scorer.simulated)
+    figures = loaded.facts_on(store, described, simulated=simulated) | {"spread": None, "collapse": None}
     blocks: list[Any] = []
     if isinstance(generator, SpreadReporter):
         spread = generator.image_spread()
@@ -95,15 +74,15 @@ def evaluate_images(
             ReportTable(("distance of", ""), rows, "Root mean square over pixels of values in -1 to 1."),
             ReportText(f"Collapsed: {spread.collapse}." if spread.collapse else "No collapse found."),
         ]
-    if judge is not None:
-        result = label_fidelity(np.stack(list(asked.values())), _said(judge, made, words))
-        told_by = "a rater model" + (" of simulated raters" if judge.simulated else "")
-        figures |= {"following": result.as_dict(), "told_by": told_by, "rater": judge.run.data["run_id"]}
-        text = f"Scores of 0 to 1, {len(asked)} labels, {DRAWS} noises each, told by {told_by}."
+    if scorer is not None:
+        result = label_fidelity(np.stack(list(labels.values())), _predicted(scorer, made, words))
+        told_by = "a rater model" + (" of simulated raters" if scorer.simulated else "")
+        figures |= {"following": result.as_dict(), "told_by": told_by, "rater": scorer.run.data["run_id"]}
+        text = f"Scores of 0 to 1, {len(labels)} labels, {DRAWS} noises each, rated by {told_by}."
         values = [
-            ("error to what was asked", result.error),
+            ("error to the label", result.error),
             ("error to the other labels", result.error_of_others),
-            ("correlation with what was asked", result.correlation),
+            ("correlation with the label", result.correlation),
             ("slope", result.slope),
             *((f"correlation, {word}", value) for word, value in zip(words, result.by_word, strict=True)),
         ]
@@ -112,44 +91,42 @@ def evaluate_images(
     metrics = loaded.run.metrics()
     losses = {n: [(m["step"], m[n]) for m in metrics if n in m] for n in ("generator", "discriminator")}
     title = f"{loaded.run.name}{', simulated data' if figures['data']['simulated'] else ''}"
-    figure = generated_figure([GeneratorRow("", trials, losses)], list(asked), title=title)
+    figure = generated_figure([GeneratorRow("", trials, losses)], list(labels), title=title)
     blocks.append(ReportFigure(figure, "Images of each label from two noises, and the losses."))
     return figures, [ReportSection("Images", blocks)]
 
 
 def _generator(loaded: LoadedRun) -> RatedGenerator:
     if not isinstance(loaded.model, RatedGenerator):
-        raise ParameterError(
-            f"{loaded.run.name}: {loaded.facts.name} does not say what it learned from was rated"
-        )
+        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} has no ratings of its training images")
     return loaded.model
 
 
 def _image(generator: RatedGenerator, words: dict[str, float], seed: int) -> Image:
     made = generator.generate({"words": words}, seed=seed)
     if not isinstance(made, Image):
-        raise ParameterError("a generator of images gave a signal")
+        raise ParameterError("a generator of images generated a signal")
     return made
 
 
 def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> LoadedRun | None:
     if rater is None:
         return None
-    judge = rater if isinstance(rater, LoadedRun) else load_run(rater)
-    if not isinstance(judge.model, Predictor):
-        raise ParameterError(f"{judge.run.name}: {judge.facts.name} is not a predictor of scores")
-    if not isinstance(judge.any_kind, ImageKind):
-        raise ParameterError(f"{judge.run.name}: rater is of signals, not of images")
-    if set(judge.any_kind.words) != set(loaded.any_kind.words):
+    scorer = rater if isinstance(rater, LoadedRun) else load_run(rater)
+    if not isinstance(scorer.model, Predictor):
+        raise ParameterError(f"{scorer.run.name}: {scorer.facts.name} is not a predictor of scores")
+    if not isinstance(scorer.any_kind, ImageKind):
+        raise ParameterError(f"{scorer.run.name}: rater is of signals, not of images")
+    if set(scorer.any_kind.words) != set(loaded.any_kind.words):
         raise ParameterError(
-            f"{judge.run.name}: must be of the words {', '.join(loaded.any_kind.words)}; "
-            f"got {', '.join(judge.any_kind.words)}"
+            f"{scorer.run.name}: must be of the words {', '.join(loaded.any_kind.words)}; "
+            f"got {', '.join(scorer.any_kind.words)}"
         )
-    return judge
+    return scorer
 
 
-def _asked(loaded: LoadedRun, generator: RatedGenerator) -> tuple[dict[str, Array], str, Any]:
-    """Return mean scores, 0 to 1, by item; what they are of, in words; and the store."""
+def _labels(loaded: LoadedRun, generator: RatedGenerator) -> tuple[dict[str, Array], str, Any]:
+    """Return mean scores, 0 to 1, by item; a description of them; and the store."""
     store, split = test_part(loaded.run)
     rated = RatingData(store, loaded.facts.learns_from)
     kept = {
@@ -160,25 +137,25 @@ def _asked(loaded: LoadedRun, generator: RatedGenerator) -> tuple[dict[str, Arra
     kept = {item: means for item, means in kept.items() if np.isfinite(means).all()}
     if len(kept) >= FEWEST:
         some = _some(kept)
-        return some, f"scores of {len(some)} images that were kept apart", store
+        return some, f"scores of {len(some)} images kept for testing", store
     known = {item: means for item, means in generator.rated_means.items() if np.isfinite(means).all()}
     some = _some(known)
     return (
         some,
-        f"scores of {len(some)} images that were trained on: fewer than {FEWEST} were kept apart",
+        f"scores of {len(some)} images that were trained on: fewer than {FEWEST} were kept for testing",
         store,
     )
 
 
 def _some(means: dict[str, Array]) -> dict[str, Array]:
-    """Return `LABELS` of them, evenly taken."""
+    """Return `LABELS` of them, evenly spaced."""
     names = sorted(means)
     places = np.linspace(0, len(names) - 1, min(len(names), LABELS)).round().astype(int)
     return {names[place]: means[names[place]] for place in places}
 
 
-def _said(judge: LoadedRun, made: list[list[Image]], words: tuple[str, ...]) -> Array:
-    """Return what the rater says of each image, 0 to 1, shape (label, draw, word)."""
-    low, high = judge.any_kind.scale or (0.0, 1.0)
-    said = [[judge.predictor.predict(image) for image in row] for row in made]
-    return (np.array([[[one[word] for word in words] for one in row] for row in said]) - low) / (high - low)
+def _predicted(scorer: LoadedRun, made: list[list[Image]], words: tuple[str, ...]) -> Array:
+    """Return the rater's scores of each image, 0 to 1, shape (label, draw, word)."""
+    low, high = scorer.any_kind.scale or (0.0, 1.0)
+    scores = [[scorer.predictor.predict(image) for image in row] for row in made]
+    return (np.array([[[one[word] for word in words] for one in row] for row in scores]) - low) / (high - low)

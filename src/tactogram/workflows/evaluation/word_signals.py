@@ -25,24 +25,11 @@ from tactogram.workflows.training.rated_examples import RatingData
 
 @dataclass(frozen=True, eq=False)
 class WordGenerationResult:
-    """A run's signals, and what they are to be held against.
+    """Signals of a run by surface, with those to compare them with.
 
-    Parameters
-    ----------
-    signals : mapping from str to Signal
-        By surface.
-    failed : mapping from str to str
-        Surfaces of which nothing was made, and why.
-    targets : mapping from str to tuple of float
-        Mean scores of the surfaces themselves, on the raters' scale, in the order of ``ratings.words``.
-    straight : mapping from str to Signal
-        The sensor's signal of each surface, straight to the display.
-    nearest : mapping from str to Signal
-        The display signal nearest in words to each surface.
-    ratings : Ratings
-        All that the run's data was rated.
-    recordings : str
-        Which recordings the sensor's signals are of, in words.
+    ``failed`` has the reasons of surfaces without a signal; ``targets`` the mean scores of the surfaces, on the raters'
+    scale, in the order of ``ratings.words``; ``straight`` the sensor's signal, straight to the display; ``nearest`` the
+    display signal nearest in words; ``recordings`` a description of the recordings.
     """
 
     signals: Mapping[str, Signal]
@@ -55,15 +42,15 @@ class WordGenerationResult:
 
 
 def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> WordGenerationResult:
-    """Return what a run that learned from rated surfaces and rated signals makes of each surface.
+    """Return the signals of a run trained on rated surfaces and rated signals, for each surface.
 
-    Each surface is asked for by its mean scores and one recording of it: the first that was kept for testing, or
-    for validation; one that was trained on where there is no other, which ``recordings`` says.
+    The condition is the surface's mean scores and one recording: its first test recording, else one for validation,
+    else one that was trained on, as ``recordings`` says.
 
     Raises
     ------
     ParameterError
-        If the run did not learn from both, or gives no signals.
+        If the run was not trained on both, or generates no signals.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if loaded.facts.learns_from != "both" or loaded.facts.gives != "signal":
@@ -74,7 +61,7 @@ def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> Wo
     rated = RatingData(store, loaded.facts.learns_from)
     surfaces: dict[str, Example] = {}
     parts: Counter[str] = Counter()
-    for part in ("test", "validation", "train"):  # a surface may have no recording that was kept apart
+    for part in ("test", "validation", "train"):  # a surface may have no test recording
         for example in rated.examples(split, part, loaded.recipe.prepare):
             if example.material is not None and str(example.item) not in surfaces:
                 surfaces[str(example.item)] = example
@@ -114,13 +101,10 @@ def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> Wo
 def evaluate_rated_surfaces(
     loaded: LoadedRun, *, rater: Path | str | LoadedRun | None, seed: int = 0
 ) -> tuple[dict[str, Any], list[ReportSection]]:
-    """Return how far what a rater model says of a run's signals lies from what was said of the surfaces.
+    """Return the errors of a rater model's scores of a run's signals, against the ratings of the surfaces.
 
-    Returns
-    -------
-    dict and list of Section
-        ``data``, ``rater`` (which run), ``failed`` (surfaces without a signal, and why) and what
-        `tactogram.workflows.evaluation.ratings.evaluate_reproduction` gives, of ``sensor``, ``nearest`` and the run.
+    The figures are ``data``, ``rater``, ``failed`` (surfaces without a signal, with reasons) and those of
+    `tactogram.workflows.evaluation.ratings.evaluate_reproduction`, of ``sensor``, ``nearest`` and the run.
 
     Raises
     ------
@@ -132,26 +116,26 @@ def evaluate_rated_surfaces(
             f"{loaded.run.name}: {loaded.facts.name} is evaluated by rated signals; give `rater`, a run "
             "of the model rater that was trained on the display signals (prepare.stream)"
         )
-    judge = rater if isinstance(rater, LoadedRun) else load_run(rater)
+    scorer = rater if isinstance(rater, LoadedRun) else load_run(rater)
     made = generate_rated_surfaces(loaded, seed=seed)
     scale = (made.ratings.scale.low, made.ratings.scale.high)
-    if judge.any_kind.scale != scale:
+    if scorer.any_kind.scale != scale:
         raise ParameterError(
-            f"{judge.run.name}: `rater` must score on the scale of the surfaces, {scale[0]:g} to {scale[1]:g}; "
-            f"got {judge.any_kind.scale}"
+            f"{scorer.run.name}: `rater` must score on the scale of the surfaces, {scale[0]:g} to {scale[1]:g}; "
+            f"got {scorer.any_kind.scale}"
         )
     name = loaded.run.name
     kinds = {STRAIGHT: made.straight, NEAREST: made.nearest, name: made.signals}
     given = {f"{kind}/{item}": one for kind, held in kinds.items() for item, one in held.items()}
-    told_by = "a rater model" + (" of simulated raters" if judge.simulated else "")
+    told_by = "a rater model" + (" of simulated raters" if scorer.simulated else "")
     figures = evaluate_reproduction(
-        predicted_ratings(judge, given).in_words(made.ratings.words),
+        predicted_ratings(scorer, given).in_words(made.ratings.words),
         made.targets,
         conditions=tuple(kinds),
         told_by=told_by,
         out=loaded.run.folder / "reproduction.png",
     )
-    simulated = loaded.simulated or judge.simulated
+    simulated = loaded.simulated or scorer.simulated
     facts = {
         "model": loaded.facts.name,
         "run": loaded.run.data["run_id"],
@@ -162,8 +146,8 @@ def evaluate_rated_surfaces(
             "simulated": simulated,
         },
         "rater": {
-            "run": judge.run.data["run_id"],
-            "described_by": feature_description(judge.model),
+            "run": scorer.run.data["run_id"],
+            "described_by": feature_description(scorer.model),
         },
         "failed": dict(made.failed),
     }
@@ -173,12 +157,12 @@ def evaluate_rated_surfaces(
         ReportTable(
             ("", "mean absolute error", "SE", "surfaces"),
             rows,
-            f"Points of the scale, told by {told_by}. Where it was trained on the display signals, what it says of "
-            f"{NEAREST!r}, or of a copy, comes closer than what it says of a signal it never met.",
+            f"Points of the scale, rated by {told_by}. If it was trained on the display signals, its scores of "
+            f"{NEAREST!r}, or of a copy, are closer than those of an unknown signal.",
         ),
     ]
     blocks += [ReportText(f"{item}: {why}.") for item, why in made.failed.items()]
-    return facts | figures, [ReportSection("What is felt of it", blocks)]
+    return facts | figures, [ReportSection("Ratings of the signals", blocks)]
 
 
 def _nearest(asked: Any, means: Mapping[str, Any]) -> str:

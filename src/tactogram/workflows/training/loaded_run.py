@@ -1,30 +1,18 @@
-"""A finished run, ready for use, and the data that it was split from."""
+"""Finished runs, loaded for use, and their data."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel
 
 from tactogram import models
-from tactogram.datasets import (
-    Examples,
-    Label,
-    Split,
-    Store,
-    open_store,
-)
+from tactogram.datasets import Examples, Label, Split, Store, open_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import (
-    Classifier,
-    Embedder,
-    Generator,
-    Kind,
-    Predictor,
-    SignalKind,
-)
+from tactogram.model import Classifier, Embedder, Generator, Kind, Predictor, SignalKind
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Signal
 from tactogram.training.run import Run
@@ -34,7 +22,7 @@ from tactogram.training.run import Run
 class LoadedRun:
     """A finished run, ready for use.
 
-    ``model`` is of the protocol that ``facts.task`` says, and of the optional ones of `tactogram.model` that it keeps.
+    ``model`` has the protocol of ``facts.task``, and possibly optional ones of `tactogram.model`.
     """
 
     run: Run
@@ -45,7 +33,7 @@ class LoadedRun:
 
     @property
     def kind(self) -> SignalKind:
-        """What every signal of the run has in common; refuses a run of images."""
+        """The kind of the run's signals; refuses a run of images."""
         if not isinstance(self.any_kind, SignalKind):
             raise ParameterError(f"{self.run.name}: {self.facts.name} is of images, not of signals")
         return self.any_kind
@@ -75,7 +63,7 @@ class LoadedRun:
     def embedder(self) -> Embedder:
         """The model; refuses one that does not turn signals into vectors."""
         if not isinstance(self.model, Embedder):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding to search by")
+            raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding for a search")
         return self.model
 
     @property
@@ -88,6 +76,16 @@ class LoadedRun:
         """Whether any of the training data was simulated."""
         return self.any_kind.simulated
 
+    def facts_on(self, store: Store, split: str, *, simulated: bool | None = None) -> dict[str, Any]:
+        """Return the facts of an evaluation on recordings of ``store`` described by ``split``."""
+        data = {
+            "name": store.name,
+            "sha256": store.sha256,
+            "split": split,
+            "simulated": store.simulated if simulated is None else simulated,
+        }
+        return {"model": self.facts.name, "run": self.run.data["run_id"], "data": data}
+
     def prepare(self, signal: Signal) -> Signal:
         """Return ``signal`` as the model was trained on it: axes, band and rate of the recipe."""
         prepared = self.as_trained.apply(signal)
@@ -96,20 +94,12 @@ class LoadedRun:
 
     @property
     def as_trained(self) -> Preparation:
-        """The recipe's preparation, to the rate of the training signals whatever a recording's own is."""
+        """The recipe's preparation, to the rate of the training signals."""
         return self.recipe.prepare.model_copy(update={"rate": float(self.kind.rate)})
 
 
 def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
-    """Return the finished run in ``folder``.
-
-    Parameters
-    ----------
-    folder : path
-    device : str
-        Where the model computes.
-    model_folders : sequence of Path
-        Folders with further models, besides those that the run was begun with.
+    """Return the finished run in ``folder``; ``model_folders`` are further to those recorded in it.
 
     Raises
     ------
@@ -127,29 +117,29 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
         model.load_state(state)
     except (KeyError, TypeError, ValueError, RuntimeError) as error:
         line = str(error).split("\n")[0]
-        raise RunError(f"{run.folder}: the weights are not of the recipe beside them: {line}") from error
+        raise RunError(f"{run.folder}: the weights do not fit the recipe: {line}") from error
     return LoadedRun(run, facts, recipe, kind, model)
 
 
 def model_of(run: Run, model_folders: Sequence[Path] = ()) -> models.ModelInfo:
-    """Return the model of a run, looked for in ``model_folders`` and then in the folders that the run was begun with.
+    """Return the model of a run, from ``model_folders`` or the folders recorded in the run.
 
     Raises
     ------
     ParameterError
         If there is none of its name.
     """
-    name, begun_with = run.recipe.model, map(Path, run.data.get("model_folders", ()))
+    name, recorded = run.recipe.model, map(Path, run.data.get("model_folders", ()))
     if name not in models.available(model_folders):
         model_folders = (
             *model_folders,
-            *(path for path in begun_with if path.is_absolute() and path.is_dir()),
+            *(path for path in recorded if path.is_absolute() and path.is_dir()),
         )
     return models.find(name, model_folders)
 
 
 def part_examples(store: Store, split: Split, part: str, prepare: Preparation, *, label: Label) -> Examples:
-    """Return one part of ``split``, with the photographs it may use where they were split too."""
+    """Return one part of ``split``, with its photographs if these were split, too."""
     photographs = split.photographs.get(part, ()) if split.photographs else None
     return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
 
@@ -160,18 +150,18 @@ def test_part(run: Run) -> tuple[Store, Split]:
     Raises
     ------
     RunError
-        If the store is gone, or recordings of the split are. What was added to it since does no harm: a
-        recording's id follows from its samples.
+        If the store is gone, or recordings of the split are. Recordings added since do no harm: a recording's id
+        follows from its samples.
     """
     facts = run.data
     try:
         store = open_store(facts["path"])
     except Exception as error:
-        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give --data") from error
+        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give `data`") from error
     split = Split.load(run.folder / "split.json")
     if missing := [s.id for part in split.parts.values() for s in part if s.id not in store]:
         raise RunError(
             f"{facts['path']}: {len(missing)} recordings of the run are gone from it (first: {missing[0]}); "
-            "give --data for recordings kept apart"
+            "give `data`, with other recordings"
         )
     return store, split
