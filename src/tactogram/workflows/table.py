@@ -1,4 +1,4 @@
-"""Published results beside ours, from each model's results.toml."""
+"""Published results and ours, from each model's results.toml."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ class PublishedResult(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     what: str
-    """Which figure, with its unit."""
+    """Name of the figure, with its unit."""
     published: float | None = None
-    """As printed in the publication; none where it gives no such figure."""
+    """Value printed in the publication, if any."""
     where: str = ""
     """Table or section of the publication."""
     ours: float | None = None
-    """As measured; none where it was not."""
+    """Measured value, if any."""
     sd: float | None = None
     """Standard deviation of ours over seeds or folds."""
     data: str = ""
-    """What ours was measured on; says "simulated" where it was."""
+    """Data of our value, with "simulated" if it was."""
     split: str = ""
     seeds: int = 1
     recipe: str = ""
     note: str = ""
-    """Why the two differ, above all in data."""
+    """Reason for the difference, above all in data."""
 
 
 def table(model_folders: Sequence[Path] = ()) -> list[dict[str, Any]]:

@@ -242,7 +242,7 @@ def test_path_traversal_in_a_study_s_stimuli(tmp_path, write_study, name):
             workspace, stimuli=[{"name": n, "item": "a", "condition": n, key: name} for n in "ab"]
         )
         sessions = SessionRegistry(workspace)
-        with pytest.raises(TactogramError, match="lies outside of the study's folder and the workspace"):
+        with pytest.raises(TactogramError, match="is outside the study's folder and the workspace"):
             sessions.begin(study, workspace / "session")
         assert not (workspace / "session").exists()
 

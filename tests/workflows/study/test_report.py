@@ -41,18 +41,18 @@ def test_the_report_holds_design_people_tests_margins_figures_notes_and_caveats(
         "Recorded and generated touch",
         "6 simulated participants",
         "Simulated participants: programs answered",
-        "Simulated stimuli: made by formulas",
+        "Simulated stimuli: computed",
         "Margins, given beforehand in the study&#39;s file: realism ±10 mm (a tenth of the line",
         "which ±0.1 of the share correct (60 % correct is",
-        "Confirmatory: what decides",
-        "As printed: what the publication did",
+        "Confirmatory: the deciding tests",
+        "As printed: tests of the publication",
         "SHA-256 of the consent",
         "1 trials",
         "punched plastic sheet",  # its name: the key has hyphens
         "穴あきプラスチックシート",  # beside the key, of what is called how
         "Enrolled: 6 finished",
         "The fan was on &lt;loud&gt;",
-        "What is not shown is not shown to be absent",
+        "One that is not shown may still exist",
         "answers to practice trials are left out",
     ):
         assert said in text, said
@@ -132,7 +132,7 @@ def test_a_table_alone_says_that_its_study_is_not_known(session, tmp_path):
     (tmp_path / "answers.study.json").unlink()
     result = analyse_study(tmp_path / "answers.csv", tmp_path / "out", draws=200, figures=False)
     assert result["margins_beforehand"] is None
-    assert "came without its study" in plain((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
+    assert "has no study file" in plain((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
 
 
 def test_practice_is_analysed_when_asked_for_and_said_so(session, tmp_path):

@@ -13,7 +13,7 @@ from tactogram.statistics.reliability import Level, intraclass_correlation, krip
 
 
 def ratings_info(ratings: Ratings) -> dict[str, Any]:
-    """Return what ratings hold, what of them is missing, and how far raters agree.
+    """Return the content of ratings, the missing scores, and the agreement of raters.
 
     Returns
     -------
@@ -21,7 +21,7 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
         ``scale``, ``words``, ``items``, ``raters``, ``scores``; ``missing``: ``blank`` (words without a score where
         the rater scored others of the item, in all), ``blank_by_rater``, and ``not_met`` (pairs of a rater and an item
         without any score); ``reliability``: ``level``, ``words``: of each ``mean``, ``sd``, ``alpha``, ``icc_single``,
-        ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be had).
+        ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed).
     """
     cube = ratings.cube
     given = np.asarray(~np.isnan(cube))
@@ -65,7 +65,7 @@ def _word(scores: NDArray[np.float64], level: Level) -> dict[str, float | int | 
 
 
 def _level(scale: Scale) -> Level:
-    """Return what differences mean: none between two answers, of rank between points, of size on a continuum."""
+    """Return the level of measurement: nominal for two answers, ordinal for points, interval for a continuum."""
     if scale.step is None:
         return "interval"
     return "nominal" if scale.high - scale.low <= scale.step else "ordinal"

@@ -1,4 +1,4 @@
-"""A run that still trains, as its last checkpoint has it: to see and hear what it makes so far."""
+"""Samples of a generator at its last checkpoint, during training."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ SAMPLE_S = 2.0
 
 
 def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -> LoadedRun:
-    """Return the run in ``folder`` as its last checkpoint has it.
+    """Return the run in ``folder`` at its last checkpoint.
 
     Raises
     ------
     RunError
-        If there is no checkpoint yet, or the data it learns from is gone.
+        If there is no checkpoint yet, or the training data is gone.
     """
     from tactogram.training.checkpoint import load_state
 
@@ -49,12 +49,12 @@ def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -
 
 
 def sample_choices(folder: Path | str) -> list[str]:
-    """Return what a sample of a generator can be asked of, sorted: see `sample`; no network is loaded.
+    """Return the materials or items for a `sample`, sorted; no network is loaded.
 
     Raises
     ------
     RunError
-        If there is no run, or the data that it goes by is gone.
+        If there is no run, or its data is gone.
     """
     run = Run.open(Path(folder))
     facts = model_of(run)
@@ -72,20 +72,15 @@ def sample_choices(folder: Path | str) -> list[str]:
 
 
 def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[str, Any]:
-    """Write a sample of a generator into ``samples`` of its run: of its last checkpoint where it still trains.
+    """Write a sample of a generator, possibly unfinished, into ``samples`` of its run.
 
-    Parameters
-    ----------
-    folder : path
-    of : str, optional
-        Which of its materials, of those with a photograph, or of its rated items to go by; by default the first.
-    seed : int
+    ``of`` is one of `sample_choices`, by default the first.
 
     Returns
     -------
     dict
-        ``file``, ``of`` (what it was asked for), ``stage`` and ``step`` (null of a finished run), and what
-        `tactogram.workflows.generation.generate.write_made` says.
+        ``file``, ``of``, ``stage`` and ``step`` (null of a finished run), and the facts of
+        `tactogram.workflows.generation.generate.write_made`.
 
     Raises
     ------
@@ -114,7 +109,7 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
 
 
 def _condition(loaded: LoadedRun, generator: Generator, of: str | None) -> tuple[str, str, Condition]:
-    """Return what to go by, how that is called, and what to ask a generator for."""
+    """Return the material or item, a description of it, and the condition for a generator."""
     needs = loaded.facts.needs
     if "words" in needs and isinstance(generator, RatedGenerator):
         item = _one(sorted(generator.rated_means), of)
@@ -132,7 +127,6 @@ def _condition(loaded: LoadedRun, generator: Generator, of: str | None) -> tuple
 
 
 def _one(known: Sequence[str], of: str | None) -> str:
-    """Return the one that is asked for, or the first."""
     if of is not None and of not in known:
         raise ParameterError(f"a sample must be of one of {', '.join(known)}, got {of[:60]!r}")
     return known[0] if of is None else of
@@ -143,5 +137,5 @@ def _photographed(store: Store, split: Split) -> list[str]:
     known = {store.info(segment.id).material for segment in (*split.test, *split.train)}
     found = sorted(material for material in known if material and store.photographs_of(material))
     if not found:
-        raise ParameterError("no material of the run has a photograph to go by")
+        raise ParameterError("no material of the run has a photograph")
     return found

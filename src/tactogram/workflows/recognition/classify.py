@@ -11,24 +11,18 @@ from tactogram.workflows.training.surface_index import SurfaceIndex
 
 
 def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
-    """Return what ``signal`` is, as a trained classifier hears it.
-
-    Parameters
-    ----------
-    run : path or LoadedRun
-    signal : Signal
-        As recorded; it is prepared as the run's recipe says.
+    """Classify a signal with a trained classifier; it is prepared by the run's recipe.
 
     Returns
     -------
     dict
         ``material`` (the likeliest), ``probability``, ``probabilities`` by material (likeliest first), and
-        ``none_of_these``: whether it is unlike all the classifier knows (see `tactogram.workflows.recognition.search`).
+        ``none_of_these``: whether all known recordings are too far (see `tactogram.workflows.recognition.search`).
 
     Raises
     ------
     ParameterError
-        If the run is no classifier, or the signal is not what it can be prepared from.
+        If the run is no classifier, or the signal cannot be prepared for it.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     classifier = loaded.classifier

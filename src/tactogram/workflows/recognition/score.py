@@ -13,20 +13,14 @@ from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 
 def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
-    """Return what people would say of ``given``, as a trained predictor has it.
-
-    Parameters
-    ----------
-    run : path or LoadedRun
-    given : Signal or Image
-        A signal as recorded; it is prepared as the run's recipe says.
+    """Return predicted word ratings of a signal or an image; a signal is prepared by the run's recipe.
 
     Returns
     -------
     dict
-        ``scores`` (by word, on the raters' scale), ``scale`` (lowest and highest), ``predicted_by`` (which model, and
-        that its raters were simulated where they were), ``novelty`` (share of features beyond what was trained on; the
-        scores deserve the less trust the larger it is; None where the model has no such figure) and ``simulated``.
+        ``scores`` (by word, on the raters' scale), ``scale`` (lowest and highest), ``predicted_by`` (the model, and
+        whether its raters were simulated), ``novelty`` (share of features outside the training range: the larger, the
+        less reliable the scores; None where the model has no such figure) and ``simulated``.
 
     Raises
     ------
@@ -48,19 +42,12 @@ def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
 
 
 def score_file(run: Path | str | LoadedRun, path: Path | str, **arguments: Any) -> dict[str, Any]:
-    """Return `score` of the signal in a file, or of the image where the run is of images.
-
-    Parameters
-    ----------
-    run : path or LoadedRun
-    path : path
-    **arguments
-        Of a signal: as of `tactogram.signal.io.read_signal`.
+    """Return `score` of a signal file, read with ``arguments`` of `read_signal`, or of an image file.
 
     Raises
     ------
     ParameterError
-        Naming the file, if it is not what the run was trained on.
+        Naming the file, if it is not of the kind that the run was trained on.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     of_images = isinstance(loaded.any_kind, ImageKind)
@@ -70,5 +57,5 @@ def score_file(run: Path | str | LoadedRun, path: Path | str, **arguments: Any) 
     except ParameterError as error:
         if not isinstance(loaded.model, Predictor):
             raise
-        hint = "" if of_images else "; where the file does not say its unit, rate and axes, give them"
+        hint = "" if of_images else "; give its unit, rate and axes if the file does not state them"
         raise ParameterError(f"{path}: {error}{hint}") from error

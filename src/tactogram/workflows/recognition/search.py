@@ -1,7 +1,7 @@
-"""The search engine for surfaces: the nearest recordings to a new one, and an honest "none of these".
+"""Search for surfaces: the nearest recordings to a new one, or "none of these".
 
 Saga et al. propose their classifier "as a search engine for surface material retrieval". The index is that of the run
-(`workflows.training.surface_index`), or one of another store.
+(`workflows.training.surface_index`), or of another store.
 """
 
 from __future__ import annotations
@@ -21,24 +21,13 @@ from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.training.surface_index import EXACT_BELOW, SurfaceIndex, embeddings
 
 GRAPH_DEPTH = 500
-"""Neighbours that are asked of the graph: materials beyond them are not listed."""
+"""Neighbours searched in the graph: materials beyond them are not listed."""
 
 
 def search(
     run: Path | str | LoadedRun, signal: Signal, *, data: Path | str | None = None, count: int = 5
 ) -> dict[str, Any]:
-    """Return what is most like ``signal``.
-
-    Parameters
-    ----------
-    run : path or LoadedRun
-        A trained classifier.
-    signal : Signal
-        As recorded; it is prepared as the run's recipe says.
-    data : path, optional
-        A store to search in; by default what the run was trained on.
-    count : int
-        How many recordings to return.
+    """Return the ``count`` recordings nearest to ``signal``, of ``data`` or the classifier's training data.
 
     Returns
     -------
@@ -78,15 +67,12 @@ def search(
 
 
 def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: int) -> SurfaceIndex:
-    """Return an index over ``store``; what was embedded once is kept in the run, by recording.
-
-    A recording that was added to the store since is the only one that is embedded then.
-    """
+    """Return an index over ``store``; the run keeps embeddings by recording, so only new recordings are embedded."""
     file = loaded.run.folder / "search-embedded.npz"
     label = loaded.run.data["label"]
     names = {info.id: name for info in store.index if (name := label_of(info, label)) is not None}
     if not names:
-        raise ParameterError(f"{store.name}: no recording has a {label}: there is nothing to search in")
+        raise ParameterError(f"{store.name}: no recording has a {label}: there is nothing to search")
     held = _held(file)
     missing = [id for id in names if id not in held]
     if missing:
@@ -104,7 +90,7 @@ def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: 
 
 
 def _held(file: Path) -> dict[str, NDArray[np.float32]]:
-    """Return the vectors in ``file`` by recording; none if it is not there or broken: it can be made again."""
+    """Return the vectors in ``file`` by recording; none if it is missing or broken: it can be made again."""
     try:
         with file.open("rb") as opened, np.load(opened, allow_pickle=False) as values:
             return dict(zip(values["ids"].tolist(), values["vectors"], strict=True))

@@ -1,7 +1,7 @@
-"""Recordings that are like another by their spectra alone: what one has before any classifier is trained.
+"""Search for recordings by their spectra alone, without a trained classifier.
 
-The measure is plain and named so: levels in third octaves, each spectrum about its own mean level, and the mean
-absolute difference of two of them in dB. It hears timbre, not strength, and knows nothing of materials.
+The distance is the mean absolute difference in dB of levels in third octaves, each spectrum about its own mean level.
+It depends on timbre, not on strength or material.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from tactogram.workflows.progress import ProgressCallback, silent
 MEASURE = "spectral distance: mean absolute difference of third-octave levels about their mean, dB; not a classifier"
 LOWEST_HZ, HIGHEST_HZ = 20.0, 1000.0
 LOOKED_AT_S = 4.0
-"""How much of a long recording's middle is looked at, s (mm over displacement)."""
+"""Length of a recording's middle that is used, s (mm over displacement)."""
 RANGE_DB = 60.0
-"""What is farther below the strongest band counts as so far."""
+"""Lower levels, relative to the strongest band, are raised to this."""
 VERSION = 1
 
 Array = NDArray[np.float32]
 
 
 def band_centres(rate: float, domain: str) -> NDArray[np.float64]:
-    """Return the middles of the bands: third octaves of 20 to 1000 Hz, or of what the rate holds per mm."""
+    """Return the centres of third octaves of 20 to 1000 Hz; over displacement, two decades below half the rate."""
     low, high = (LOWEST_HZ, HIGHEST_HZ) if domain == "time" else (rate / 200, rate / 2)
     high = min(high, rate / 2 / 10**0.05)
     return np.asarray(10 ** np.arange(math.log10(low), math.log10(high) + 1e-9, 0.1), np.float64)
@@ -44,11 +44,7 @@ def band_centres(rate: float, domain: str) -> NDArray[np.float64]:
 def spectrum(signal: Signal, *, rate: float | None = None) -> Array:
     """Return levels in third octaves about their mean, float32, shape (band,), dB.
 
-    Parameters
-    ----------
-    signal : Signal
-    rate : float, optional
-        Of the slowest signal that is compared: only bands below half of it. By default the signal's own.
+    ``rate`` is that of the slowest signal to compare: only bands below half of it are used.
     """
     middle = band_centres(min(rate or signal.rate, signal.rate), signal.domain)
     most = round(LOOKED_AT_S * signal.rate)
@@ -77,24 +73,14 @@ def find_similar(
 ) -> dict[str, Any]:
     """Return the recordings of a store whose spectra are nearest to that of ``signal``.
 
-    Parameters
-    ----------
-    data : path or Store
-    signal : Signal
-        Of the same domain as what is searched.
-    stream : str, optional
-        By default as in training: ``acceleration``, else the first.
-    count : int
-    without : iterable of str
-        Ids that are left out, such as that of ``signal`` itself.
-    cache : path, optional
-        Folder where the spectra of a store are kept.
+    ``stream`` is by default as in training: ``acceleration``, else the first. Recordings with an id in ``without`` are
+    left out. ``cache`` is a folder for the spectra of a store.
 
     Returns
     -------
     dict
         ``nearest`` (``id``, ``material``, ``distance`` in dB), ``materials`` (each once), ``measure``, ``stream``,
-        ``recordings`` (how many were compared).
+        ``recordings`` (number compared).
 
     Raises
     ------
@@ -144,7 +130,7 @@ def find_similar(
 def _spectra(
     store: Store, stream: str, cache: Path | None, progress: ProgressCallback
 ) -> tuple[list[str], list[Array], NDArray[np.float64]]:
-    """Return ids, spectra and rates of all recordings of a stream; what was worked out once is kept by recording."""
+    """Return ids, spectra and rates of all recordings of a stream; the cache keeps spectra by recording."""
     ids = [info.id for info in store.index if stream in store.streams_of(info.id)]
     file = None if cache is None else cache / f"{_name(store, stream)}.npz"
     held = _held(file)

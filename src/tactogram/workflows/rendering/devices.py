@@ -1,6 +1,6 @@
-"""Devices: how each path to a device was tested, and a self-test that a user can run and send back.
+"""Paths to devices, how each was tested, and a self-test that a user can run and report.
 
-`PATHS` is the one list: `docs/devices.md` is made from it, and so is what ``doctor --device`` offers.
+`docs/devices.md` and the names of the self-test are made from `PATHS`.
 """
 
 from __future__ import annotations
@@ -29,18 +29,8 @@ LOOPS = 20
 class DevicePath:
     """A way to or from a device.
 
-    Parameters
-    ----------
-    name : str
-        As ``doctor --device`` takes it; several paths may share one.
-    title : str
-    direction : {"in", "out", "in and out"}
-    extra : str
-        That brings its library; empty for none.
-    simulated : str
-        What stood in for the device in tests.
-    hardware : str
-        Which real device it has been used with.
+    Several may share a ``name`` of the self-test. ``extra`` installs its library; ``simulated`` is the stand-in for the
+    device in tests, ``hardware`` the real device it has been used with.
     """
 
     name: str
@@ -87,7 +77,11 @@ PATHS: tuple[DevicePath, ...] = (
         "a stand-in for PortAudio's library; miniaudio on its null device",
     ),
     DevicePath(
-        "null", "a sound card that plays to nobody (miniaudio)", "out", "devices", "it is itself a simulation"
+        "null",
+        "a null sound card, no actuator connected (miniaudio)",
+        "out",
+        "devices",
+        "it is itself a simulation",
     ),
     DevicePath(
         "osc",
@@ -106,28 +100,24 @@ ALSO = {
     "twelite": "serial",
     "udp": "osc",
 }
-"""Names by which sources and backends call what a self-test stands for."""
+"""Names of sources and backends that share a self-test."""
 
 
 def device_names() -> tuple[str, ...]:
-    """Return the names that `try_device` takes."""
+    """Return the names of self-tests."""
     return tuple(dict.fromkeys(path.name for path in PATHS))
 
 
 def try_device(name: str) -> dict[str, Any]:
-    """Try a path as far as it goes on this machine; never raises because of a device.
+    """Test a path as far as possible on this machine; a device never makes it raise an error.
 
-    Parameters
-    ----------
-    name : str
-        One of `device_names`, or of `ALSO`, or a kind of capture source whose devices can be listed.
+    ``name`` is one of `device_names` or `ALSO`, or a kind of capture source whose devices can be listed.
 
     Returns
     -------
     dict
         ``device``, ``state`` (``works``, ``no hardware``, ``missing``: a library or driver, or ``failed``), ``line``
-        (one sentence), ``facts`` (by device), ``paths`` (what stands in the list for it), ``tactogram``, ``python``,
-        ``platform``.
+        (one sentence), ``facts`` (by device), ``paths`` (of `PATHS`), ``tactogram``, ``python``, ``platform``.
 
     Raises
     ------
@@ -180,7 +170,7 @@ def _serial() -> ProbeResult:
     if not found:
         return (
             "no hardware",
-            "the library works; no serial port is there: plug the receiver or board in",
+            "the library works; no serial port found: plug the receiver or board in",
             facts,
         )
     names = ", ".join(port["port"] for port in found)
@@ -194,7 +184,7 @@ def _lsl() -> ProbeResult:
         outlet = pylsl.StreamOutlet(pylsl.StreamInfo(name, "test", 1, 1000, "float32", name))
         streams = pylsl.resolve_byprop("name", name, timeout=3.0)
         if not streams:
-            return "failed", "a stream of this program's own was not found: is multicast blocked?", {}
+            return "failed", "the program's own stream was not found: is multicast blocked?", {}
         inlet = pylsl.StreamInlet(streams[0])
         inlet.open_stream(timeout=3.0)
         sent = [float(n) for n in range(LOOPS)]
@@ -209,7 +199,7 @@ def _lsl() -> ProbeResult:
     facts = {"sent": LOOPS, "came_back": len(got), "library": pylsl.library_version()}
     if got != sent:
         return "failed", f"{len(got)} of {LOOPS} samples came back over this machine's own network", facts
-    return "works", f"{LOOPS} samples came back over this machine's own network; no device was asked", facts
+    return "works", f"{LOOPS} samples came back over this machine's own network; no device was tested", facts
 
 
 def _source(kind: str) -> ProbeResult:
@@ -221,7 +211,7 @@ def _source(kind: str) -> ProbeResult:
 
 
 def _audio() -> ProbeResult:
-    """Play half a second of silence on the default output, and see what time it keeps."""
+    """Play half a second of silence on the default output, and measure its latency."""
     try:
         sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
     except (DeviceError, MissingExtraError) as error:
@@ -230,7 +220,7 @@ def _audio() -> ProbeResult:
         outputs = [d for d in sounddevice.query_devices() if d["max_output_channels"] > 0]
         facts: dict[str, Any] = {"outputs": [d["name"] for d in outputs]}
         if not outputs:
-            return "no hardware", "PortAudio works; no audio output is there", facts
+            return "no hardware", "PortAudio works; no audio output found", facts
         calls: list[int] = []
 
         def callback(out: Any, frames: int, _time: Any, _flags: Any) -> None:
@@ -241,11 +231,11 @@ def _audio() -> ProbeResult:
             time.sleep(0.5)
             facts |= {"rate_hz": playing.samplerate, "latency_ms": 1e3 * playing.latency}
         facts["frames_per_call"] = float(np.mean(calls)) if calls else 0.0
-    line = f"played silence at {facts['rate_hz']:g} Hz; the device says that it is {facts['latency_ms']:.1f} ms late"
+    line = f"played silence at {facts['rate_hz']:g} Hz; the device reports a latency of {facts['latency_ms']:.1f} ms"
     return (
         ("works", line, facts)
         if calls
-        else ("failed", "the output opened and never asked for samples", facts)
+        else ("failed", "the output opened and never requested samples", facts)
     )
 
 
@@ -259,10 +249,10 @@ def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     calls: list[int] = []
 
     def frames() -> Any:
-        asked = yield b""
+        count = yield b""
         while True:
-            calls.append(asked)
-            asked = yield bytes(4 * asked)
+            calls.append(count)
+            count = yield bytes(4 * count)
 
     try:
         with silenced():
@@ -294,9 +284,9 @@ def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     facts = {"calls": len(calls), "frames_per_call": float(np.mean(calls)) if calls else 0.0}
     facts["pace"] = sum(calls) / 8000 / seconds
     if not calls:
-        return "failed", "the device opened and never asked for samples", facts
-    line = f"{backend}: asked {len(calls)} times for {facts['frames_per_call']:.0f} frames in {seconds:.2f} s"
-    return "works", f"{line}; silence was played" + (" to nobody" if null else ""), facts
+        return "failed", "the device opened and never requested samples", facts
+    line = f"{backend}: requested {len(calls)} times {facts['frames_per_call']:.0f} frames in {seconds:.2f} s"
+    return "works", f"{line}; silence was played" + (", no actuator connected" if null else ""), facts
 
 
 def _osc() -> ProbeResult:
@@ -350,7 +340,7 @@ def _mouse() -> ProbeResult:
     from tactogram.rendering.streaming.recorded_motion import MICE, MouseMotion
 
     if not MICE.exists():
-        return "no hardware", f"no mouse: {MICE} is not there (a mouse as a finger needs Linux)", {}
+        return "no hardware", f"no mouse: {MICE} is missing (a mouse as a finger needs Linux)", {}
     mouse = MouseMotion()
     begin = mouse.poll(0.0)[-1]
     time.sleep(0.5)

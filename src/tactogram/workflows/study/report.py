@@ -1,4 +1,4 @@
-"""An analysis as a page to read and to hand on: one HTML file with all in it."""
+"""Report of an analysis: one self-contained HTML file."""
 
 from __future__ import annotations
 
@@ -20,8 +20,7 @@ from tactogram.evaluation.report import (
     ReportText,
     write_report,
 )
-from tactogram.study.analysis.findings import AnalysisSection as Said
-from tactogram.study.analysis.findings import Finding, number, p_text
+from tactogram.study.analysis.findings import AnalysisSection, Finding, number, p_text
 from tactogram.study.answers import Answers
 from tactogram.study.session.device_facts import COLUMN, fact_description
 from tactogram.study.session.side_tables import NOTES, PARTICIPANTS, notes_table, participants_table
@@ -45,42 +44,31 @@ HEADINGS = (
     "note",
 )
 SHARED = ("test", "measure", "answers", "people", "note")
-"""Said below a table where it is the same in every row."""
+"""Columns that move below the table if all rows agree."""
 EMPTY = "–"
 ROLES = {
-    "confirmatory": "Confirmatory: what decides",
-    "as printed": "As printed: what the publication did",
-    "check": "Checks: what stands beside it",
+    "confirmatory": "Confirmatory: the deciding tests",
+    "as printed": "As printed: tests of the publication",
+    "check": "Checks: further evidence",
 }
 OPEN_ROWS = 24
 """Longer tables are folded."""
 CAVEATS = (
-    "A difference is shown, or not shown. What is not shown is not shown to be absent: a large p says that these "
-    "answers do not tell, and the interval says how large the difference may still be.",
-    "Equivalent within the margin is said where a test of equivalence (two one-sided tests) shows it, against a "
-    "margin. It holds for that margin and no smaller one.",
-    "What decides is said per question; where several tests decide, their p answer for their number. Everything else "
-    "is a check: of many checks some turn out by chance.",
-    "Answers of one person are not independent. Tests that take them as independent stand under As printed or say so.",
+    "A difference is either shown or not shown. One that is not shown may still exist: the interval states its "
+    "possible size.",
+    "Equivalent within the margin means that a test of equivalence (two one-sided tests) shows it, for that margin and "
+    "no smaller one.",
+    "Each question has deciding tests, with p-values corrected for their number. All other tests are checks: of many "
+    "checks some succeed by chance.",
+    "Answers of one person are not independent. Tests that assume independence are under As printed or say so.",
 )
-SIMULATED_PEOPLE = "Simulated participants: programs answered. This says nothing of how anything feels."
-SIMULATED_STIMULI = "Simulated stimuli: made by formulas, not recorded from real surfaces."
+SIMULATED_PEOPLE = "Simulated participants: programs answered. This does not show how anything feels."
+SIMULATED_STIMULI = "Simulated stimuli: computed, not recorded from real surfaces."
 
 
 @dataclass(frozen=True)
 class StudyData:
-    """Origin of the answers.
-
-    Parameters
-    ----------
-    source : str
-    answers : Answers
-    study : Study or None
-    participants, notes : (headings, rows)
-        As `tactogram.study.session.side_tables` gives them; empty for another's table.
-    withdrawn : int or None
-        None where it is not known.
-    """
+    """Answers with their origin; ``participants`` and ``notes`` are headings and rows, empty for a foreign table."""
 
     source: str
     answers: Answers
@@ -91,7 +79,7 @@ class StudyData:
 
     @classmethod
     def of(cls, source: Path, answers: Answers, study: Study | None) -> StudyData:
-        """Return it of a session folder, or of what was exported beside a table."""
+        """Return the data of a session folder, or of a table with its exported companions."""
         if source.is_dir():
             with SessionStore(source) as store:
                 return cls(
@@ -102,47 +90,36 @@ class StudyData:
                     notes_table(store),
                     store.withdrawn,
                 )
-        beside = [_read(source.with_suffix(suffix)) for suffix in (PARTICIPANTS, NOTES)]
-        return cls(source.name, answers, study, beside[0], beside[1])
+        participants, notes = (_read(source.with_suffix(suffix)) for suffix in (PARTICIPANTS, NOTES))
+        return cls(source.name, answers, study, participants, notes)
 
 
 def write_study_report(
     path: Path,
     analysis: StudyAnalysis,
-    taken: StudyData,
+    data: StudyData,
     figures: Sequence[Mapping[str, Figure]],
     *,
     practice: bool = False,
 ) -> Path:
-    """Write the report of an analysis (beside it, then renamed), and return where it is.
-
-    Parameters
-    ----------
-    path : Path
-    analysis : Analysis
-    taken : Taken
-    figures : sequence of mapping from str to Figure
-        Of each section, as its design's ``figures`` returns them.
-    practice : bool
-        Whether practice trials were analysed.
-    """
+    """Write the report of an analysis, with the figures of each section's design, and return its path."""
     title = analysis.study
-    if taken.study is not None:
-        title = taken.study.title.en or taken.study.title.ja
+    if data.study is not None:
+        title = data.study.title.en or data.study.title.ja
     sections = [
         ReportSection(
-            "What was found", [*_verdicts(analysis), *(ReportText(line) for line in analysis.plan.lines())]
+            "Findings", [*_verdicts(analysis), *(ReportText(line) for line in analysis.plan.lines())]
         )
     ]
-    for said, own in zip(analysis.sections, figures, strict=True):
-        sections.append(ReportSection(said.title, _blocks(said, list(own.values()))))
+    for section, own in zip(analysis.sections, figures, strict=True):
+        sections.append(ReportSection(section.title, _blocks(section, list(own.values()))))
     sections += [
-        ReportSection("Design", _design(taken)),
-        ReportSection("Participants", _participants(taken, analysis)),
+        ReportSection("Design", _design(data)),
+        ReportSection("Participants", _participants(data, analysis)),
     ]
-    if taken.notes[1]:
+    if data.notes[1]:
         sections.append(
-            ReportSection("Notes of the experimenter", [ReportTable(taken.notes[0], taken.notes[1])])
+            ReportSection("Notes of the experimenter", [ReportTable(data.notes[0], data.notes[1])])
         )
     caveats = [*CAVEATS, *(f"{note[0].upper()}{note[1:]}." for note in analysis.notes)]
     sections.append(ReportSection("How to read this", [ReportText(line) for line in caveats]))
@@ -150,34 +127,34 @@ def write_study_report(
     return write_report(
         path,
         title=title,
-        summary=_summary(taken, analysis) + about,
+        summary=_summary(data, analysis) + about,
         sections=sections,
-        simulated=_simulated(taken),
+        simulated=_simulated(data),
     )
 
 
-def _summary(taken: StudyData, analysis: StudyAnalysis) -> str:
-    people = taken.answers.unique("participant")
-    simulated = {row.participant for row in taken.answers if row.simulated}
+def _summary(data: StudyData, analysis: StudyAnalysis) -> str:
+    people = data.answers.unique("participant")
+    simulated = {row.participant for row in data.answers if row.simulated}
     who = [f"{len(people) - len(simulated)} participants"] if len(simulated) < len(people) else []
     who += [f"{len(simulated)} simulated participants"] if simulated else []
-    answers = sum(said.answers for said in analysis.sections)
-    return f"Study {analysis.study}: {answers} answers of {' and '.join(who)}, from {taken.source}."
+    answers = sum(section.answers for section in analysis.sections)
+    return f"Study {analysis.study}: {answers} answers of {' and '.join(who)}, from {data.source}."
 
 
-def _simulated(taken: StudyData) -> str:
-    said = [SIMULATED_PEOPLE] if any(taken.answers.column("simulated")) else []
-    if any(row.more.get("simulated_stimuli") == "true" for row in taken.answers):
-        said.append(SIMULATED_STIMULI)
-    return " ".join(said)
+def _simulated(data: StudyData) -> str:
+    sentences = [SIMULATED_PEOPLE] if any(data.answers.column("simulated")) else []
+    if any(row.more.get("simulated_stimuli") == "true" for row in data.answers):
+        sentences.append(SIMULATED_STIMULI)
+    return " ".join(sentences)
 
 
 def _verdicts(analysis: StudyAnalysis) -> list[Block]:
-    """Return what decides, one row per question."""
+    """Return the confirmatory findings, one row per question."""
     rows = [
-        [said.title, f.of, f"{f.measure}: {number(f.estimate)}", _interval(f), f.verdict, _who(said)]
-        for said in analysis.sections
-        for f in said.role("confirmatory")
+        [section.title, f.of, f"{f.measure}: {number(f.estimate)}", _interval(f), f.verdict, _who(section)]
+        for section in analysis.sections
+        for f in section.role("confirmatory")
     ]
     if not rows:
         return [ReportText("No test decides here: too few participants or conditions. See the checks.")]
@@ -185,25 +162,25 @@ def _verdicts(analysis: StudyAnalysis) -> list[Block]:
     return [ReportTable(header, rows[:OPEN_ROWS], caption=_more(len(rows)))]
 
 
-def _blocks(said: Said, figures: Sequence[Figure]) -> list[Block]:
-    blocks: list[Block] = [ReportText(f"{said.answers} answers of {_who(said)}.")]
+def _blocks(section: AnalysisSection, figures: Sequence[Figure]) -> list[Block]:
+    blocks: list[Block] = [ReportText(f"{section.answers} answers of {_who(section)}.")]
     blocks += [
-        ReportFigure(figure, caption=f"{said.title} ({_who(said)}, {said.answers} answers)")
+        ReportFigure(figure, caption=f"{section.title} ({_who(section)}, {section.answers} answers)")
         for figure in figures
     ]
     for role, heading in ROLES.items():
-        if held := said.role(role):  # type: ignore[arg-type]
+        if held := section.role(role):  # type: ignore[arg-type]
             header, rows, shared = _compact([_row(finding) for finding in held])
             title = f"{heading}. {shared}" if shared else heading
             if role == "check" or len(rows) > OPEN_ROWS:
                 blocks.append(ReportTable(header, rows, caption=shared, folded=f"{heading} ({len(rows)})"))
             else:
                 blocks.append(ReportTable(header, rows, caption=title))
-    for name, table in said.tables.items():
+    for name, table in section.tables.items():
         headings = list(dict.fromkeys(key for row in table for key in row))
         cells = [[row.get(key) for key in headings] for row in table]
         blocks.append(ReportTable(headings, cells, folded=f"{name} ({len(cells)} rows)"))
-    return blocks + [ReportText(f"{note[0].upper()}{note[1:]}.") for note in said.notes]
+    return blocks + [ReportText(f"{note[0].upper()}{note[1:]}.") for note in section.notes]
 
 
 def _row(f: Finding) -> list[object]:
@@ -229,7 +206,7 @@ def _row(f: Finding) -> list[object]:
 
 
 def _compact(rows: list[list[object]]) -> tuple[list[str], list[list[object]], str]:
-    """Return headings and rows without what is empty or the same in every row, and the latter in words."""
+    """Return headings and rows without empty and shared columns, and the shared values in words."""
     kept, shared = [], []
     for place, heading in enumerate(HEADINGS):
         values = {row[place] for row in rows}
@@ -246,18 +223,14 @@ def _interval(f: Finding) -> str:
     return EMPTY if f.low is None or f.high is None else f"{number(f.low)} to {number(f.high)}"
 
 
-def _who(said: Said) -> str:
-    return f"{said.participants} {'simulated ' if said.simulated else ''}participants"
+def _who(section: AnalysisSection) -> str:
+    return f"{section.participants} {'simulated ' if section.simulated else ''}participants"
 
 
-def _design(taken: StudyData) -> list[Block]:
-    study = taken.study
+def _design(data: StudyData) -> list[Block]:
+    study = data.study
     if study is None:
-        return [
-            ReportText(
-                "The table came without its study's file: nothing is known of the design but what its rows say."
-            )
-        ]
+        return [ReportText("The table has no study file: the design is known only from its rows.")]
     stimuli = study.all_stimuli
     practice = "none"
     if study.practice:
@@ -279,36 +252,30 @@ def _design(taken: StudyData) -> list[Block]:
     ]
     text = study.description.en or study.description.ja
     names = [(key, name.en, name.ja) for key, name in study.display_names.items()]
-    called = (
-        [ReportTable(("key", "en", "ja"), names, folded=f"What is called how ({len(names)})")]
-        if names
-        else []
-    )
+    called = [ReportTable(("key", "en", "ja"), names, folded=f"Names ({len(names)})")] if names else []
     return [*([ReportText(text)] if text else []), ReportTable(("", ""), facts), *called]
 
 
-def _participants(taken: StudyData, analysis: StudyAnalysis) -> list[Block]:
-    headings, rows = taken.participants
-    analysed = ", ".join(f"{said.title} {said.participants}" for said in analysis.sections)
+def _participants(data: StudyData, analysis: StudyAnalysis) -> list[Block]:
+    headings, rows = data.participants
+    analysed = ", ".join(f"{section.title} {section.participants}" for section in analysis.sections)
     blocks: list[Block] = [ReportText(f"Analysed: {analysed}.")]
     if rows:
         column = list(headings).index("status")
         blocks.append(ReportText(f"Enrolled: {status_counts(row[column] for row in rows)}."))
-        blocks.append(
-            ReportTable(headings, rows, folded=f"Each participant and what the device said ({len(rows)})")
-        )
-    if measured := _measured(taken.answers):
-        caption = "What devices said with the answers; speeds and rates as measured in the browser."
+        blocks.append(ReportTable(headings, rows, folded=f"Participants and device facts ({len(rows)})"))
+    if measured := _measured(data.answers):
+        caption = "Device facts sent with the answers; speeds and rates as measured in the browser."
         blocks.append(
             ReportTable(("", "median", "lowest", "highest", "answers", "people"), measured, caption=caption)
         )
-    if taken.withdrawn:
-        blocks.append(ReportText(f"{taken.withdrawn} withdrew; nothing of them is kept."))
+    if data.withdrawn:
+        blocks.append(ReportText(f"{data.withdrawn} withdrew; their data is deleted."))
     return blocks
 
 
 def _measured(answers: Answers) -> list[list[object]]:
-    """Return median and range of each number that devices sent with answers to trials."""
+    """Return median and range of each number that devices sent with answers."""
     rows: list[list[object]] = []
     for column in answers.extra_columns:
         if not column.startswith(COLUMN):
@@ -335,7 +302,7 @@ def _number(text: str) -> float | None:
 
 
 def _more(count: int) -> str:
-    return "" if count <= OPEN_ROWS else f"The first {OPEN_ROWS} of {count}; the others stand below."
+    return "" if count <= OPEN_ROWS else f"The first {OPEN_ROWS} of {count}; the others are below."
 
 
 def _read(path: Path) -> tuple[Sequence[str], Sequence[Sequence[str]]]:

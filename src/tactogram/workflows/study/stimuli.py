@@ -29,23 +29,12 @@ from tactogram.study.study_file import Study
 from tactogram.study.trials import PresentedStimulus
 
 SEEDS = 16
-"""Pictures of each simulated family that ``any/TEXT`` draws from."""
+"""Number of pictures of each simulated family for ``any/TEXT``."""
 
 
 @dataclass(frozen=True)
 class SlotPlayback:
-    """Signal to play for one slot of a page.
-
-    Parameters
-    ----------
-    drive : Drive or None
-        None is silence.
-    sha256 : str
-        Of the drive's samples, rate and unit; of nothing for silence.
-    level, display : str
-        As `SessionStore.log_played` takes them.
-    gain_db : float
-    """
+    """Signal to play for one slot of a page; the drive is None for silence, whose hash is that of nothing."""
 
     drive: Drive | None
     sha256: str
@@ -55,16 +44,10 @@ class SlotPlayback:
 
 
 class StudyStimuli:
-    """Those of one study; what was made once is kept.
+    """Stimuli of one study, with a cache of signals and drives.
 
-    Parameters
-    ----------
-    study : Study
-    folder : Path
-        What the files of the study stand beside.
-    within : sequence of Path, optional
-        Folders that files, runs and displays must lie in, links followed: for a server, whose studies may come from
-        anybody. By default any.
+    Paths in the study are relative to ``folder``. On a server, whose studies may come from anybody, files, runs and
+    displays must be in one of the folders ``within``, links followed; by default anywhere.
     """
 
     def __init__(self, study: Study, folder: Path, *, within: Sequence[Path] = ()) -> None:
@@ -79,24 +62,24 @@ class StudyStimuli:
         Raises
         ------
         ParameterError
-            If it has none, or what makes it refuses.
+            If it has none, or the generator or simulator refuses it.
         DataError
-            If its file is not there or not readable.
+            If its file is missing or not readable.
         """
         if stimulus.name not in self._signals:
             try:
-                self._signals[stimulus.name] = self._made(stimulus)
+                self._signals[stimulus.name] = self._make_signal(stimulus)
             except TactogramError as error:
                 raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         return self._signals[stimulus.name]
 
     def played(self, presented: PresentedStimulus) -> SlotPlayback:
-        """Return the drive of what a page presents, at its level and gain.
+        """Return the drive of a presented stimulus, at its level and gain.
 
         Raises
         ------
         TactogramError
-            Where the display refuses signal or level; the message names the stimulus.
+            If the display refuses the signal or the level; the message names the stimulus.
         """
         stimulus = presented.stimulus
         if stimulus is None:
@@ -114,23 +97,23 @@ class StudyStimuli:
             made = self._generated(stimulus, stimulus.image_run)
             if not isinstance(made, Image):
                 raise ParameterError(
-                    f"stimulus {stimulus.name}: {stimulus.image_run} makes signals; give it as run"
+                    f"stimulus {stimulus.name}: {stimulus.image_run} generates signals; give it as run"
                 )
             return made
         return read_image(self._file(stimulus.image)) if stimulus.image else None
 
     def display(self, stimulus: Stimulus) -> Display:
-        """Return what it is played on."""
+        """Return the display of a stimulus."""
         name = stimulus.display or self.study.display
         if name in shipped():
             return _display(name)
-        path = self._beside(name)
+        path = self._path(name)
         if self._within:
             self._check_response(path)
         return _display(str(path))
 
     def check_names(self) -> None:
-        """Refuse a display, a simulated surface or a simulated picture that is not there; no stimulus is made.
+        """Refuse an unknown display, simulated surface or simulated picture; no stimulus is made.
 
         Raises
         ------
@@ -149,7 +132,7 @@ class StudyStimuli:
                 raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
     def check_places(self) -> None:
-        """Refuse a study with a stimulus whose file, run or display lies outside of ``within``.
+        """Refuse a study with a stimulus whose file, run or display is outside ``within``.
 
         Raises
         ------
@@ -160,7 +143,7 @@ class StudyStimuli:
             try:
                 for name in (stimulus.file, stimulus.image, stimulus.run, stimulus.image_run):
                     if name:
-                        self._beside(name)
+                        self._path(name)
                 if stimulus.is_played:
                     self.display(stimulus)
             except TactogramError as error:
@@ -181,11 +164,11 @@ class StudyStimuli:
             raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         return SlotPlayback(drive, drive.signal.sha256, text, drive.report.display, gain_db)
 
-    def _made(self, stimulus: Stimulus) -> Signal:
+    def _make_signal(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:
             made = self._generated(stimulus, stimulus.run)
             if not isinstance(made, Signal):
-                raise ParameterError(f"{stimulus.run} makes images; give it as image_run")
+                raise ParameterError(f"{stimulus.run} generates images; give it as image_run")
             return made
         if stimulus.simulated:
             length = None if stimulus.autoregressive else stimulus.seconds
@@ -193,7 +176,7 @@ class StudyStimuli:
         elif stimulus.file:
             signal = read_signal(self._file(stimulus.file))
         else:
-            raise ParameterError("nothing is played for it; give file, run or simulated")
+            raise ParameterError("it has no signal; give file, run or simulated")
         if stimulus.autoregressive:
             model = fit_autoregressive(signal)
             signal = synthesise(model, stimulus.seconds or signal.seconds, seed=stimulus.seed)
@@ -209,40 +192,40 @@ class StudyStimuli:
             condition["material"] = {stimulus.material: 1.0}
         if stimulus.words:
             condition["words"] = dict(stimulus.words)
-        [made] = generate(self._beside(run), condition, seconds=stimulus.seconds, seed=stimulus.seed)
+        [made] = generate(self._path(run), condition, seconds=stimulus.seconds, seed=stimulus.seed)
         return made
 
-    def _beside(self, name: str) -> Path:
+    def _path(self, name: str) -> Path:
         path = Path(name)
         path = path if path.is_absolute() else self.folder / path
         if self._within:
             path = path.resolve()
             if not any(path.is_relative_to(folder) for folder in self._within):
                 raise ParameterError(
-                    f"{name[:200]}: lies outside of the study's folder and the workspace; copy it there"
+                    f"{name[:200]}: is outside the study's folder and the workspace; copy it there"
                 )
         return path
 
     def _check_response(self, display: Path) -> None:
-        """Refuse a display whose measured response lies elsewhere; what else is wrong with it, `open_display` says."""
+        """Refuse a display whose measured response is elsewhere; `open_display` finds other faults."""
         try:
             response = tomllib.loads(display.read_text(encoding="utf-8")).get("response")
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
             return
         if isinstance(response, dict) and isinstance(response.get("file"), str):
-            self._beside(str(display.parent / response["file"]))
+            self._path(str(display.parent / response["file"]))
 
     def _file(self, name: str) -> Path:
-        path = self._beside(name)
+        path = self._path(name)
         if not path.is_file():
             raise DataError(f"{path}: no such file")
         return path
 
 
 def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signal]:
-    """Return level and signal that are played ``gain_db`` stronger than ``level`` says.
+    """Return level and signal that are played ``gain_db`` above ``level``.
 
-    Where the level follows the signal, the signal is scaled; where it replaces the signal's own (``peak``,
+    If the level follows the signal, the signal is scaled; if it replaces the signal's own (``peak``,
     ``sensation=DB``), the level is.
     """
     if gain_db == 0:
@@ -262,7 +245,7 @@ def _display(name: str) -> Display:
 
 @lru_cache(maxsize=64)
 def _simulated(text: str, seed: int, seconds: float | None) -> Signal:
-    """Return the first recording of a material of a simulated set: its vibration, or whatever it holds."""
+    """Return the vibration, or else the first stream, of the first recording of a simulated material."""
     set_name, place = _surface(text)
     listed = tasks(set_name, seed=seed, per_class=1, own_images=False)
     chosen = next(task for task in listed if task.surface == place)
@@ -276,7 +259,7 @@ def _simulated(text: str, seed: int, seconds: float | None) -> Signal:
 
 
 def _surface(text: str) -> tuple[str, int]:
-    """Return the set of a simulated material, and its place there."""
+    """Return the set of a simulated material, and its index there."""
     set_name, _, material = text.partition("/")
     if set_name not in SETS:
         raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
@@ -297,7 +280,7 @@ def _simulated_image(text: str, seed: int) -> Image:
 
 
 def _family(text: str) -> tuple[str, str]:
-    """Return the family of a simulated picture, and which it is of it."""
+    """Return the family of a simulated picture, and its number there."""
     family, _, number = text.partition("/")
     if family != "any" and (family not in FAMILIES or not number.isdigit()):
         known = ", ".join(FAMILIES)

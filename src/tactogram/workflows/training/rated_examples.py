@@ -1,4 +1,4 @@
-"""Examples with ratings: rated signals, rated images, or surfaces beside rated signals."""
+"""Examples with ratings: rated signals, rated images, or rated surfaces with rated signals."""
 
 from __future__ import annotations
 
@@ -26,19 +26,15 @@ from tactogram.models import LearnsFrom
 from tactogram.recipe import Preparation
 
 TEST_SHARE, VALIDATION_SHARE = 0.2, 0.1
-"""Parts of the recordings that `train` keeps for `evaluate`, and for choosing and calibrating."""
+"""Shares of the recordings that `train` keeps for `evaluate`, and for selection and calibration."""
 
 
 @dataclass(frozen=True)
 class RatingData:
-    """A store as a model that learns from ratings sees it.
+    """A store for the training of a model on ratings.
 
-    Parameters
-    ----------
-    store : Store
-    learns_from : {"ratings", "images", "both"}
-        ``ratings``: signals that were rated, or images where the store has no recordings. ``images``: images.
-        ``both``: recordings of rated surfaces, and rated signals that are of no material.
+    ``learns_from`` is ``ratings``: of signals, or of images if the store has no recordings; ``images``; or ``both``:
+    recordings of rated surfaces, and rated signals that are of no material.
     """
 
     store: Store
@@ -49,22 +45,22 @@ class RatingData:
         """The ratings; refuses a store that has none."""
         if self.store.ratings is None:
             raise ParameterError(
-                f"{self.store.path}: has no ratings to learn from; `tactogram data rate` adds a table of them"
+                f"{self.store.path}: has no ratings; `tactogram data rate` adds a table of them"
             )
         return self.store.ratings
 
     @property
     def of_images(self) -> bool:
-        """Whether images are learned from."""
+        """Whether the examples are images."""
         return self.learns_from == "images" or (self.learns_from == "ratings" and not len(self.store))
 
     def split(
         self, index: Sequence[RecordingInfo], prepare: Preparation, *, split: str, by: By, seed: int
     ) -> Split:
-        """Return parts that hold different items; for ``both``, surfaces ``by``, and all rated signals in ``train``."""
+        """Return parts of different items; for ``both``, surfaces split ``by``, and all rated signals in ``train``."""
         if split not in ("", "all"):
             raise ParameterError(
-                f"--split must be all, or left out, for a model that learns from ratings; got {split!r}"
+                f"split must be all, or omitted, for a model that learns from ratings; got {split!r}"
             )
         if self.of_images:
             return self._split_images(everything=split == "all", seed=seed)
@@ -90,7 +86,7 @@ class RatingData:
         return found
 
     def examples(self, split: Split, part: str, prepare: Preparation) -> Sequence[Any]:
-        """Return one part of ``split``: `Example`, or `ImageExample` where images are learned from."""
+        """Return one part of ``split``: of `Example`, or of `ImageExample` if the examples are images."""
         if not self.of_images:
             return Examples(self.store, split.parts[part], prepare)
         names = {key: item for item, keys in self.store.photographs_by_material.items() for key in keys}
@@ -105,7 +101,7 @@ class RatingData:
         ]
 
     def kind(self, examples: Sequence[Example] | Sequence[ImageExample]) -> Kind:
-        """Return what all have in common: for ``both``, of the rated signals, which is what such a model gives."""
+        """Return the kind of all examples; for ``both``, that of the rated signals, which such a model generates."""
         ratings = self.ratings
         scale = (ratings.scale.low, ratings.scale.high)
         if self.of_images:

@@ -1,8 +1,8 @@
-"""The search index of a run: embedded recordings, and the distance beyond which a surface is none of them.
+"""Search index of a run: embedded recordings, and the distance beyond which a surface is none of them.
 
-A recording is embedded as the last hidden layer of the classifier averaged over its windows, scaled to length 1. What
-is nearest is looked up in a vector index. A recording is "none of these" when it is farther from everything known than
-`KEPT` of the recordings of known materials are: the k-nearest-neighbour test of Sun et al. 2022 ("Out-of-distribution
+A recording is embedded as the last hidden layer of the classifier averaged over its windows, scaled to length 1, and
+searched in a vector index. A recording is "none of these" when it is farther from all known recordings than `KEPT` of
+the recordings of known materials are: the k-nearest-neighbour test of Sun et al. 2022 ("Out-of-distribution
 detection with deep nearest neighbors"), its threshold calibrated on recordings that the network was not trained on.
 """
 
@@ -21,26 +21,16 @@ from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 
 KEPT = 0.95
-"""Share of recordings of known materials that the threshold lets pass."""
-
-
+"""Share of recordings of known materials that the threshold accepts."""
 EXACT_BELOW = 20_000
-"""Recordings up to which every one is compared; above, the index's graph is walked."""
+"""Largest number of recordings for exact search; beyond it the index's graph is searched."""
 
 
 class SurfaceIndex:
     """Embedded recordings, and the distance beyond which something is none of them.
 
-    Parameters
-    ----------
-    vectors : float32 array, shape (recording, feature)
-        Of length 1.
-    ids, materials : sequence of str
-        A recording each.
-    threshold : float
-        Cosine distance, 0..2.
-    calibrated_on : int
-        How many recordings the threshold follows from.
+    ``vectors`` are float32, shape (recording, feature), of length 1; ``threshold`` is a cosine distance, 0..2, set by
+    ``calibrated_on`` recordings.
     """
 
     def __init__(
@@ -89,7 +79,7 @@ class SurfaceIndex:
         Raises
         ------
         RunError
-            If the run has none: only classifiers trained with `tactogram train` have.
+            If the run has none: only classifiers trained with `tactogram train` have one.
         """
         if not (run.folder / "search.json").is_file():
             raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
@@ -102,21 +92,15 @@ class SurfaceIndex:
         except (OSError, RuntimeError, ValueError) as error:
             raise RunError(f"{run.folder / 'search.usearch'}: not a readable index: {error}") from error
         if found.index is None or len(found.index) != len(found.ids):
-            raise RunError(f"{run.folder / 'search.usearch'}: is not the index that search.json describes")
+            raise RunError(f"{run.folder / 'search.usearch'}: does not match search.json")
         return found
 
 
-def build_index(embedder: Embedder, known: Sequence[Example], kept_apart: Sequence[Example]) -> SurfaceIndex:
-    """Return an index over ``known``, its threshold calibrated on ``kept_apart``.
+def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:
+    """Return an index over ``known``, with a threshold calibrated on ``validation``.
 
-    Parameters
-    ----------
-    embedder : Embedder
-    known : sequence of Example
-        What can be found.
-    kept_apart : sequence of Example
-        Recordings of known materials that ``embedder`` was not trained on. Where there are none, each known
-        recording is held against the others, which is optimistic.
+    The latter are recordings of known materials that ``embedder`` was not trained on. If there are none, each known
+    recording is compared with the others, which is optimistic.
 
     Raises
     ------
@@ -126,13 +110,13 @@ def build_index(embedder: Embedder, known: Sequence[Example], kept_apart: Sequen
     if not known:
         raise ParameterError("an index needs at least one recording, got none")
     vectors = embeddings(embedder, known)
-    if len(kept_apart):
-        distances = 1 - (embeddings(embedder, kept_apart) @ vectors.T).max(axis=1)
+    if len(validation):
+        distances = 1 - (embeddings(embedder, validation) @ vectors.T).max(axis=1)
     else:
         similarity = vectors @ vectors.T
         np.fill_diagonal(similarity, -1)
         distances = 1 - similarity.max(axis=1)
-    # The conformal quantile: at least KEPT of new recordings pass, however few the threshold follows from.
+    # The conformal quantile: at least KEPT of new recordings pass, however few set the threshold.
     rank = min(len(distances), int(np.ceil((len(distances) + 1) * KEPT)))
     threshold = float(np.sort(distances)[rank - 1])
     return SurfaceIndex(
@@ -140,17 +124,17 @@ def build_index(embedder: Embedder, known: Sequence[Example], kept_apart: Sequen
         [example.id for example in known],
         [str(example.material) for example in known],
         threshold=threshold,
-        calibrated_on=len(kept_apart),
+        calibrated_on=len(validation),
     )
 
 
-def index_run(run: Run, embedder: Embedder, known: Sequence[Example], kept_apart: Sequence[Example]) -> None:
-    """Build the index of a run that was just trained and save it there."""
-    build_index(embedder, known, kept_apart).save(run)
+def index_run(run: Run, embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> None:
+    """Build the index of a run and save it there."""
+    build_index(embedder, known, validation).save(run)
 
 
 def calibration_text(recordings: int) -> str:
-    """Return a sentence on what the threshold for "none of these" was set on."""
+    """Return a sentence on the calibration of "none of these"."""
     if recordings:
         return f"The threshold was set on {recordings} recordings that were not trained on."
     return "The threshold was set on the training recordings, each against the others, which is optimistic."
