@@ -254,7 +254,7 @@ def test_path_traversal_in_a_study_s_display(tmp_path, write_study):
     (workspace / "own.toml").write_text('family = "linear"\nresponse = { file = "../secret.csv" }')
     for display in ("../secret.toml", str(tmp_path / "secret.toml"), "own.toml"):
         study = write_study(workspace, display=display)
-        with pytest.raises(TactogramError, match="lies outside") as caught:
+        with pytest.raises(TactogramError, match="is outside") as caught:
             SessionRegistry(workspace).begin(study, workspace / "session")
         assert "password" not in str(caught.value)
 
