@@ -69,6 +69,14 @@ def shortened(text: str, most: int = MOST_VALUE) -> str:
     return text if len(text) <= most else f"{text[: most * 2 // 3]} … {text[-(most // 3 - 3) :]}"
 
 
+def one_line(error: BaseException) -> str:
+    """Return an error's message in one line of at most 200 characters, or its type if it has none."""
+    # Some libraries raise a text and a number, which str() would show as a pair.
+    message = ", ".join(map(str, error.args)) if str(error).startswith("(") else str(error)
+    text = " ".join(message.split()) or type(error).__name__
+    return text if len(text) <= 200 else f"{text[:197]}..."
+
+
 def printable(text: str) -> str:
     r"""Return a text with bytes that are not UTF-8, as a file name may have, written as ``\udcff``."""
     return text.encode("utf-8", "backslashreplace").decode()

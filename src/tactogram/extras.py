@@ -15,7 +15,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppres
 from importlib import import_module
 from types import ModuleType
 
-from tactogram.errors import DeviceError, MissingExtraError, TactogramError
+from tactogram.errors import DeviceError, MissingExtraError, TactogramError, one_line
 
 DRIVERS = {
     "sounddevice": "PortAudio, a system library (Debian: libportaudio2)",
@@ -119,14 +119,6 @@ def lsl(what: str = "Lab Streaming Layer") -> ModuleType:
     if "LSLAPICFG" not in os.environ and hasattr(module, "set_config_content"):
         module.set_config_content(_LSL_SETTINGS)
     return module
-
-
-def one_line(error: BaseException) -> str:
-    """Return an error's message in one line of at most 200 characters, or its type if it has none."""
-    # Some libraries raise a text and a number: as a pair they would be printed like one.
-    message = ", ".join(map(str, error.args)) if str(error).startswith("(") else str(error)
-    text = " ".join(message.split()) or type(error).__name__
-    return text if len(text) <= 200 else f"{text[:197]}..."
 
 
 def _missing_driver(error: BaseException) -> bool:

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from tactogram.datasets.scratch import HELD, prefix, scratch, scratch_of
+from tactogram.datasets.scratch import LOCK_FILE, prefix, scratch, scratch_of
 from tactogram.signal.io.locks import lock
 
 
@@ -20,7 +20,7 @@ def leftover(folder, name, *, hours=2.0):
     """Make what a killed process leaves: a folder that nobody holds."""
     path = folder / name
     path.mkdir()
-    (path / HELD).touch()
+    (path / LOCK_FILE).touch()
     (path / "a.npy").write_bytes(b"samples")
     then = time.time() - 3600 * hours
     os.utime(path, (then, then))
@@ -57,7 +57,7 @@ def test_what_a_killed_process_left_goes_when_the_next_folder_is_made(temporary)
 
 def test_what_a_process_killed_while_it_removed_left_goes_too(temporary):
     left = leftover(temporary, f"{prefix()}left")
-    (left / HELD).unlink()
+    (left / LOCK_FILE).unlink()
     os.utime(left, (time.time() - 7200,) * 2)
     with scratch():
         assert not left.exists()
@@ -74,7 +74,7 @@ def test_what_is_another_machine_s_stays(temporary, monkeypatch):
 def test_what_is_held_or_young_or_another_s_stays(temporary):
     held, young = leftover(temporary, f"{prefix()}held"), leftover(temporary, f"{prefix()}young", hours=0.1)
     other = leftover(temporary, "tactogram-other")
-    with (held / HELD).open("rb") as file:
+    with (held / LOCK_FILE).open("rb") as file:
         assert lock(file.fileno())
         with scratch():
             pass
@@ -86,5 +86,5 @@ def test_what_is_held_or_young_or_another_s_stays(temporary):
 
 
 def test_a_folder_in_use_is_held(temporary):
-    with scratch() as path, (path / HELD).open("rb") as file:
+    with scratch() as path, (path / LOCK_FILE).open("rb") as file:
         assert not lock(file.fileno())

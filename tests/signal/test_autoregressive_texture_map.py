@@ -60,7 +60,7 @@ def test_speed_alone_is_a_line():
     surface = TextureMap([model(1), model(3), model(2)], [(50, np.nan), (200, np.nan), (100, np.nan)])
     np.testing.assert_allclose(surface.weights(speed_mm_s=150), [0, 0.5, 0.5])
     np.testing.assert_allclose(surface.weights(speed_mm_s=500), [0, 1, 0])
-    with pytest.raises(ParameterError, match="force_n is not known"):
+    with pytest.raises(ParameterError, match="force_n is unknown"):
         surface.weights(force_n=1.0)
 
 

@@ -38,26 +38,16 @@ IMPORTERS = PluginGroup(
 class ImportItem:
     """Unit of reading: one recording, or one file that holds several.
 
-    Parameters
-    ----------
-    name : str
-        Path relative to the imported folder, with ``/``; `Recording.source` starts with it, and errors name it.
-    paths : tuple of Path
-        Files to read. A missing or empty one is an error before `read` is called.
-    info : mapping
-        What `find` already knows, for `read`: anything that can be pickled.
-    image : Path, optional
-        Photograph of every recording of this item that has none of its own. Items may share one: the import opens
-        and stores it once.
-    image_width_mm : float, optional
-        Width of surface that the photograph shows.
+    ``name`` is its path relative to the imported folder, with ``/``; `Recording.source` starts with it, and errors name
+    it. A missing or empty file of ``paths`` is an error before `read` is called. Items may share an ``image``, the
+    photograph of every recording that has none of its own: the import opens and stores it once.
     """
 
     name: str
     paths: tuple[Path, ...]
-    info: Mapping[str, Any] = field(default_factory=dict)
+    info: Mapping[str, Any] = field(default_factory=dict)  # for `read`: anything that can be pickled
     image: Path | None = None
-    image_width_mm: float | None = None
+    image_width_mm: float | None = None  # width of surface that the photograph shows
 
 
 @dataclass(frozen=True)

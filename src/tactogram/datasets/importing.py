@@ -101,8 +101,8 @@ def import_dataset(
     store = open_store(out)
     return {
         "set": set_name,
-        "path": printable(str(path)),
-        "out": printable(str(out)),
+        "path": str(path),
+        "out": str(out),
         "unchanged": isinstance(target, _StoreComparison),
         "recordings": len(store),
         "photographs": len(store.photograph_keys()),
@@ -112,7 +112,7 @@ def import_dataset(
         "licence": store.licence,
         "duplicates": target.duplicates,
         "skipped": sink.skipped,
-        "stale_parts": [printable(str(part)) for part in stale],
+        "stale_parts": [str(part) for part in stale],
     }
 
 

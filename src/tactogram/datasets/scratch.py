@@ -14,7 +14,7 @@ from pathlib import Path
 from tactogram.datasets.store.pending import host_name
 from tactogram.signal.io.locks import lock
 
-HELD = "held"
+LOCK_FILE = "held"
 """File that is locked as long as the folder is used."""
 YOUNGEST_S = 3600.0
 """Folders that changed within this time are left alone, even without a lock: their process may be about to lock."""
@@ -28,17 +28,17 @@ def prefix() -> str:
 @contextmanager
 def scratch() -> Iterator[Path]:
     """Yield a new folder, and remove it with its content."""
-    path, held = _new_folder()
+    path, descriptor = _new_folder()
     try:
         yield path
     finally:
-        _remove(path, held)
+        _remove(path, descriptor)
 
 
 def scratch_of(owner: object) -> Path:
     """Return a new folder that is removed with ``owner``."""
-    path, held = _new_folder()
-    weakref.finalize(owner, _remove, path, held)
+    path, descriptor = _new_folder()
+    weakref.finalize(owner, _remove, path, descriptor)
     return path
 
 
@@ -46,14 +46,14 @@ def _new_folder() -> tuple[Path, int]:
     """Return a new folder and the descriptor of its lock, after clearing leftovers."""
     _clear(Path(tempfile.gettempdir()))
     path = Path(tempfile.mkdtemp(prefix=prefix()))
-    held = os.open(path / HELD, os.O_CREAT | os.O_RDWR, 0o600)
+    descriptor = os.open(path / LOCK_FILE, os.O_CREAT | os.O_RDWR, 0o600)
     with suppress(OSError):  # without locks, leftovers stay
-        lock(held)
-    return path, held
+        lock(descriptor)
+    return path, descriptor
 
 
-def _remove(path: Path, held: int) -> None:
-    os.close(held)
+def _remove(path: Path, descriptor: int) -> None:
+    os.close(descriptor)
     shutil.rmtree(path, ignore_errors=True)
 
 
@@ -64,14 +64,14 @@ def _clear(folder: Path) -> None:
             if time.time() - path.stat().st_mtime < YOUNGEST_S:
                 continue
             # Created if missing: a process that was removing the folder was killed, too.
-            held = os.open(path / HELD, os.O_CREAT | os.O_RDWR, 0o600)
+            descriptor = os.open(path / LOCK_FILE, os.O_CREAT | os.O_RDWR, 0o600)
         except OSError:
             continue
         try:
-            abandoned = lock(held)
+            abandoned = lock(descriptor)
         except OSError:
             abandoned = False
         finally:
-            os.close(held)
+            os.close(descriptor)
         if abandoned:
             shutil.rmtree(path, ignore_errors=True)

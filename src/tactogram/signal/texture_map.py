@@ -66,7 +66,8 @@ class TextureMap:
         self.level: Level = level
         self.conditions = points
         self.conditions.flags.writeable = False
-        self.known = (bool(known[0, 0]), bool(known[0, 1]))
+        self.has_conditions = (bool(known[0, 0]), bool(known[0, 1]))
+        """Whether speed and force are known."""
         extent = np.ptp(filled, axis=0)
         self._scale = np.where(extent > 0, extent, 1.0)
         self._points = filled / self._scale
@@ -82,10 +83,8 @@ class TextureMap:
         for place, value in enumerate((speed_mm_s, force_n)):
             if value is None:
                 point[place] = np.median(self._points[:, place])
-            elif not self.known[place]:
-                raise ParameterError(
-                    f"{NAMES[place]} is not known of this surface's recordings; leave it out"
-                )
+            elif not self.has_conditions[place]:
+                raise ParameterError(f"{NAMES[place]} is unknown for this surface's recordings; omit it")
             elif not (np.isfinite(value) and value >= 0):
                 raise ParameterError(f"{NAMES[place]} must be finite and >= 0, got {value}")
             else:
@@ -113,13 +112,18 @@ def _simplices(points: Array, triangles: ArrayLike | None) -> tuple[NDArray[np.i
         order = np.argsort(centred @ directions[0])
         return np.stack((order[:-1], order[1:]), axis=1), none
     if triangles is None:
-        found = Delaunay(points).simplices.astype(np.intp)
+        simplices = Delaunay(points).simplices.astype(np.intp)
     else:
-        found = np.asarray(triangles, np.intp)
-        if found.ndim != 2 or found.shape[1] != 3 or found.min() < 0 or found.max() >= len(points):
+        simplices = np.asarray(triangles, np.intp)
+        if (
+            simplices.ndim != 2
+            or simplices.shape[1] != 3
+            or simplices.min() < 0
+            or simplices.max() >= len(points)
+        ):
             raise ParameterError(f"triangles must be (triangle, 3) indices below {len(points)}")
-    edges = np.unique(np.sort(found[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
-    return edges, found
+    edges = np.unique(np.sort(simplices[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+    return edges, simplices
 
 
 def _within(

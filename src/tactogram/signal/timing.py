@@ -28,36 +28,19 @@ _SLOPE = 1e-6
 
 @dataclass(frozen=True)
 class SamplingTiming:
-    """Sampling rate and jitter estimated from time stamps.
+    """Sampling rate and jitter estimated from time stamps, in s (or mm).
 
-    Parameters
-    ----------
-    rate : float, Hz
-        Estimated rate of the sampling clock (per mm for positions).
-    samples : int
-        Number of stamps.
-    jitter_rms : float, s
-        Deviation of the stamps from the even grid of that rate.
-    largest_gap : float, s
-        Longest time between two stamps.
-    dropped : int
-        Estimated number of lost samples.
-    repeated : int
-        Number of stamps equal to the previous one.
-    resolution : float, s
-        Largest power of ten of which all stamps are multiples; 0 if there is none above 1 ns.
-    even : bool
-        Whether nothing is lost or repeated and the jitter is within the rounding of the stamps (or a thousandth of a
-        sample): then the samples *are* evenly spaced and need no resampling.
+    Samples are ``even`` if nothing is lost or repeated and the jitter is within the rounding of the stamps (or a
+    thousandth of a sample): they then need no resampling.
     """
 
-    rate: float
+    rate: float  # estimated rate of the sampling clock, Hz (or per mm)
     samples: int
-    jitter_rms: float
+    jitter_rms: float  # deviation of the stamps from the even grid of that rate
     largest_gap: float
-    dropped: int
-    repeated: int
-    resolution: float
+    dropped: int  # estimated number of lost samples
+    repeated: int  # number of stamps equal to the previous one
+    resolution: float  # largest power of ten of which all stamps are multiples; 0 if there is none above 1 ns
     even: bool
 
 

@@ -197,7 +197,7 @@ def test_plates_are_scored_unseen_in_a_session_of_their_own():
 
 
 def test_nothing_to_score_is_refused():
-    with pytest.raises(ParameterError, match="something to score"):
+    with pytest.raises(ParameterError, match="items to score"):
         score_images({}, draw_people(1, seed=0), seed=0)
 
 

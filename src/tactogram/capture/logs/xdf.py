@@ -15,8 +15,8 @@ import numpy as np
 from tactogram.capture.logs.log import SensorLog
 from tactogram.capture.stream.channels import described_axes, described_unit, split_at_gaps
 from tactogram.capture.stream.rate_estimate import estimate_rate
-from tactogram.errors import DataError, TactogramError
-from tactogram.extras import imported, one_line
+from tactogram.errors import DataError, TactogramError, one_line
+from tactogram.extras import imported
 
 HEADER, SAMPLES = b"\x02\x00", b"\x03\x00"
 """Tags of chunks."""

@@ -24,8 +24,7 @@ from tactogram.capture.session.take_checks import TakeAssessment, checked
 from tactogram.capture.source import Source, SourceEnded, SourceLost
 from tactogram.datasets import Store
 from tactogram.datasets.store.appending import append_recording, recovered
-from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.extras import one_line
+from tactogram.errors import DataError, ParameterError, TactogramError, one_line
 from tactogram.signal import Signal
 
 MOST_REDONE = 3

@@ -14,8 +14,8 @@ from tactogram.capture.source_kind import SourceKind
 from tactogram.capture.stream.channels import axis_names, source_facts
 from tactogram.capture.stream.rate_estimate import RateMeter
 from tactogram.capture.stream.sample_queue import BlockQueue
-from tactogram.errors import DeviceError, MissingExtraError
-from tactogram.extras import device_errors, imported, one_line, silenced
+from tactogram.errors import DeviceError, MissingExtraError, one_line
+from tactogram.extras import device_errors, imported, silenced
 from tactogram.signal.units import parse_unit
 
 WAITING_S = 10.0

@@ -13,8 +13,8 @@ from tactogram.capture.source import Block, SourceLost
 from tactogram.capture.source_kind import SourceKind
 from tactogram.capture.stream.channels import axis_names, source_facts
 from tactogram.capture.stream.rate_estimate import RateMeter
-from tactogram.errors import ParameterError
-from tactogram.extras import device_errors, imported, one_line
+from tactogram.errors import ParameterError, one_line
+from tactogram.extras import device_errors, imported
 from tactogram.signal.units import parse_unit
 
 _POLL_S = 0.002

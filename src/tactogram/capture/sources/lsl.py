@@ -13,8 +13,8 @@ from tactogram.capture.source import Block, SourceLost
 from tactogram.capture.source_kind import SourceKind
 from tactogram.capture.stream.channels import described_axes, described_unit, source_facts, split_at_gaps
 from tactogram.capture.stream.rate_estimate import RateMeter
-from tactogram.errors import DeviceError, ParameterError
-from tactogram.extras import device_errors, lsl, one_line
+from tactogram.errors import DeviceError, ParameterError, one_line
+from tactogram.extras import device_errors, lsl
 
 
 class LslOptions(BaseModel):

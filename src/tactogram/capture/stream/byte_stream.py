@@ -8,7 +8,8 @@ from types import TracebackType
 from typing import Any, Protocol, Self
 
 from tactogram.capture.source import SourceEnded, SourceLost
-from tactogram.extras import device_errors, imported, one_line
+from tactogram.errors import one_line
+from tactogram.extras import device_errors, imported
 
 BAUD = 115200
 """Default of TWE-Lite receivers and most boards."""

@@ -69,24 +69,13 @@ PICTURES = {".bmp", ".png", ".jpg", ".jpeg"}
 
 @dataclass(frozen=True)
 class SurfaceModel:
-    """One file: the acceleration of a surface under every speed and force.
-
-    Parameters
-    ----------
-    material : str
-    textures : TextureMap
-        Acceleration, m/s^2; the power is interpolated linearly, as published.
-    max_speed_mm_s, max_force_n : float
-        Limits of the recorded range.
-    friction : float, optional
-        Kinetic friction coefficient against the steel tip.
-    """
+    """One file: the acceleration of a surface under every speed and force."""
 
     material: str
-    textures: TextureMap
-    max_speed_mm_s: float
+    textures: TextureMap  # acceleration, m/s^2; the power is interpolated linearly, as published
+    max_speed_mm_s: float  # of the recorded range
     max_force_n: float
-    friction: float | None
+    friction: float | None  # kinetic coefficient against the steel tip
 
 
 def find(folder: Path) -> list[ImportItem]:

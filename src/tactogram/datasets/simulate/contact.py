@@ -29,37 +29,22 @@ SKIN = Bristles(1e4, 3.0, 0.2)
 
 @dataclass(frozen=True)
 class Contactor:
-    """Contactor: a finger pad, or a pen held in the hand.
-
-    Parameters
-    ----------
-    name : str
-    radius_mm : float
-        Radius of the contact, over which heights are averaged.
-    ridges_mm, ridges : float
-        Period of the fingerprint, and its modulation of the pressure, 0..1.
-    mass_kg, stiffness_n_m, damping_n_s_m : float
-        Normal contact m z'' + b (z' - u') + k (z - u) = 0.
-    grip_mass_kg, grip_n_m, grip_n_s_m : float
-        Dragged mass, and stiffness and damping of the hand that drags it.
-    force_n : float
-        Usual normal force.
-    pitch_deg : float
-        Inclination of the sensor on it, backwards about y.
-    """
+    """Contactor: a finger pad, or a pen held in the hand."""
 
     name: str
-    radius_mm: float
-    ridges_mm: float
-    ridges: float
+    radius_mm: float  # of the contact, over which heights are averaged
+    ridges_mm: float  # period of the fingerprint
+    ridges: float  # its modulation of the pressure, 0..1
+    # Normal contact m z'' + b (z' - u') + k (z - u) = 0.
     mass_kg: float
     stiffness_n_m: float
     damping_n_s_m: float
+    # Dragged mass, and stiffness and damping of the hand that drags it.
     grip_mass_kg: float
     grip_n_m: float
     grip_n_s_m: float
-    force_n: float
-    pitch_deg: float
+    force_n: float  # usual normal force
+    pitch_deg: float  # inclination of the sensor on it, backwards about y
 
 
 # Damping and stiffness of the finger are of the order of Wiertlewski & Hayward 2012 (elastic below, viscous above about
@@ -71,24 +56,14 @@ CONTACTORS = {c.name: c for c in (FINGER, PEN)}
 
 @dataclass(frozen=True)
 class ContactSignals:
-    """Signals at the contact, float64, shape (time,) each.
+    """Signals at the contact, float64, shape (time,) each."""
 
-    Parameters
-    ----------
-    along, across, normal : m/s^2
-        Acceleration of the contactor along the stroke, across it in the plane, and out of it.
-    friction_n, force_n : N
-        Tangential and normal force; the latter is 0 while the contactor is off the surface.
-    place_m : m
-        Position of the contactor along the stroke.
-    """
-
-    along: NDArray[np.float64]
-    across: NDArray[np.float64]
-    normal: NDArray[np.float64]
-    friction_n: NDArray[np.float64]
-    force_n: NDArray[np.float64]
-    place_m: NDArray[np.float64]
+    along: NDArray[np.float64]  # acceleration of the contactor along the stroke, m/s^2
+    across: NDArray[np.float64]  # across it in the plane
+    normal: NDArray[np.float64]  # out of the plane
+    friction_n: NDArray[np.float64]  # tangential force
+    force_n: NDArray[np.float64]  # normal force; 0 while the contactor is off the surface
+    place_m: NDArray[np.float64]  # position of the contactor along the stroke
 
 
 def feel(

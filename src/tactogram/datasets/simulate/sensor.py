@@ -17,38 +17,19 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Sensor:
-    """An accelerometer.
+    """An accelerometer."""
 
-    Parameters
-    ----------
-    rate : float, Hz
-    noise : float
-        Density, m/s^2 per root Hz.
-    step : float
-        Quantisation, m/s^2.
-    range : float
-        Largest magnitude, m/s^2.
-    noise_z : float
-        Noise of z over that of x and y.
-    clock : float
-        Relative error of a recording's sampling clock, rms, which the receiver sees in the arrival times.
-    jitter : float
-        Error of the sampling instants over the period, rms, which nobody sees.
-    packet : int
-        Samples per radio packet; 1 is a wire.
-    lost : float
-        Share of lost packets.
-    """
-
-    rate: float
-    noise: float
-    step: float
-    range: float
-    noise_z: float = 1.0
-    clock: float = 0.0
-    jitter: float = 0.0
-    packet: int = 1
-    lost: float = 0.0
+    rate: float  # Hz
+    noise: float  # density, m/s^2 per root Hz
+    step: float  # quantisation, m/s^2
+    range: float  # largest magnitude, m/s^2
+    noise_z: float = 1.0  # noise of z over that of x and y
+    clock: float = (
+        0.0  # relative error of a recording's clock, rms, which the receiver sees in the arrival times
+    )
+    jitter: float = 0.0  # error of the sampling instants over the period, rms, which nobody sees
+    packet: int = 1  # samples per radio packet; 1 is a wire
+    lost: float = 0.0  # share of lost packets
 
 
 def wireless(rate: float = 330.0) -> Sensor:

@@ -92,58 +92,27 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Appearance:
-    """Appearance of a surface besides its heights.
+    """Appearance of a surface besides its heights."""
 
-    Parameters
-    ----------
-    colour : three floats in 0..1
-        Albedo (linear light) of the tops.
-    hollow : three floats in 0..1, optional
-        Albedo of the hollows, by default that of the tops.
-    mottle : float
-        Relative rms variation of the albedo; ``grain_mm`` is the size of the largest spots, ``streak`` their length
-        over their width, along y.
-    gloss : float
-        Strength of the reflection of the lamp.
-    """
-
-    colour: Colour = (0.35, 0.35, 0.35)
-    hollow: Colour | None = None
-    mottle: float = 0.05
-    grain_mm: float = 4.0
-    streak: float = 1.0
-    gloss: float = 0.0
+    colour: Colour = (0.35, 0.35, 0.35)  # albedo of the tops, linear light, 0..1
+    hollow: Colour | None = None  # albedo of the hollows, by default that of the tops
+    mottle: float = 0.05  # relative rms variation of the albedo
+    grain_mm: float = 4.0  # size of the largest spots
+    streak: float = 1.0  # their length over their width, along y
+    gloss: float = 0.0  # strength of the reflection of the lamp
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A material: its height field, mechanics and look.
-
-    Parameters
-    ----------
-    name : str
-    textures : tuple of Texture
-        Added up.
-    friction : float
-        Coulomb coefficient mu_c while sliding.
-    stiction : float
-        Static coefficient over mu_c, >= 1.
-    stribeck_mm_s : float
-        Velocity of the Stribeck curve, mm/s.
-    stiffness_n_m : float
-        Stiffness under the contactor, N/m: foam 200, tile 1e6.
-    loss : float
-        Loss factor of the contact: it adds ``loss`` sqrt(k m) to the contact's damping.
-    look : Appearance
-    """
+    """A material: its height field, mechanics and look."""
 
     name: str
-    textures: tuple[Texture, ...]
-    friction: float
-    stiction: float = 1.15
-    stribeck_mm_s: float = 10.0
-    stiffness_n_m: float = 1e5
-    loss: float = 0.0
+    textures: tuple[Texture, ...]  # added up
+    friction: float  # Coulomb coefficient mu_c while sliding
+    stiction: float = 1.15  # static coefficient over mu_c, >= 1
+    stribeck_mm_s: float = 10.0  # velocity of the Stribeck curve
+    stiffness_n_m: float = 1e5  # under the contactor: foam 200, tile 1e6
+    loss: float = 0.0  # loss factor of the contact: it adds loss sqrt(k m) to its damping
     look: Appearance = Appearance()
 
 

@@ -45,27 +45,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class FingerSlide:
-    """Contact quantities of a sliding finger.
+    """Contact quantities of a sliding finger."""
 
-    Parameters
-    ----------
-    skin : Signal
-        Displacement of the skin, m, axes ``along`` and ``normal``, 1 s at 8 kHz.
-    friction : float
-        Mean coefficient of friction.
-    drag : float64 array, shape (time,)
-        Coefficient of friction over time, at the rate of ``skin``.
-    relief_mm : float
-        Rms height of structures coarser than `COARSE_MM`; 0 on a display.
-    steepness : float
-        Rms slope of structures coarser than `FELT_EDGE_MM`; 0 on a display.
-    """
-
-    skin: Signal
-    friction: float
-    drag: Array
-    relief_mm: float
-    steepness: float
+    skin: Signal  # displacement of the skin, m, axes along and normal, 1 s at 8 kHz
+    friction: float  # mean coefficient of friction
+    drag: Array  # coefficient of friction over time, at the rate of skin
+    relief_mm: float  # rms height of structures coarser than `COARSE_MM`; 0 on a display
+    steepness: float  # rms slope of structures coarser than `FELT_EDGE_MM`; 0 on a display
 
 
 @lru_cache(maxsize=32)

@@ -149,18 +149,18 @@ class Split:
                 group = self.groups.get(segment.id)
                 if group is not None and side_of_group.setdefault(group, part) != part:
                     raise LeakError(f"{self.by} {group!r} is in {side_of_group[group]} and in {part}")
-        for id, held in by_recording.items():
-            self._check_recording(id, sorted(held))
+        for id, intervals in by_recording.items():
+            self._check_recording(id, sorted(intervals))
         self._check_photographs()
 
-    def _check_recording(self, id: str, held: Sequence[tuple[float, float, str]]) -> None:
+    def _check_recording(self, id: str, intervals: Sequence[tuple[float, float, str]]) -> None:
         """Check parts of one recording, sorted by their start."""
-        if self.by != "block" and len({part for _, _, part in held}) > 1:
-            names = " and in ".join(sorted({part for _, _, part in held}))
+        if self.by != "block" and len({part for _, _, part in intervals}) > 1:
+            names = " and in ".join(sorted({part for _, _, part in intervals}))
             raise LeakError(f"recording {id} is in {names}")
         # The furthest end so far of each part: an earlier segment may reach over the one before.
         ends: dict[str, float] = {}
-        for (_, stop, part), (start, _, other) in pairwise(held):
+        for (_, stop, part), (start, _, other) in pairwise(intervals):
             ends[part] = max(stop, ends.get(part, 0.0))
             for side, end in ends.items():
                 # Ends are sums of floats: a microsecond is no sample.
@@ -177,8 +177,8 @@ class Split:
         for part, regions in self.photographs.items():
             for region in regions:
                 by_key[region.key].append((part, region))
-        for key, held in by_key.items():
-            for (part, region), (other, another) in combinations(held, 2):
+        for key, shared in by_key.items():
+            for (part, region), (other, another) in combinations(shared, 2):
                 if part != other and (distance := region.distance(another)) < self.photograph_gap:
                     how = f"{distance:g} pixels apart" if distance >= 0 else "the same pixels"
                     raise LeakError(
@@ -189,12 +189,14 @@ class Split:
     def save(self, path: Path) -> None:
         """Write it as JSON, atomically."""
         values = {"format": FORMAT, "version": VERSION, "by": self.by, "seed": self.seed, "gap_s": self.gap_s}
-        segments = {part: [[s.id, s.start_s, s.stop_s] for s in held] for part, held in self.parts.items()}
-        values |= segments | {"groups": dict(self.groups)}
+        values |= {
+            part: [[s.id, s.start_s, s.stop_s] for s in segments] for part, segments in self.parts.items()
+        }
+        values["groups"] = dict(self.groups)
         if self.photographs:
             values["photographs"] = {
-                part: [[r.key, r.top, r.left, r.bottom, r.right] for r in held]
-                for part, held in self.photographs.items()
+                part: [[r.key, r.top, r.left, r.bottom, r.right] for r in regions]
+                for part, regions in self.photographs.items()
             }
             values |= {
                 "photograph_gap": self.photograph_gap,
@@ -228,8 +230,8 @@ class Split:
                 gap_s=values["gap_s"],
                 groups=values["groups"],
                 photographs={
-                    part: tuple(Region(*region) for region in held)
-                    for part, held in values.get("photographs", {}).items()
+                    part: tuple(Region(*region) for region in regions)
+                    for part, regions in values.get("photographs", {}).items()
                 },
                 photograph_gap=values.get("photograph_gap", 0),
                 by_region=tuple(values.get("by_region", ())),

@@ -190,12 +190,7 @@ def _groups(path: Path, stored: StoredFile) -> Iterator[pa.Table]:
 
 def _whole(table: pa.Table, columns: pa.Schema) -> pa.Table:
     """Return ``table`` with all columns of a store, null for streams or axes that its shard lacks."""
-    there = set(table.column_names)
-    arrays = [
-        table[column.name] if column.name in there else pa.nulls(len(table), column.type)
-        for column in columns
-    ]
-    return pa.Table.from_arrays(arrays, schema=columns)
+    return pa.concat_tables([columns.empty_table(), table], promote_options="default")
 
 
 def _merged(

@@ -109,15 +109,8 @@ def _at_work(path: Path, kind: str) -> str | None:
 class StagedFiles:
     """Files that one process writes into a store's folder.
 
-    Parameters
-    ----------
-    folder : Path
-    adding : bool
-        Whether ``folder`` is already a store: new files then have unique names.
-    durable : bool
-        Whether the files must survive a power cut. In a store, each name is then on the disk before its file is begun
-        (`clear_unfinished`).
-    purpose : {"adding", "compacting"}
+    A folder that is already a store (``adding``) gets unique names, which are noted. With ``durable`` the files survive
+    a power cut: each name is then on the disk before its file is begun (`clear_unfinished`).
     """
 
     def __init__(

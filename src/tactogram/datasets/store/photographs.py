@@ -33,16 +33,7 @@ COLUMNS = pa.schema({"key": pa.string(), "mm_per_pixel": pa.float64(), "image": 
 
 @dataclass(frozen=True)
 class Photograph:
-    """An encoded picture.
-
-    Parameters
-    ----------
-    key : str
-        16 hex digits that identify pixels and scale, whatever the encoding.
-    data : bytes
-        PNG, JPEG or WebP.
-    mm_per_pixel : float, optional
-    """
+    """A picture encoded as PNG, JPEG or WebP; ``key`` is its `image_key`."""
 
     key: str
     data: bytes

@@ -32,19 +32,10 @@ from tactogram.signal.io.atomic import atomic_write, to_disk
 
 
 class StoreWriter:
-    """Writes recordings one by one into shards.
+    """Writes recordings one by one into shards, besides those of ``store``, whose content is ``facts``.
 
-    Leaving its ``with`` block without `publish` or `finish` removes everything that was written.
-
-    Parameters
-    ----------
-    folder : Path
-    facts : StoreInfo
-        Stored content, which is extended.
-    store : Store or None
-        Store of ``facts``; None for a new one.
-    durable : bool
-        Whether the files must survive a power cut (`tactogram.datasets.store.appending`).
+    Leaving its ``with`` block without `publish` or `finish` removes everything that was written. With ``durable`` the
+    files survive a power cut (`tactogram.datasets.store.appending`).
     """
 
     def __init__(self, folder: Path, facts: StoreInfo, store: Store | None, *, durable: bool = False) -> None:

@@ -138,7 +138,7 @@ class TextureLearner(OneStepLearner):
             if weight > 0:
                 point = [
                     condition.get(name) if known or not lenient else None
-                    for name, known in zip(NAMES, surface.known, strict=True)
+                    for name, known in zip(NAMES, surface.has_conditions, strict=True)
                 ]
                 chosen += surface.models
                 shares.append(weight * surface.weights(*point))

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DeviceError, ParameterError
-from tactogram.extras import imported, one_line
+from tactogram.errors import DeviceError, ParameterError, one_line
+from tactogram.extras import imported
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
 from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, Form, block_packet, parse
 

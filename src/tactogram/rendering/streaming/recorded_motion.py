@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from tactogram.errors import DataError, DeviceError, ParameterError
-from tactogram.extras import one_line
+from tactogram.errors import DataError, DeviceError, ParameterError, one_line
 from tactogram.rendering.streaming.motion import MotionSample
 from tactogram.text_files import csv_rows, read_text
 

@@ -67,7 +67,7 @@ class TextureTable:
         grid_v = _grid(surface.conditions[:, 0], speeds)
         grid_f = _grid(surface.conditions[:, 1], forces)
         order = max(model.order for model in models)
-        known_v, known_f = surface.known
+        known_v, known_f = surface.has_conditions
         at = [
             [
                 surface.at(float(v) if known_v else None, float(f) if known_f else None).of_order(order)

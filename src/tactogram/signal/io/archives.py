@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, one_line
 
 MIB = 2**20
 SMALL = 256 * MIB
@@ -32,7 +32,7 @@ def check_archive(
         with zipfile.ZipFile(file) as archive:
             problem = _problem(archive, most, most_members)
     except Exception as error:  # zipfile and numpy raise whatever a damaged head leads to
-        raise DataError(f"{where}: truncated or damaged: {' '.join(str(error).split())}") from None
+        raise DataError(f"{where}: truncated or damaged: {one_line(error)}") from None
     if problem:
         raise DataError(f"{where}: {problem}")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, one_line
 from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.columns import TIME_NAMES
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
@@ -89,7 +89,7 @@ def load_arrays(
                 arrays = {name: file[name] for name in file.files if only is None or name == only}
         except (*ZIP_ERRORS, ValueError, KeyError) as error:
             reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or damaged"
-            raise DataError(f"{path}: {reason}: {' '.join(str(error).split())}") from error
+            raise DataError(f"{path}: {reason}: {one_line(error)}") from error
     if missing := [name for name in needed if name not in arrays]:
         raise DataError(f"{path}: must hold {', '.join(needed)}, lacks {', '.join(missing)}")
     return arrays

@@ -23,30 +23,14 @@ SLOWEST = 0.1
 
 @dataclass(frozen=True)
 class TableColumns:
-    """Time and sample columns of a table.
+    """Time and sample columns of a table."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        Of the sample columns.
-    places : tuple of int
-        Indices of the sample columns.
-    unit : str, optional
-        One of `UNITS`, if the headings name it.
-    factors : tuple of float
-        Factors that convert each column to ``unit``.
-    time : int, optional
-        Index of the time stamps.
-    seconds : float, optional
-        Unit of the time stamps in s, if the heading names it.
-    """
-
-    names: tuple[str, ...]
-    places: tuple[int, ...]
-    unit: str | None
-    factors: tuple[float, ...]
-    time: int | None
-    seconds: float | None
+    names: tuple[str, ...]  # of the sample columns
+    places: tuple[int, ...]  # their indices
+    unit: str | None  # one of `UNITS`, if the headings name it
+    factors: tuple[float, ...]  # which convert each column to it
+    time: int | None  # index of the time stamps
+    seconds: float | None  # their unit in s, if the heading names it
 
     @property
     def used(self) -> tuple[int, ...]:

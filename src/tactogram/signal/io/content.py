@@ -23,36 +23,16 @@ ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError,
 
 @dataclass(frozen=True, eq=False)
 class FileContent:
-    """Numbers in a file.
+    """Numbers in a file, with what it states about them."""
 
-    Parameters
-    ----------
-    samples : float array, shape (axis, time)
-        In ``unit`` if that is known.
-    axes : tuple of str
-        Empty if the file names none.
-    rate : float, optional
-        None if the file has time stamps or does not state it.
-    times : float64 array, shape (time,), s, optional
-        Time stamps.
-    unit : str, optional
-        One of `UNITS`, if the file states it.
-    description : SignalDescription, optional
-        If this package wrote the file.
-    place : function from (axis, sample) to str
-        Place of a sample in the file, e.g. ``"row 7, column 'x'"``; axis -1 is the time stamp.
-    comment : str, optional
-        Of a foreign WAV or FLAC.
-    """
-
-    samples: NDArray[np.float32] | NDArray[np.float64]
-    axes: tuple[str, ...]
-    rate: float | None
-    times: NDArray[np.float64] | None
-    unit: str | None
-    description: SignalDescription | None
-    place: Callable[[int, int], str]
-    comment: str | None = None
+    samples: NDArray[np.float32] | NDArray[np.float64]  # shape (axis, time), in unit if that is known
+    axes: tuple[str, ...]  # empty if the file names none
+    rate: float | None  # None if the file has time stamps or does not state it
+    times: NDArray[np.float64] | None  # time stamps, s, shape (time,)
+    unit: str | None  # one of `UNITS`, if the file states it
+    description: SignalDescription | None  # if this package wrote the file
+    place: Callable[[int, int], str]  # of (axis, sample): "row 7, column 'x'"; axis -1 is the time stamp
+    comment: str | None = None  # of a foreign WAV or FLAC
 
 
 def check(content: FileContent, path: Path) -> None:

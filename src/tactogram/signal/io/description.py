@@ -16,25 +16,13 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class SignalDescription:
-    """Everything about a signal but its samples, as one line of JSON in a comment of the file.
+    """Everything about a signal but its samples, as one line of JSON in a comment of the file."""
 
-    Parameters
-    ----------
-    rate : float
-        Exact; a WAV header has whole Hz only.
-    unit : str
-    axes : tuple of str
-    domain : {"time", "displacement"}
-    full_scale : float, optional
-        Value of the largest integer, in ``unit``; for integer samples only.
-    metadata : mapping from str to JSON values
-    """
-
-    rate: float
+    rate: float  # exact; a WAV header has whole Hz only
     unit: str
     axes: tuple[str, ...]
     domain: Domain = "time"
-    full_scale: float | None = None
+    full_scale: float | None = None  # value of the largest integer, in unit; for integer samples only
     metadata: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod

@@ -14,7 +14,8 @@ from __future__ import annotations
 import io
 import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 from PIL import ImageOps, PngImagePlugin, UnidentifiedImageError
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import Image
 
@@ -81,13 +82,8 @@ def decode_image(
         raise ParameterError("give mm_per_pixel or width_mm, got both")
     if width_mm is not None and not 0 < width_mm < np.inf:
         raise ParameterError(f"width_mm must be > 0, got {width_mm}")
-    try:
-        with _opened(data, name) as picture:
-            pixels = _pixels(ImageOps.exif_transpose(picture), name)
-    except DataError:
-        raise
-    except Exception as error:  # decoders raise anything for a damaged file
-        raise DataError(f"{name}: not a readable picture: {_line(error)}") from error
+    with _decoding(name), _opened(data, name) as picture:
+        pixels = _pixels(ImageOps.exif_transpose(picture), name)
     if width_mm is not None:
         mm_per_pixel = width_mm / pixels.shape[1]
     return Image(pixels, mm_per_pixel)
@@ -95,14 +91,9 @@ def decode_image(
 
 def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
     """Return rows and columns of the upright picture in ``data``; a JPEG is not unpacked for it."""
-    try:
-        with _opened(data, name) as picture:
-            columns, rows = picture.size
-            turned = picture.getexif().get(EXIF_ORIENTATION, 1) in (5, 6, 7, 8)
-    except DataError:
-        raise
-    except Exception as error:  # see decode_image
-        raise DataError(f"{name}: not a readable picture: {_line(error)}") from error
+    with _decoding(name), _opened(data, name) as picture:
+        columns, rows = picture.size
+        turned = picture.getexif().get(EXIF_ORIENTATION, 1) in (5, 6, 7, 8)
     return (columns, rows) if turned else (rows, columns)
 
 
@@ -125,21 +116,29 @@ def is_plain(data: bytes, *, name: str) -> bool:
     return known and not turned and "transparency" not in picture.info
 
 
+@contextmanager
+def _decoding(name: str) -> Iterator[None]:
+    try:
+        yield
+    except DataError:
+        raise
+    except Exception as error:  # decoders raise anything for a damaged file
+        raise DataError(f"{name}: not a readable picture: {one_line(error)}") from error
+
+
 def _opened(data: bytes, name: str) -> Pillow.Image:
     """Return the picture, of which only the header has been read, if its size is allowed."""
-    try:
-        with warnings.catch_warnings():
-            # Pillow warns of large pictures, which `MOST_PIXELS` refuses.
-            warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
+    with _decoding(name), warnings.catch_warnings():
+        # Pillow warns of large pictures, which `MOST_PIXELS` refuses.
+        warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
+        try:
             picture = Pillow.open(io.BytesIO(data), formats=PICTURE_FORMATS)
-    except UnidentifiedImageError as error:
-        raise DataError(
-            f"{name}: not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"
-        ) from error
-    except Pillow.DecompressionBombError as error:
-        raise DataError(f"{name}: {_too_large()}") from error
-    except Exception as error:  # see decode_image
-        raise DataError(f"{name}: not a readable picture: {_line(error)}") from error
+        except UnidentifiedImageError as error:
+            raise DataError(
+                f"{name}: not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"
+            ) from error
+        except Pillow.DecompressionBombError as error:
+            raise DataError(f"{name}: {_too_large()}") from error
     columns, rows = picture.size
     if rows * columns > MOST_PIXELS:
         picture.close()
@@ -170,7 +169,3 @@ def _pixels(picture: Pillow.Image, name: str) -> NDArray[np.uint8]:
 
 def _too_large() -> str:
     return f"a picture must have at most {MOST_PIXELS} pixels (8192 x 8192); scale it down or cut it"
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

@@ -15,7 +15,7 @@ _UNKNOWN_SIZE = 0xFFFFFFFF
 
 @dataclass(frozen=True)
 class WavHeader:
-    """Header of a WAV file: the fmt chunk, place and size of the samples in bytes, and the INFO chunk's ICMT."""
+    """Header of a WAV file, place and size of its samples in bytes, and the ICMT of its INFO chunk."""
 
     channels: int
     rate: int

@@ -12,7 +12,7 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.riff import append_comment, read_header
@@ -51,7 +51,7 @@ def read(path: Path, *, full_scale: float | None = None) -> FileContent:
             expected = file.frames
             blocks = list(_blocks(file))
     except soundfile.LibsndfileError as error:
-        raise DataError(f"{path}: {_line(error)}") from error
+        raise DataError(f"{path}: {one_line(error)}") from error
     samples: NDArray[Any] = np.concatenate(blocks).T if blocks else np.zeros((facts.channels, 0), np.float32)
     if samples.shape[1] < expected:
         raise DataError(f"{path}: truncated: {expected} samples expected, {samples.shape[1]} are there")
@@ -117,7 +117,7 @@ def write(
             file.write(samples.T)
     except soundfile.LibsndfileError as error:
         raise ParameterError(
-            f"{signal.rate:g} Hz, {len(samples)} axes as {form} {subtype}: {_line(error)}"
+            f"{signal.rate:g} Hz, {len(samples)} axes as {form} {subtype}: {one_line(error)}"
         ) from error
     if suffix == ".wav":
         append_comment(path, comment)
@@ -159,7 +159,7 @@ def _facts(path: Path) -> _SoundInfo:
                 lambda axis, sample: f"axis {axis}, sample {sample}",
             )
     except soundfile.LibsndfileError as error:
-        raise DataError(f"{path}: {_line(error)}") from error
+        raise DataError(f"{path}: {one_line(error)}") from error
 
 
 def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:
@@ -207,7 +207,3 @@ def _check_limits(signal: Signal, suffix: str, rate: int, bits: int) -> None:
         raise ParameterError(f"FLAC holds at most {_FLAC_RATE} Hz, got {rate}; write .wav or .npz")
     if suffix == ".wav" and signal.samples.size * bits // 8 > _LARGEST_WAV:
         raise ParameterError("WAV holds at most 4 GiB; write .npz or .flac, or cut the signal")
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())

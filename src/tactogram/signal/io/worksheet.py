@@ -14,7 +14,7 @@ import numpy as np
 import openpyxl
 from openpyxl.utils.exceptions import InvalidFileException
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.columns import choose, table_content
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
@@ -100,24 +100,20 @@ def _opened(path: Path) -> Iterator[Any]:
         with zipfile.ZipFile(path) as archive:
             damaged = archive.testzip()
     except ZIP_ERRORS as error:
-        raise DataError(f"{path}: truncated or not an XLSX file: {_line(error)}") from error
+        raise DataError(f"{path}: truncated or not an XLSX file: {one_line(error)}") from error
     if damaged is not None:
         raise DataError(f"{path}: damaged: checksum of {damaged} is wrong")
     with path.open("rb") as file:
         try:
             book = openpyxl.load_workbook(file, read_only=True, data_only=True)
         except (InvalidFileException, ParseError, KeyError, ValueError, TypeError, AttributeError) as error:
-            raise DataError(f"{path}: not an XLSX file: {_line(error)}") from error
+            raise DataError(f"{path}: not an XLSX file: {one_line(error)}") from error
         try:
             yield book
         except ParseError as error:
-            raise DataError(f"{path}: damaged: {_line(error)}") from error
+            raise DataError(f"{path}: damaged: {one_line(error)}") from error
         finally:
             book.close()
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 def _describe(book: Any, path: Path) -> SignalDescription | None:

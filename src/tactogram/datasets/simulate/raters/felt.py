@@ -24,39 +24,21 @@ FLUTTER_HZ = (2.0, 40.0)
 class TouchCues:
     """Tactile cues, each 0 to 1 except the level.
 
-    Parameters
-    ----------
-    level_db : float
-        Level of the vibration above 40 Hz over the threshold of touch: 0 is a barely perceptible sine. It is that of
-        the whole second, unlike `tactogram.signal.perception.sensation_level_db`, which weighs the middle: a loop has
-        none.
-    fine : float
-        Pitch: 1 for content well above 150 Hz, 0 well below.
-    irregular : float
-        Number of spectral lines: 0 one sine, 1 noise.
-    impulsive : float
-        Dominance of single jolts: kurtosis 0 is 0, 60 is 1.
-    flutter : float
-        Slow movement of the skin, 2 to 40 Hz: 1 um is 0, 100 um is 1.
-    coarse : float
-        Relief that presses into the skin: 0.15 mm rms is 1.
-    steep : float
-        Slopes of the relief: 0.6 rms is 1.
-    friction : float
-        A coefficient of 0.25 is 0, of 0.75 is 1.
-    catching : float
-        Slow variation of the friction: 0.15 rms is 1.
+    The level is that of the whole second, unlike `tactogram.signal.perception.sensation_level_db`, which weighs the
+    middle: a loop has none.
     """
 
-    level_db: float
-    fine: float
-    irregular: float
-    impulsive: float
-    flutter: float
-    coarse: float
-    steep: float
-    friction: float
-    catching: float
+    level_db: (
+        float  # of the vibration above 40 Hz over the threshold of touch: 0 is a barely perceptible sine
+    )
+    fine: float  # pitch: 1 for content well above 150 Hz, 0 well below
+    irregular: float  # number of spectral lines: 0 one sine, 1 noise
+    impulsive: float  # dominance of single jolts: kurtosis 0 is 0, 60 is 1
+    flutter: float  # slow movement of the skin, 2 to 40 Hz: 1 um is 0, 100 um is 1
+    coarse: float  # relief that presses into the skin: 0.15 mm rms is 1
+    steep: float  # slopes of the relief: 0.6 rms is 1
+    friction: float  # a coefficient of 0.25 is 0, of 0.75 is 1
+    catching: float  # slow variation of the friction: 0.15 rms is 1
 
 
 def touch_cues(touched: FingerSlide) -> TouchCues:
@@ -72,19 +54,19 @@ def touch_cues(touched: FingerSlide) -> TouchCues:
     return TouchCues(
         level_db=float(10 * np.log10(max(2 * np.mean(felt**2, axis=1).sum(), 1e-10))),
         fine=float(1 / (1 + np.exp(-(mean_hz - 150) / 35))),
-        irregular=_clip(np.log(lines) / np.log(200)),
-        impulsive=_clip(np.log1p(max(jolts, 0.0)) / np.log(61)),
-        flutter=_clip(np.log10(max(1e6 * slow, 1e-3)) / 2),
-        coarse=_clip(touched.relief_mm / 0.15),
-        steep=_clip(touched.steepness / 0.6),
-        friction=_clip((touched.friction - 0.25) / 0.5),
-        catching=_clip(drag / 0.15),
+        irregular=clip(np.log(lines) / np.log(200)),
+        impulsive=clip(np.log1p(max(jolts, 0.0)) / np.log(61)),
+        flutter=clip(np.log10(max(1e6 * slow, 1e-3)) / 2),
+        coarse=clip(touched.relief_mm / 0.15),
+        steep=clip(touched.steepness / 0.6),
+        friction=clip((touched.friction - 0.25) / 0.5),
+        catching=clip(drag / 0.15),
     )
 
 
 def vibration_felt(level_db: float) -> float:
     """Return the perceived strength of a vibration: 5 dB below threshold is 0, 40 dB above is 1."""
-    return _clip((level_db + 5) / 45)
+    return clip((level_db + 5) / 45)
 
 
 def touch_words(cues: TouchCues, *, sensitivity_db: float = 0.0) -> NDArray[np.float64]:
@@ -118,5 +100,6 @@ def _slow(x: NDArray[np.float64]) -> float:
     return float(np.sqrt(power[:, kept].sum() * (frequency[1] - frequency[0])))
 
 
-def _clip(x: float) -> float:
+def clip(x: float) -> float:
+    """Return ``x`` limited to 0 to 1."""
     return float(np.clip(x, 0.0, 1.0))

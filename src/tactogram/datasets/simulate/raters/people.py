@@ -21,28 +21,14 @@ SIGHT_LEAN, SIGHT_WORD, SIGHT_TASTE = 0.5, 0.5, 0.8
 
 @dataclass(frozen=True, eq=False)
 class SimulatedRater:
-    """A simulated rater.
-
-    Parameters
-    ----------
-    name : str
-    seed : int
-        Of everything else that is random about this person.
-    lean : float64 array, shape (word,), points of 7
-    spread : float
-        Factor of distances from the middle of the scale.
-    sensitivity_db : float
-        Added to the level of every vibration.
-    yes : float64 array, shape (word,), logits
-        Readiness to call a word evoked by an image.
-    """
+    """A simulated rater."""
 
     name: str
-    seed: int
-    lean: NDArray[np.float64]
-    spread: float
-    sensitivity_db: float
-    yes: NDArray[np.float64]
+    seed: int  # of everything else that is random about this person
+    lean: NDArray[np.float64]  # shape (word,), points of 7
+    spread: float  # factor of distances from the middle of the scale
+    sensitivity_db: float  # added to the level of every vibration
+    yes: NDArray[np.float64]  # shape (word,), logits: readiness to call a word evoked by an image
 
     def rng(self, *about: str) -> np.random.Generator:
         """Return this person's random generator for some purpose, always in the same state."""

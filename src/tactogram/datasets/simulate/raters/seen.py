@@ -15,6 +15,7 @@ from scipy.ndimage import black_tophat, gaussian_filter, white_tophat
 from scipy.stats import skew
 
 from tactogram.datasets.ratings.words import WORDS
+from tactogram.datasets.simulate.raters.felt import clip
 from tactogram.signal import Image
 
 SEEN_AT = 64
@@ -25,38 +26,19 @@ BANDS = {"coarse": (2.0, 6.0), "middle": (6.0, 14.0), "fine": (14.0, 32.0)}
 
 @dataclass(frozen=True)
 class SightCues:
-    """Visual cues of an image, 0 to 1 each.
+    """Visual cues of an image, 0 to 1 each."""
 
-    Parameters
-    ----------
-    coarse, middle, fine : float
-        Contrast of luminance in `BANDS`: shading that reads as relief of that size.
-    irregular : float
-        Variety of directions and sizes of the coarse and middle contrast: 0 a grid of stripes, 1 noise.
-    streaks : float
-        Alignment of the edges: 0 none, 1 all in one direction.
-    thin : float
-        Contrast in thin lines: spikes, needles, creases, hair.
-    gloss : float
-        Highlights: positive skewness of the finer bands, and colourless pixels much brighter than the rest.
-    light : float
-        Mean luminance.
-    colour : float
-        Mean saturation.
-    warm : float
-        Red against blue: 0 blue, 1 red.
-    """
-
+    # Contrast of luminance in `BANDS`: shading that reads as relief of that size.
     coarse: float
     middle: float
     fine: float
-    irregular: float
-    streaks: float
-    thin: float
-    gloss: float
-    light: float
-    colour: float
-    warm: float
+    irregular: float  # variety of directions and sizes of coarse and middle contrast: 0 stripes, 1 noise
+    streaks: float  # alignment of the edges: 0 none, 1 all in one direction
+    thin: float  # contrast in thin lines: spikes, needles, creases, hair
+    gloss: float  # highlights: positive skewness of the finer bands, and bright colourless pixels
+    light: float  # mean luminance
+    colour: float  # mean saturation
+    warm: float  # red against blue: 0 blue, 1 red
 
 
 def sight_cues(image: Image) -> SightCues:
@@ -69,16 +51,16 @@ def sight_cues(image: Image) -> SightCues:
     xx, yy, xy = (float(np.mean(a * b)) for a, b in ((gx, gx), (gy, gy), (gx, gy)))
     high, low, thin = rgb.max(2), rgb.min(2), _thin(light)
     return SightCues(
-        coarse=_clip(rms["coarse"] / 0.10),
-        middle=_clip(rms["middle"] / 0.10),
-        fine=_clip(rms["fine"] / 0.09),
+        coarse=clip(rms["coarse"] / 0.10),
+        middle=clip(rms["middle"] / 0.10),
+        fine=clip(rms["fine"] / 0.09),
         irregular=_irregular(contrast["coarse"] + contrast["middle"]),
         streaks=float(np.hypot(xx - yy, 2 * xy) / max(xx + yy, 1e-6)),
         thin=thin,
         gloss=_gloss(rgb, light, thin),
-        light=_clip(float(light.mean())),
-        colour=_clip(float(((high - low) / np.maximum(high, 0.05)).mean())),
-        warm=_clip(0.5 + float((rgb[..., 0] - rgb[..., 2]).mean())),
+        light=clip(float(light.mean())),
+        colour=clip(float(((high - low) / np.maximum(high, 0.05)).mean())),
+        warm=clip(0.5 + float((rgb[..., 0] - rgb[..., 2]).mean())),
     )
 
 
@@ -116,7 +98,7 @@ def _thin(light: NDArray[np.float64]) -> float:
     straight = middle + half > 3 * np.abs(middle - half)
     lines = np.where(straight, np.maximum(bright, black_tophat(light, 3)), 0.0)
     stands_out = [max(float(np.percentile(x, 97.5) - 3.5 * x.mean()), 0.0) for x in (bright, lines)]
-    return _clip(float(np.sqrt(stands_out[0] * stands_out[1])) / 0.10)
+    return clip(float(np.sqrt(stands_out[0] * stands_out[1])) / 0.10)
 
 
 def _gloss(rgb: NDArray[np.float64], light: NDArray[np.float64], thin: float) -> float:
@@ -127,13 +109,13 @@ def _gloss(rgb: NDArray[np.float64], light: NDArray[np.float64], thin: float) ->
     spots = float(np.mean(pale & (soft > soft.mean() + 0.2)))
     detail = soft - gaussian_filter(light, 6.0)
     lopsided = max(float(skew(detail.ravel())), 0.0) if detail.std() > 0.01 else 0.0
-    return _clip((0.35 * lopsided + 5 * spots) * (1 - 0.7 * thin))
+    return clip((0.35 * lopsided + 5 * spots) * (1 - 0.7 * thin))
 
 
 def _irregular(contrast: NDArray[np.float64]) -> float:
     power = np.abs(np.fft.rfft2(contrast)) ** 2
     share = power / max(float(power.sum()), 1e-12)
-    return _clip(float(-(share * np.log(share + 1e-12)).sum()) / np.log(300.0))
+    return clip(float(-(share * np.log(share + 1e-12)).sum()) / np.log(300.0))
 
 
 def _square(image: Image) -> NDArray[np.float64]:
@@ -155,7 +137,3 @@ def _band(light: NDArray[np.float64], low: float, high: float) -> NDArray[np.flo
     ky, kx = np.fft.fftfreq(count, 1 / count)[:, None], np.fft.rfftfreq(count, 1 / count)[None]
     k = np.hypot(ky, kx)
     return np.asarray(np.fft.irfft2(np.fft.rfft2(flat) * ((k >= low) & (k < high)), s=light.shape))
-
-
-def _clip(x: float) -> float:
-    return float(np.clip(x, 0.0, 1.0))

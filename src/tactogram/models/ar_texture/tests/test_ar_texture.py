@@ -92,8 +92,8 @@ def test_recordings_of_one_condition_are_one_model():
 def test_condition_that_only_some_recordings_name_is_left_out():
     some = [*STROKED, recording("felt", 100, 1.0, seed=9, speed_mm_s=100)]
     learner = trained(some)
-    assert learner.maps[0].known == (True, False)
-    with pytest.raises(ParameterError, match="force_n is not known"):
+    assert learner.maps[0].has_conditions == (True, False)
+    with pytest.raises(ParameterError, match="force_n is unknown"):
         learner.generate({"material": "felt", "force_n": 1.0}, seed=0)
 
 
@@ -110,7 +110,7 @@ def test_likelihood_prefers_the_right_material():
         ({}, "'material' is needed"),
         ({"material": "glass"}, "must be one of cork, tile, got 'glass'"),
         ({"material": "cork", "words": {"rough": 1}}, "not one this model takes"),
-        ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is not known"),
+        ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is unknown"),
     ],
 )
 def test_condition_it_cannot_meet_is_refused(condition, message):

@@ -176,7 +176,7 @@ class TouchSources:
     def _laid(self, surface: TextureMap, request: TextureRequest) -> tuple[Signal, float | None]:
         """Return some seconds of an autoregressive texture, and their speed."""
         table = TextureTable(surface, axis=request.axes)
-        own = float(np.median(table.grid.speeds)) if surface.known[0] else ASSUMED_SPEED_MM_S
+        own = float(np.median(table.grid.speeds)) if surface.has_conditions[0] else ASSUMED_SPEED_MM_S
         speed = own if request.speed_mm_s is None else request.speed_mm_s
         force = float(np.median(table.grid.forces))
         return synthesise(table.at(speed, force), LAID_S, seed=request.seed), speed
@@ -240,7 +240,7 @@ def _by_table(surface: TextureMap, request: TextureRequest) -> bool:
     """Return whether models follow speed and force: by default if they know more than one speed."""
     if request.lay != "auto":
         return request.lay == "table"
-    known = surface.known[0]
+    known = surface.has_conditions[0]
     return len(np.unique(surface.conditions[:, 0])) > 1 if known else request.speed_mm_s is None
 
 

@@ -84,8 +84,8 @@ def table_of_map(
     """Return the table of autoregressive models over speed and force; ``rate`` is that of the browser's audio, Hz."""
     table = TextureTable(surface, axis=axes)
     texture = AutoregressiveTexture(name, table, rate=rate, most=QUANTUM, seed=0)
-    speeds = table.grid.speeds if surface.known[0] else None
-    forces = table.grid.forces if surface.known[1] else None
+    speeds = table.grid.speeds if surface.has_conditions[0] else None
+    forces = table.grid.forces if surface.has_conditions[1] else None
     several = len(surface.models[0].axes) > 1
     head = {
         **_head(name, texture, rate=rate, simulated=simulated),
