@@ -35,22 +35,12 @@ class EffectEstimate:
 def pooled_share(
     hits: ArrayLike, participants: Sequence[Hashable], *, margin: float | None = None
 ) -> EffectEstimate:
-    """Return the share of hits with an interval of 95 % by participant, tested against one half.
+    """Return the share of hits (1, else 0) with an interval of 95 % by participant, tested against one half.
 
     GEE with a binomial family, independence as working correlation, the covariance of L. A. Mancl and T. A. DeRouen
     (Biometrics 57, 2001), which few participants need, and t with participants - 1 degrees of freedom on the logit.
-
-    Parameters
-    ----------
-    hits : array of 0 and 1, shape (answer,)
-    participants : sequence, length (answer,)
-    margin : float, optional
-        For equivalence: share within 0.5 ± ``margin``.
-
-    Raises
-    ------
-    ParameterError
-        If there are fewer than two participants, or the lengths differ.
+    With a margin also tests equivalence: share within 0.5 ± ``margin``. Raises `ParameterError` if there are fewer than
+    two participants, or the lengths differ.
     """
     values = np.asarray(hits, np.float64)
     people = tuple(dict.fromkeys(participants))
@@ -115,14 +105,8 @@ def mixed_difference(
     """Return the mean difference of two conditions by a linear mixed model, fitted to the mean of each cell.
 
     Random intercepts of participants and items, and a random difference per participant, without which the interval
-    would be of these participants only.
-
-    Parameters
-    ----------
-    values : float array, shape (answer,)
-    second : bool array, shape (answer,)
-        True for answers of the condition from which the other is subtracted.
-    participants, items : sequence, length (answer,)
+    would be of these participants only. ``second`` is true for answers of the condition from which the other is
+    subtracted; all arguments have length (answer,).
     """
     from statsmodels.regression.mixed_linear_model import MixedLM
 
@@ -157,21 +141,10 @@ def bootstrap_by_participant(
     rng: np.random.Generator,
     draws: int = 2000,
 ) -> tuple[Numbers, Numbers, Numbers]:
-    """Return a statistic with its percentile interval of 95 % over participants drawn with replacement.
+    """Return a statistic with the ends of its percentile interval of 95 % over participants drawn with replacement.
 
-    Parameters
-    ----------
-    table : float array, shape (participant, …)
-        One row per participant, drawn as a whole; at least one.
-    statistic : callable
-        From such a table to a number or an array of them.
-    rng : numpy Generator
-    draws : int
-
-    Returns
-    -------
-    tuple of float64 array
-        The statistic, and its lower and upper ends; of one participant the ends are NaN.
+    ``table``, shape (participant, …), has a row per participant, drawn as a whole; ``statistic`` maps such a table to a
+    number or an array. Of one participant the ends are NaN.
     """
     values = np.asarray(table, np.float64)
     estimate = np.asarray(statistic(values), np.float64)

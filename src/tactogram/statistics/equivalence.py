@@ -15,13 +15,7 @@ from tactogram.statistics.summary import summary
 
 
 def share_equivalence(count: int, n: int, *, margin: float) -> float:
-    """Return the p that a share of independent answers lies within 0.5 ± ``margin``, by exact binomial tests.
-
-    Raises
-    ------
-    ParameterError
-        If ``margin`` is not between 0 and 0.5.
-    """
+    """Return the p that a share of independent answers lies within 0.5 ± ``margin``, by exact binomial tests."""
     _check_share(margin)
     return float(binom_tost(count, n, 0.5 - margin, 0.5 + margin)[0])
 
@@ -40,19 +34,7 @@ def share_equivalence_power(n: int, *, margin: float, alpha: float = 0.05) -> fl
 
 
 def paired_equivalence(differences: ArrayLike, *, margin: float) -> float:
-    """Return the p that the mean of independent differences lies within ± ``margin``, by Student's t.
-
-    Parameters
-    ----------
-    differences : float array, shape (participant,)
-        Finite, at least two, in the unit of ``margin``.
-    margin : float
-
-    Raises
-    ------
-    ParameterError
-        If ``margin`` is not > 0.
-    """
+    """Return the p that the mean of differences, shape (participant,), lies within ± ``margin``, by Student's t."""
     if not margin > 0:
         raise ParameterError(f"margin must be > 0, got {margin:g}")
     found = summary(differences)

@@ -21,15 +21,7 @@ def error_figure(
 ) -> Figure:
     """Draw means as bars with standard errors, like Fig. 7 of the ultrasonic display's publication.
 
-    Parameters
-    ----------
-    rows : mapping from str to (mean, standard error)
-    marked : sequence of (first, second, text)
-        Pairs joined by a bracket.
-    lines : mapping from str to float, optional
-        Levels for comparison, by name.
-    label : str
-        Of the vertical axis.
+    ``marked`` are pairs joined by a bracket with a text, ``lines`` levels for comparison by name.
     """
     figure = Figure(figsize=(2.2 + 1.05 * len(rows), 4.6), layout="constrained")
     axes = figure.add_subplot()

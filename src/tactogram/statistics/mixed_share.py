@@ -123,16 +123,8 @@ def mixed_share(hits: ArrayLike, groups: dict[str, Sequence[Hashable]]) -> Effec
     check of `pooled_share` with more in the model. Estimated spreads are above 0 by chance, and never below: where few
     members do not differ, the interval is still somewhat too wide.
 
-    Parameters
-    ----------
-    hits : array of 0 and 1, shape (answer,)
-    groups : dict from str to sequence, length (answer,)
-        E.g. participant and texture of each answer. Groups with a single member are ignored.
-
-    Raises
-    ------
-    ParameterError
-        If all answers are alike, or no group has two members.
+    ``hits`` are 0 or 1, shape (answer,); ``groups`` are e.g. participant and texture of each answer, those with a
+    single member are ignored. Raises `ParameterError` if all answers are alike, or no group has two members.
     """
     values = np.asarray(hits, np.float64)
     several = {name: list(of) for name, of in groups.items() if len(set(of)) > 1}

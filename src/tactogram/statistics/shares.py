@@ -30,13 +30,7 @@ class ShareEstimate:
 
 @lru_cache(maxsize=4096)
 def share_of(count: int, n: int, *, confidence: float = 0.95) -> ShareEstimate:
-    """Return a share with its exact test against one half and its intervals; answers are taken as independent.
-
-    Raises
-    ------
-    ParameterError
-        If ``count`` is not from 0 to ``n``, or ``n`` is 0.
-    """
+    """Return a share of independent answers with its exact test against one half and its intervals."""
     if not 0 <= count <= n or n < 1:
         raise ParameterError(f"a share needs 0 <= count <= n and n >= 1, got {count} of {n}")
     test = stats.binomtest(count, n)

@@ -27,16 +27,8 @@ class GroupSummary:
     high: float
 
 
-def summary(values: ArrayLike, *, confidence: float = 0.95) -> GroupSummary:
-    """Return mean, spread and t interval of an array of any shape without its NaN.
-
-    Raises
-    ------
-    ParameterError
-        If there is no value, or ``confidence`` is not between 0 and 1.
-    """
-    if not 0 < confidence < 1:
-        raise ParameterError(f"confidence must be between 0 and 1, got {confidence:g}")
+def summary(values: ArrayLike) -> GroupSummary:
+    """Return mean, spread and t interval of 95 % of an array of any shape without its NaN; `ParameterError` if empty."""
     present = np.asarray(values, np.float64).ravel()
     present = present[~np.isnan(present)]
     if not present.size:
@@ -46,30 +38,17 @@ def summary(values: ArrayLike, *, confidence: float = 0.95) -> GroupSummary:
         return GroupSummary(1, mean, np.nan, np.nan, np.nan, np.nan)
     sd = float(present.std(ddof=1))
     se = sd / float(np.sqrt(present.size))
-    half = float(stats.t.isf((1 - confidence) / 2, present.size - 1)) * se
+    half = float(stats.t.isf((1 - 0.95) / 2, present.size - 1)) * se
     return GroupSummary(present.size, mean, sd, se, mean - half, mean + half)
 
 
 def by_participant(
     values: ArrayLike, participants: Sequence[Hashable]
 ) -> tuple[tuple[Hashable, ...], NDArray[np.float64]]:
-    """Return the mean of each participant's answers, which counts as independent where answers repeat.
+    """Return the participants, sorted as text, and the mean of each one's answers; values have shape (answer,).
 
-    Parameters
-    ----------
-    values : float array, shape (answer,)
-        NaN are ignored.
-    participants : sequence, length (answer,)
-
-    Returns
-    -------
-    tuple of participants (sorted as text) and their means, float64, shape (participant,)
-        NaN for a participant whose answers are all missing.
-
-    Raises
-    ------
-    ParameterError
-        If the lengths differ or are 0.
+    Means count as independent where answers repeat. NaN are ignored; the mean of missing answers alone is NaN. Raises
+    `ParameterError` if the lengths differ or are 0.
     """
     answers = np.asarray(values, np.float64)
     if answers.ndim != 1 or len(answers) != len(participants) or not len(answers):

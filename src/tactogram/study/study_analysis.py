@@ -37,13 +37,7 @@ class AnalysisPlan:
     alpha : float
         A difference is shown if p is below. Intervals are always of 95 %.
     planned : PlannedAnalysis, optional
-        Analysis in the study's file. Deviations are reported; without it, the report states that nobody can see when
-        margins were set.
-
-    Raises
-    ------
-    ParameterError
-        If a margin is unknown or not > 0, both targets and a reference are given, or draws are too few.
+        Analysis in the study's file. Deviations are reported; without it, nobody can see when margins were set.
     """
 
     margins: Mapping[str, float]

@@ -16,20 +16,10 @@ LEAST = 1e-6
 
 
 def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD, tolerance: float = 1e-5) -> Numbers:
-    """Return log strengths of items: the maximum of the likelihood with a weak normal prior.
+    """Return log strengths of items, with mean 0: the maximum of the likelihood with a weak normal prior.
 
-    Parameters
-    ----------
-    wins : float array, shape (…, item, item)
-        How often the row's item was preferred to the column's.
-    prior_sd : float
-    tolerance : float
-        Largest last step; the remaining error is of the order of its square.
-
-    Returns
-    -------
-    float64 array, shape (…, item)
-        Their mean is 0.
+    ``wins``, shape (…, item, item), counts how often the row's item was preferred to the column's. Newton's method
+    stops at steps below ``tolerance``; the remaining error is of the order of its square.
     """
     table = np.asarray(wins, np.float64)
     counts, won = table + np.swapaxes(table, -1, -2), table.sum(-1)
@@ -47,23 +37,14 @@ def bradley_terry(wins: ArrayLike, *, prior_sd: float = PRIOR_SD, tolerance: flo
 
 
 def strengths_by_participant(tables: ArrayLike, *, prior_sd: float = PRIOR_SD) -> tuple[Numbers, Numbers]:
-    """Return log strengths, and their covariance by participant.
+    """Return log strengths, shape (…, item), and their covariance by participant, shape (…, item, item).
 
-    The covariance is that of the jackknife over participants, in one Newton step each: for the logit of a share this
-    is that of L. A. Mancl and T. A. DeRouen (Biometrics 57, 2001). Answers of one participant may depend on each other
-    in any way, and the next pair on the previous answers.
+    The covariance is that of the jackknife over participants, in one Newton step each: for the logit of a share this is
+    that of L. A. Mancl and T. A. DeRouen (Biometrics 57, 2001). Answers of one participant may depend on each other in
+    any way, and the next pair on the previous answers.
 
-    Parameters
-    ----------
-    tables : float array, shape (…, participant, item, item)
-        How often each of at least two participants preferred the row's item to the column's.
-    prior_sd : float
-
-    Returns
-    -------
-    strengths : float64 array, shape (…, item)
-        Their mean is 0.
-    covariance : float64 array, shape (…, item, item)
+    ``tables``, shape (…, participant, item, item), count how often each of at least two participants preferred the
+    row's item to the column's.
     """
     wins = np.asarray(tables, np.float64)
     people, items = wins.shape[-3], wins.shape[-1]
@@ -88,20 +69,8 @@ def gap_errors(
 ) -> tuple[Numbers, NDArray[np.bool_]]:
     """Return the standard error of differences of two strengths, and whether all participants agree on them.
 
-    Where they agree the jackknife has no error, however few they are; the error is then that of independent answers.
-
-    Parameters
-    ----------
-    covariance : float64 array, shape (…, item, item)
-        By participant.
-    curved : float64 array, shape (…, item, item)
-        `curvature` of all answers.
-    first, second : int64 array, shape (pair,)
-
-    Returns
-    -------
-    errors : float64 array, shape (…, pair)
-    alike : bool array, shape (…, pair)
+    Where they agree the jackknife has no error, however few they are; the error is then that of independent answers,
+    from the `curvature` of all of them. The results have shape (…, pair).
     """
     variance = _of_gaps(covariance, first, second)
     alike = variance < LEAST**2

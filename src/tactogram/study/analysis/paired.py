@@ -28,19 +28,10 @@ def paired_findings(
     ps: tuple[float, float] | None = None,
     equivalence_p: float | None = None,
 ) -> list[Finding]:
-    """Return the paired t-test with interval, Cohen's dz and equivalence, and Wilcoxon's.
+    """Return the paired t-test with interval, Cohen's dz and equivalence, and Wilcoxon's, of ``n`` answers.
 
-    Parameters
-    ----------
-    differences : float64 array, shape (participant,)
-    n : int
-        Number of answers.
-    roles : tuple of two roles
-        Of the t-test and of Wilcoxon's.
-    ps : tuple of (float, float), optional
-        Both p after Holm's correction.
-    equivalence_p : float, optional
-        That of the test of equivalence after Holm's correction.
+    ``roles`` are those of the t-test and of Wilcoxon's; ``ps`` and ``equivalence_p`` replace their p and that of the
+    test of equivalence after Holm's correction.
     """
     found = summary(differences)
     p, rank_p = ps or paired_ps(differences)

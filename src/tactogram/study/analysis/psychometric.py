@@ -36,14 +36,8 @@ def count_by_level(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the distinct intensities, their numbers of trials, and of right answers; of arrays of shape (trial,).
 
-    ``needed_by`` is the subject of the error "… needs two intensities".
-
-    Raises
-    ------
-    ParameterError
-        If the arrays are invalid.
-    DataError
-        If there are fewer than two intensities, or all answers are alike.
+    Raises `ParameterError` for invalid arrays; `DataError`, with ``needed_by`` as subject, if there are fewer than two
+    intensities, or all answers are alike.
     """
     x, y = np.asarray(intensity, np.float64), np.asarray(correct, np.float64)
     if x.ndim != 1 or x.shape != y.shape or not np.isfinite(x).all():
@@ -71,23 +65,9 @@ def fit_logistic(
 ) -> LogisticFit:
     """Fit a logistic psychometric function by maximum likelihood.
 
-    Parameters
-    ----------
-    intensity : float array, shape (answer,)
-    correct : array of 0 and 1, shape (answer,)
-    target : float
-        Share correct at the threshold, between ``guess`` and 1 - `LAPSE_LIMIT`.
-    guess : float
-        Share correct without any signal: 1/2 with two alternatives.
-    start : LogisticFit, optional
-        Starting point for similar answers; otherwise several are tried.
-
-    Raises
-    ------
-    ParameterError
-        If the arrays or the shares are invalid.
-    DataError
-        If there are fewer than two intensities, or all answers are alike.
+    Of intensities and outcomes, shape (answer,). ``target`` is the share correct at the threshold, between ``guess``,
+    the share without any signal, and 1 - `LAPSE_LIMIT`. ``start`` is a fit of similar answers; otherwise several
+    starting points are tried. Raises as `count_by_level`.
     """
     if not 0 <= guess < target < 1 - LAPSE_LIMIT:
         raise ParameterError(
@@ -103,13 +83,8 @@ def fit_logistic(
 def reversal_threshold(intensity: ArrayLike, reversal: Sequence[bool], *, leave_out: int = 2) -> float | None:
     """Return the mean intensity of a staircase's reversals, without the first ones; None if none is left.
 
-    Parameters
-    ----------
-    intensity : float array, shape (trial,)
-    reversal : sequence of bool, length (trial,)
-    leave_out : int
-        First reversals, which still depend on the starting intensity. If an odd number is left, one more is dropped, so
-        that peaks and valleys count alike.
+    The first ``leave_out`` still depend on the starting intensity. If an odd number is left, one more is dropped, so
+    that peaks and valleys count alike. Both arrays have shape (trial,).
     """
     turned = np.asarray(intensity, np.float64)[np.asarray(reversal, bool)][leave_out:]
     turned = turned[len(turned) % 2 :]

@@ -62,24 +62,11 @@ class Threshold:
 def estimate_threshold(
     intensity: ArrayLike, correct: ArrayLike, *, share: float = SETTLED_3_DOWN, guess: float = 0.5
 ) -> Threshold:
-    """Return the threshold of one person's answers: mode and 95 % of its posterior on a grid.
+    """Return the threshold of one person's answers, shape (answer,): mode and 95 % of its posterior on a grid.
 
-    Parameters
-    ----------
-    intensity : float array, shape (answer,)
-        On a scale on which the function is logistic, such as dB.
-    correct : array of 0 and 1, shape (answer,)
-    share : float
-        Share correct at the threshold; see `settled_share`.
-    guess : float
-        Share correct without any signal.
-
-    Raises
-    ------
-    ParameterError
-        If the arrays or the shares are invalid.
-    DataError
-        If there are fewer than two intensities, or all answers are alike.
+    The function must be logistic over the intensity, such as dB. ``share`` is the share correct at the threshold (see
+    `settled_share`), ``guess`` that without any signal. Raises `ParameterError` for invalid arrays or shares;
+    `DataError` if there are fewer than two intensities, or all answers are alike.
     """
     if not 0 <= guess < share < 1 - max(LAPSES):
         raise ParameterError(f"must be 0 <= guess < share < {1 - max(LAPSES):g}, got {guess:g} and {share:g}")

@@ -146,14 +146,21 @@ class Means(PowerMethod):
         found: dict[str, float] = {}
         assumed, alpha = batch.assumed, batch.alpha
         for name, truth in truths.items():
-            gaps = rng.normal(truth, assumed.person_sd, batch.shape)
-            gaps += rng.normal(0, self.noise(batch), gaps.shape)
+            gaps, columns = self.gaps(rng, batch, truth)
             found[name] = float((self.ps(gaps) < alpha).mean())
             if name == "type_1":
                 found["equivalence"] = float((within_ps(gaps, assumed.margin) < alpha).mean())
+                found |= columns
             if assumed.printed:
                 found[f"printed_{name}"] = float((_student_ps(rng, gaps, batch) < alpha).mean())
         return found
+
+    def gaps(
+        self, rng: np.random.Generator, batch: StudyBatch, truth: float
+    ) -> tuple[Numbers, dict[str, float]]:
+        """Return estimated differences, shape (study, participant), and further columns of the row."""
+        gaps = rng.normal(truth, batch.assumed.person_sd, batch.shape)
+        return gaps + rng.normal(0, self.noise(batch), gaps.shape), {}
 
     def noise(self, batch: StudyBatch) -> float:
         """Return the standard error of a participant's difference from single answers."""

@@ -85,21 +85,9 @@ def power_table(
 ) -> PowerTable:
     """Return the power of studies of each size, and their rate of false alarms.
 
-    Parameters
-    ----------
-    name : str
-        Of one of the design's ``power`` tables, whose assumptions are the defaults.
-    items : int, optional
-        Number of items compared with each other, if the design compares items.
-    simulations : int
-        Studies of simulated participants per row; a share near .05 is then known to about ± 2 sqrt(.05 .95 / n).
-    progress : callable, optional
-        Called with a task, and the numbers of its simulated participants, or sizes, done and in all.
-
-    Raises
-    ------
-    ParameterError
-        If a number is out of range.
+    The assumptions of one of the design's ``power`` tables, by ``name``, are the defaults. With n simulations per row a
+    share near .05 is known to about ± 2 sqrt(.05 .95 / n). ``progress`` is called with a task, and the numbers of its
+    simulated participants, or sizes, done and in all. Raises `ParameterError` if a number is out of range.
     """
     if simulations < 100 or not 0 < alpha < 0.5:
         raise ParameterError(f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}")

@@ -22,17 +22,9 @@ TRUE, FALSE = ("true", "1", "yes", "correct", "t"), ("false", "0", "no", "wrong"
 class TableMapping:
     """Mapping from another program's table to answers.
 
-    Parameters
-    ----------
-    columns : mapping from str to str
-        The table's heading of each column, as ``{"participant": "subject", "value": "response"}``. Equal names need no
-        entry.
-    constants : mapping from str to str
-        Value of a column in every row: ``{"question": "which"}``.
-    values : mapping from str to mapping
-        Meaning of cells by column: ``{"condition": {"0": "recorded", "1": "generated"}}``.
-    encoding : str
-        Of a CSV or TSV file; Japanese Excel writes ``cp932``.
+    ``columns`` are the table's headings by our columns, as ``{"participant": "subject"}``, where they differ;
+    ``constants`` are values of a column in every row, as ``{"question": "which"}``; ``values`` are meanings of cells by
+    column, as ``{"condition": {"0": "recorded"}}``. Japanese Excel writes ``cp932``.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)

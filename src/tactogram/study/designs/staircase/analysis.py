@@ -50,7 +50,11 @@ def analyse_staircases(
     }
     share = share or _settled(tracks)
     fits = {key: fit for key, own in tracks.items() if (fit := _fit(own, share, guess)) is not None}
-    turned = {key: mean for key, own in tracks.items() if (mean := _reversals(own)) is not None}
+    means = {
+        key: reversal_threshold(own.numbers("value"), reversals_of(own).tolist())
+        for key, own in tracks.items()
+    }
+    turned = {key: mean for key, mean in means.items() if mean is not None}
     if not turned and not fits:
         raise DataError(
             "staircase: must have reversals, or right and wrong answers at two intensities; no threshold could be had"
@@ -68,7 +72,8 @@ def analyse_staircases(
             if len(values):
                 findings.append(_mean(values, name, role, test, measure, kept))
         findings += _between(thresholds, names, role, margin, len(kept))
-    findings += [_pooled(name, kept, guess, share, rng, draws, at) for name in names if _fits(kept, name)]
+    for name in names:
+        findings += _pooled(name, kept, guess, share, rng, draws, at)
     return section_of(
         kept,
         "Staircases",
@@ -90,10 +95,6 @@ def _fit(own: Answers, share: float, guess: float) -> Threshold | None:
         return estimate_threshold(own.numbers("value"), own.numbers("correct"), share=share, guess=guess)
     except DataError:
         return None
-
-
-def _reversals(own: Answers) -> float | None:
-    return reversal_threshold(own.numbers("value"), reversals_of(own).tolist())
 
 
 def _row(
@@ -179,14 +180,9 @@ def _between(
     )
 
 
-def _fits(kept: Answers, name: str) -> bool:
-    group = kept.where(condition=name)
-    return len(set(group.column("value"))) > 1 and len(set(group.column("correct"))) > 1
-
-
 def _pooled(
     name: str, kept: Answers, guess: float, share: float, rng: np.random.Generator, draws: int, at: str
-) -> Finding:
+) -> list[Finding]:
     """Return the threshold of all answers together, with a bootstrap interval by participant."""
     groups = [in_order(own) for own in kept.where(condition=name).by("participant").values()]
     data = [(own.numbers("value"), own.numbers("correct")) for own in groups]
@@ -195,7 +191,10 @@ def _pooled(
         x, y = (np.concatenate([data[k][part] for k in which]) for part in (0, 1))
         return fit_logistic(x, y, guess=guess, target=share, start=start)
 
-    whole = fitted(np.arange(len(data)))
+    try:
+        whole = fitted(np.arange(len(data)))
+    except DataError:
+        return []
     drawn = []
     for _ in range(draws if len(data) > 1 else 0):
         try:
@@ -203,7 +202,7 @@ def _pooled(
         except DataError:
             continue
     low, high = np.quantile(drawn, [0.025, 0.975]) if drawn else (np.nan, np.nan)
-    return Finding(
+    finding = Finding(
         name,
         "one logistic function of all answers, bootstrap by participant",
         "check",
@@ -215,3 +214,4 @@ def _pooled(
         participants=len(data),
         note="flatter than one person's where thresholds of people differ, and then higher than their mean",
     )
+    return [finding]

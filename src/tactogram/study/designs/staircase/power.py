@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special, stats
+from scipy import special
 
-from tactogram.study.power.methods import PowerMethod, StudyBatch, Truths, within_ps
+from tactogram.study.power.methods import Means, StudyBatch
 
 if TYPE_CHECKING:
     from tactogram.study.designs.staircase.design import Staircase
@@ -19,26 +19,18 @@ BELOW_START_DB = 20.0
 """Middle of a typical observer's function in the tables, below the start."""
 
 
-class Staircases(PowerMethod):
-    """Paired differences of two thresholds by reversals."""
+class Staircases(Means):
+    """Paired differences of two thresholds by reversals; ``threshold_error_db`` is the error of one."""
 
-    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of the paired difference; for ``type_1`` the error of a threshold, dB."""
-        found: dict[str, float] = {}
-        for name, truth in truths.items():
-            level = rng.normal(-BELOW_START_DB, 4.0, batch.shape)
-            gaps = rng.normal(truth, batch.assumed.person_sd, level.shape)
-            both = np.stack([level, level + gaps], -1)
-            thresholds = simulated_thresholds(both, batch.trials, slope=batch.assumed.trial_sd, rng=rng)
-            estimates = thresholds[..., 1] - thresholds[..., 0]
-            p = np.asarray(stats.ttest_1samp(estimates, 0.0, axis=1).pvalue)
-            found[name] = float((p < batch.alpha).mean())
-            if name == "type_1":
-                found["equivalence"] = float(
-                    (within_ps(estimates, batch.assumed.margin) < batch.alpha).mean()
-                )
-                found["threshold_error_db"] = float((thresholds - both).std())
-        return found
+    def gaps(
+        self, rng: np.random.Generator, batch: StudyBatch, truth: float
+    ) -> tuple[Numbers, dict[str, float]]:
+        """Return differences of simulated thresholds."""
+        first = rng.normal(-BELOW_START_DB, 4.0, batch.shape)
+        gaps = rng.normal(truth, batch.assumed.person_sd, first.shape)
+        both = np.stack([first, first + gaps], -1)
+        found = simulated_thresholds(both, batch.trials, slope=batch.assumed.trial_sd, rng=rng)
+        return found[..., 1] - found[..., 0], {"threshold_error_db": float((found - both).std())}
 
 
 def simulated_thresholds(
