@@ -376,7 +376,7 @@ TWO = which(people=2)
     [
         (Answers(), "must hold trials"),
         (changed(TWO, design="maze"), "design must be one of"),
-        (Answers((*TWO, *TWO)), "is there twice"),
+        (Answers((*TWO, *TWO)), "appears twice"),
         (Answers((*TWO, *changed(TWO, study="other"))), "of one study"),
         (Answers((*TWO, *changed(TWO, simulated=False))), "simulated participants and of people"),
         (changed(realism(people=2), value=float("nan")), "answer with a number"),

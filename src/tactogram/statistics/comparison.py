@@ -160,7 +160,7 @@ def mann_whitney(groups: Mapping[str, ArrayLike], *, correction: Correction = "h
 
 
 def paired_t(conditions: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
-    """Return the paired t-test between every two conditions that the same people met.
+    """Return the paired t-test between every two conditions that the same people answered.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class GroupSummary:
 
 
 def summary(values: ArrayLike) -> GroupSummary:
-    """Return mean, spread and t interval of 95 % of an array of any shape without its NaN; `ParameterError` if empty."""
+    """Return mean, spread and t interval of 95 % of an array without its NaN; `ParameterError` if it is empty."""
     present = np.asarray(values, np.float64).ravel()
     present = present[~np.isnan(present)]
     if not present.size:

@@ -219,7 +219,7 @@ def answers_of(headings: Sequence[str], rows: Sequence[Sequence[str]], *, where:
         raise DataError(f"{where}: lacks the column {', '.join(missing)}, has {', '.join(headings)}")
     if len(set(headings)) != len(headings):
         twice = next(name for name in headings if list(headings).count(name) > 1)
-        raise DataError(f"{where}: has two columns {twice!r}; leave one out")
+        raise DataError(f"{where}: has two columns {twice!r}; remove one")
     answers = []
     for number, row in enumerate(rows, 2):
         texts = dict(zip(headings, row, strict=True))

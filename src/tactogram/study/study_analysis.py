@@ -109,7 +109,7 @@ class AnalysisPlan:
             if not (margin > 0 and np.isfinite(margin)):
                 raise ParameterError(f"margin of {name} must be > 0, got {margin:g}")
         if self.targets is not None and self.reference is not None:
-            raise ParameterError("scores are held against targets or a reference condition, got both")
+            raise ParameterError("targets and reference exclude each other, got both")
         if not 0 < self.alpha <= 0.2:
             raise ParameterError(f"alpha must be > 0 and at most 0.2, got {self.alpha:g}")
         if self.draws < 100:
@@ -170,14 +170,14 @@ def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnaly
         raise DataError("answers must hold trials, got none")
     if len(set(trials.column("simulated"))) > 1:
         raise DataError(
-            "answers are of simulated participants and of people: leave one of both out (column simulated)"
+            "answers are of simulated participants and of people: remove either (column simulated)"
         )
     sections = []
     for kind, group in trials.by("design").items():
         if kind not in designs():
             raise DataError(f"design must be one of {', '.join(designs())}, got {kind!r}")
         if twice := _duplicate(group):
-            raise DataError(f"{twice}: is there twice; leave one out")
+            raise DataError(f"{twice}: appears twice; remove one")
         for section in designs()[kind].analyse(group, plan):
             changed = designs()[kind].margin_for(section.question) in plan.deviations
             note = "margin given afterwards" if changed else ""

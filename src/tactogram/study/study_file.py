@@ -78,7 +78,7 @@ class Study(BaseModel):
     def _once(cls, questions: tuple[Question, ...]) -> tuple[Question, ...]:
         ids = Counter(question.id for question in questions)
         if twice := [identifier for identifier, count in ids.items() if count > 1]:
-            raise ValueError(f"question {twice[0]} is there twice")
+            raise ValueError(f"question {twice[0]} appears twice")
         return questions
 
     @model_validator(mode="after")

@@ -38,7 +38,7 @@ class WordScales(SingleStimulus):
     @classmethod
     def _different(cls, words: tuple[str, ...]) -> tuple[str, ...]:
         if not words or len(set(words)) != len(words):
-            raise ValueError("words must differ, and there must be one at least")
+            raise ValueError("words must be distinct, and at least one")
         return words
 
     def questions_about(

@@ -38,7 +38,7 @@ class TableMapping:
                 raise ParameterError(f"a column must be one of {', '.join(COLUMNS)}, got {name!r}")
         if both := set(self.columns) & set(self.constants):
             raise ParameterError(
-                f"{', '.join(sorted(both))} is given as a column and as a constant; leave one out"
+                f"{', '.join(sorted(both))} is given as a column and as a constant; remove one"
             )
 
 

@@ -177,7 +177,7 @@ class SessionFile:
 
     @contextmanager
     def _damage_reported(self) -> Iterator[None]:
-        """Raise what a damaged file raises within as one error that names the session."""
+        """Turn the errors of a damaged file into one that names the session."""
         try:
             yield
         except UnreadableRowError as error:
@@ -200,7 +200,7 @@ class SessionFile:
 
     @contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:
-        """Give the connection in a transaction of its own; within `write_together`, in a savepoint of that one."""
+        """Give the connection in a transaction; within `write_together`, in a savepoint of its transaction."""
         with self._lock:
             nested = self._connection.in_transaction  # of this thread, which has the lock
             with self._savepoint() if nested else self._transaction():
@@ -226,7 +226,7 @@ class SessionFile:
 
     @contextmanager
     def _savepoint(self) -> Iterator[None]:
-        """Undo what was written within, and nothing else of the transaction, where it raises."""
+        """Undo the writes within, and nothing else of the transaction, if they raise."""
         connection = self._connection
         connection.execute("SAVEPOINT part")
         try:

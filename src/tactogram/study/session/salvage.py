@@ -62,7 +62,7 @@ def session_file(folder: Path) -> Path:
 
 
 def is_damage(error: sqlite3.Error) -> bool:
-    """Return whether SQLite refuses the content of a file, not what was to be done with it."""
+    """Return whether an error of SQLite is due to the file's content, rather than to the operation."""
     code = getattr(error, "sqlite_errorcode", None)
     # Python itself reports text that is not UTF-8, without a code.
     return code & 0xFF in DAMAGE if code is not None else "decode to UTF-8" in str(error)

@@ -1,3 +1,3 @@
-"""Evoked words: what the sight of an image calls to mind."""
+"""Evoked words: the words that the sight of an image evokes."""
 
 from tactogram.study.designs.evoked.design import EvokedWords as EvokedWords

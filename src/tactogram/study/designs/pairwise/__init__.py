@@ -1,3 +1,3 @@
-"""Pairwise preference, with pairs chosen by what their answers tell."""
+"""Pairwise preference, with the most informative pair next."""
 
 from tactogram.study.designs.pairwise.design import PairwiseComparison as PairwiseComparison

@@ -178,7 +178,7 @@ def _reference_targets(answers: Answers, reference: str) -> tuple[Answers, Targe
         targets.setdefault(stimulus, {})[word] = float(np.mean(values))
     rest = answers.where(lambda row: row.condition != reference)
     if not len(rest):
-        raise DataError(f"reference {reference!r} is the only condition: nothing is left to hold against it")
+        raise DataError(f"reference {reference!r} is the only condition: nothing is left to compare with it")
     return rest, targets
 
 

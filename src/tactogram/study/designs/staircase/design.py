@@ -102,7 +102,7 @@ class Staircase(Design):
                 "a staircase needs lowest_db <= start_db <= highest_db and lowest_db < highest_db"
             )
         if not self.steps_db or not all(0 < step < 1000 for step in self.steps_db):
-            raise ValueError("steps_db must be > 0 dB, and there must be one at least")
+            raise ValueError("steps_db needs at least one step, each > 0 dB")
         return self
 
     def check(self, setting: DesignContext) -> None:

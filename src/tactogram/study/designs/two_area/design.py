@@ -68,7 +68,7 @@ class TwoArea(Design):
     sides: Literal["random", "balanced"] = "random"
     """``random`` draws the side of each trial, as the paper did; ``balanced`` has each equally often per texture."""
     realism: bool = True
-    """Whether realism is asked, too."""
+    """Whether realism is rated after each choice."""
     vas_mm: float = Field(default=100.0, gt=0, le=1000)
     """Length of the scale."""
     speed_mm_s: float = Field(default=500.0, gt=0, le=5000)

@@ -42,7 +42,7 @@ def analyse_realism(answers: Answers, *, margin: float | None = None) -> Analysi
     measure = f"{names[0]} minus {names[1]}, mm"
     whole = _differences(kept, names)
     if len(whole) < 2:
-        raise DataError(f"realism: two participants must have met both conditions, got {len(whole)}")
+        raise DataError(f"realism: two participants must have answered both conditions, got {len(whole)}")
     if left := kept.people - len(whole):
         notes += (f"{left} participants who met one condition only are left out",)
     values = np.array(list(whole.values()))
