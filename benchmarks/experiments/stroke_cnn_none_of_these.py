@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments.stores import find_or_simulate
+from tactogram.experiments.artifacts import find_or_simulate
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train

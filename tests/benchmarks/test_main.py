@@ -42,4 +42,4 @@ def test_what_cannot_be_run_is_refused(arguments, message, capsys):
 
 def test_a_wrong_option_is_one_line(capsys, tmp_path):
     assert command.main(["transducer", "--set", "q=3", "--out", str(tmp_path / "x")]) == 1
-    assert "benchmarks: transducer leaves open seeds; there is no option 'q'" in capsys.readouterr().err
+    assert "benchmarks: option of transducer must be one of seeds, got 'q'" in capsys.readouterr().err

@@ -11,7 +11,7 @@ from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_spread import ImageSpread
-from tactogram.experiments import cross_modal, image_cells, stores
+from tactogram.experiments import artifacts, cross_modal, image_cells
 from tactogram.experiments import tactile_image_cgan_figure4 as figure4
 from tactogram.model import ImageKind
 from tactogram.signal import Image, Signal
@@ -102,7 +102,7 @@ class MadeUpWorkflows:
 
 @pytest.fixture(autouse=True)
 def made_up(stand_in):
-    return stand_in(MadeUpWorkflows(), figure4, cross_modal, image_cells, stores)
+    return stand_in(MadeUpWorkflows(), figure4, cross_modal, image_cells, artifacts)
 
 
 @pytest.fixture
@@ -183,5 +183,5 @@ def test_cross_modal_of_real_answers_says_people(tmp_path, made_up):
     )
     assert found["told_by"] == "people"
     assert found["people_in_both_groups"] == ["p1", "p2", "p3"]
-    assert "3 people are in both groups: p by person takes them for others" in found["text"]
+    assert "3 people are in both groups: p by person treats them as different people" in found["text"]
     assert found["overall"]["weight 5000"]["mean"] < 0.3 < found["overall"]["weight 1"]["mean"]

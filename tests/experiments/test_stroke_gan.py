@@ -69,7 +69,7 @@ def test_tile_is_mixed_with_the_others(folder, monkeypatch):
     assert set(found["models"]) == {"ar_texture", "replay"}
     rows = found["models"]["ar_texture"]
     assert len(rows) == 3
-    assert "ends alike" in found["text"]
+    assert "indistinguishable ends" in found["text"]
     alike = rows.pop("punched-plastic-sheet (sum)")
     assert (alike["trainings"], alike["measured"]) == (2, 0)
     assert "the two ends must differ" in alike["refused"][0]
@@ -91,7 +91,7 @@ def test_tile_is_mixed_with_the_others(folder, monkeypatch):
 
 
 def test_an_unknown_option_is_refused_before_anything_is_made(tmp_path):
-    with pytest.raises(ParameterError, match="leaves open model; there is no option 'seed'"):
+    with pytest.raises(ParameterError, match="option of .* must be one of model, got 'seed'"):
         reproduce("stroke_gan_figures", out=tmp_path / "x", options={"seed": 1})
     assert not (tmp_path / "x").exists()
 

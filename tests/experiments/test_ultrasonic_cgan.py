@@ -10,7 +10,7 @@ from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.datasets.ratings.table import write_table
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
-from tactogram.experiments import stores, ultrasonic_cgan_figure7
+from tactogram.experiments import artifacts, ultrasonic_cgan_figure7
 from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
 
@@ -79,7 +79,7 @@ class MadeUpWorkflows:
 
 @pytest.fixture(autouse=True)
 def made_up(stand_in):
-    return stand_in(MadeUpWorkflows(), ultrasonic_cgan_figure7, stores)
+    return stand_in(MadeUpWorkflows(), ultrasonic_cgan_figure7, artifacts)
 
 
 def test_figure_7_is_told_by_simulated_raters_and_a_rater_model_and_says_what_failed(tmp_path, made_up):

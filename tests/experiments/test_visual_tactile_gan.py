@@ -10,7 +10,7 @@ from tactogram import models
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.simulate.photo import photographs
 from tactogram.datasets.simulate.sets import SETS
-from tactogram.experiments import picture_cells, stores
+from tactogram.experiments import artifacts, picture_cells
 from tactogram.experiments import visual_tactile_gan_table3 as table3
 from tactogram.experiments import visual_tactile_gan_table4 as table4
 from tactogram.experiments.picture_cells import against
@@ -60,7 +60,7 @@ class MadeUpWorkflows:
 
 @pytest.fixture(autouse=True)
 def made_up(stand_in):
-    return stand_in(MadeUpWorkflows(), picture_cells, stores)
+    return stand_in(MadeUpWorkflows(), picture_cells, artifacts)
 
 
 def test_table_3_is_chosen_on_the_validation_part(tmp_path):

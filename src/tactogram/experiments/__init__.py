@@ -1,6 +1,6 @@
 """Experiments behind published tables and figures, one file each, found by looking.
 
-An experiment is a module with ``run(folder, *, paper, progress)``. ``folder`` takes all that it makes, ``paper`` asks
-for the published size instead of one for two cores, and further keyword arguments with a default are its options. The
-result is a dict of figures; its ``text`` is the table as one reads it, published figures beside ours.
+An experiment is a module with ``run(folder, *, paper, progress)``. ``folder`` receives its artifacts, ``paper`` selects
+the published size instead of one for two cores, and further keyword arguments with a default are its options. The
+result is a dict of figures; its ``text`` is the table for readers, with published figures beside ours.
 """

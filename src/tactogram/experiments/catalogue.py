@@ -1,4 +1,4 @@
-"""The list of experiments, read from their files without importing one: an import brings in torch."""
+"""List of experiments, read from their files without importing them, because that would import torch."""
 
 from __future__ import annotations
 

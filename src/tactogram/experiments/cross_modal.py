@@ -1,10 +1,10 @@
-"""Hatori et al. 2025, Figures 5 and 6: what is felt while an image is seen, against what plates were scored.
+"""Hatori et al. 2025, Figures 5 and 6: errors of word ratings of touch with images against the plates' ratings.
 
-Six conditions: the sensor's signal straight to the display; generated signals alone; and generated signals beside
-images of the four weights, from the same scores. Without people, simulated observers score them: one group the first
-two, as in the earlier study, another the rest. They weigh touch and sight by reliability (Ernst & Banks 2002); the rule
-is in docs/simulated-raters.md and unknown to every model. With ``ratings=FILE`` the same figures are made of real
-answers.
+Six conditions: the sensor's signal as the drive; generated signals alone; and generated signals shown with
+images of the four weights, from the same scores. Simulated observers rate them: one group the first
+two, as in the earlier study, another group the others. They weight touch and sight by reliability (Ernst & Banks
+2002); the rules are in docs/simulated-raters.md and unknown to every model. ``ratings=FILE`` makes the
+figures from real answers instead.
 """
 
 from __future__ import annotations
@@ -17,33 +17,33 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Ratings, Store
+from tactogram.datasets import Ratings
 from tactogram.datasets.ratings.table import read_table
 from tactogram.datasets.simulate.raters import draw_people, score_together, score_vibrations
 from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.cross_modal import ALPHA, CrossModalResult, compare_cross_modal, errors_of
 from tactogram.evaluation.ratings.cross_modal_figures import overall_figure, per_word_figure
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of, store_of
+from tactogram.experiments.artifacts import find_or_simulate, trained_run
+from tactogram.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import load_run
-from tactogram.workflows.training.train import train
 
 PEOPLE = 20
 """In each of the two groups. Sec. II-D; n = 2,400 answers of 12 plates and 10 words in Fig. 5."""
 WITHOUT_MODELS, WITHOUT_IMAGES = "without models", "without images"
 SHOWN = 5000
-"""Weight that Fig. 6 is of."""
+"""Image weight in Fig. 6."""
 PUBLISHED = {f"weight {SHOWN}": 1.6, WITHOUT_MODELS: 2.2}
-"""Abstract: "reduced the mean absolute error … from 2.2 to 1.6"; that 2.2 is of the first condition is our reading."""
+"""Abstract: "reduced the mean absolute error … from 2.2 to 1.6"; we take 2.2 to be the first condition."""
 PUBLISHED_BETTER = (1, 1000, 5000)
-"""Weights that err less than without images, p < 0.01. Sec. III-B."""
+"""Weights with smaller errors than without images, p < 0.01. Sec. III-B."""
 PUBLISHED_WORDS = (3, 8, ("rugged", "uneven"))
-"""Words that improve without images; with images; and which do not. Sec. III-B."""
+"""Number of words that improve without images, and with images; words that do not. Sec. III-B."""
 
 
 def run(
@@ -64,28 +64,28 @@ def run(
     Parameters
     ----------
     folder, paper, progress
-        As of every experiment.
+        See `tactogram.experiments`.
     images, data : str
-        Stores of rated images, and of rated plates and display signals; by default simulated.
+        Stores of rated images, and of rated plates and display signals; default: simulated.
     signal_run : str
-        A run of ultrasonic_cgan on ``data``; by default group D is trained.
+        Run of ultrasonic_cgan on ``data``; default: group D is trained.
     image_runs : str
-        A folder with ``weight-W-SEED`` of each weight, as ``tactile_image_cgan_figure4`` leaves under ``runs``.
+        Folder with ``weight-W-SEED`` for each weight, such as ``runs`` of ``tactile_image_cgan_figure4``.
     ratings : str
-        A table of answers about what is in ``items.csv``.
+        Table of answers about the items in ``items.csv``.
     recipe : str
-        Of the generators; by default ``paper``, or ``quick`` for the bench.
+        Recipe of the generators; default: ``paper``, or ``quick`` for the bench.
     seed : int
-        Of trainings and of the noise.
+        Seed of trainings and noise.
     """
     recipe = recipe or ("paper" if paper else "quick")
-    seen, felt = (
-        store_of(folder, "tactile_images", images, progress=progress),
-        store_of(folder, "ultrasonic", data, progress=progress),
-    )
-    made = _signals(
-        folder, felt, Path(signal_run) if signal_run else None, recipe=recipe, seed=seed, progress=progress
-    )
+    seen = find_or_simulate(folder / "tactile_images", "tactile_images", given=images, progress=progress)
+    felt = find_or_simulate(folder / "ultrasonic", "ultrasonic", given=data, progress=progress)
+    generator = Path(signal_run) if signal_run else folder / "runs" / f"signals-{seed}"
+    if not signal_run:
+        options: dict[str, Any] = {"recipe": recipe, "by": "session", "changes": {"seed": seed}}
+        trained_run("ultrasonic_cgan", felt, generator, **options, progress=progress)
+    made = generate_rated_surfaces(generator, seed=seed)
     plates = plates_of(felt)
     shown: dict[str, dict[str, Image]] = {}
     for weight in WEIGHTS:
@@ -141,27 +141,8 @@ def run(
     return result | {"text": _text(result, found)}
 
 
-def _signals(
-    folder: Path, felt: Store, given: Path | None, *, recipe: str, seed: int, progress: ProgressCallback
-) -> Any:
-    """Return what the run ``given`` makes of each plate, or one of group D that is trained here."""
-    run = given or folder / "runs" / f"signals-{seed}"
-    if given is None:
-        train(
-            "ultrasonic_cgan",
-            felt.path,
-            recipe=recipe,
-            by="session",
-            changes={"seed": seed},
-            out=run,
-            resume=(run / "recipe.toml").exists(),
-            progress=progress,
-        )
-    return generate_rated_surfaces(run, seed=seed)
-
-
 def _people(table: Ratings, conditions: Collection[str]) -> set[str]:
-    """Return who scored something of ``conditions``."""
+    """Return the raters who scored any of ``conditions``."""
     return {
         rater
         for rater, item in zip(table.rater, table.item, strict=True)
@@ -172,7 +153,7 @@ def _people(table: Ratings, conditions: Collection[str]) -> set[str]:
 def _simulated(
     alone: Mapping[str, Signal], pairs: Mapping[str, tuple[Signal, Image]]
 ) -> tuple[Ratings, Ratings]:
-    """Return what two groups of simulated people say; neither had a part in the training data."""
+    """Return the ratings of two groups of simulated people, who took no part in the training data."""
     earlier, later = (
         draw_people(PEOPLE, seed=seed, prefix=name) for seed, name in ((1, "judge"), (2, "viewer"))
     )
@@ -182,7 +163,7 @@ def _simulated(
 def _write_items(
     folder: Path, alone: Mapping[str, Signal], pairs: Mapping[str, tuple[Signal, Image]]
 ) -> Path:
-    """Write every signal and image, and a table of what belongs together: for people to be asked about."""
+    """Write every signal and image, and a table of the pairs, for a study with people."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(("item", "vibration", "image"))
@@ -199,7 +180,7 @@ def _write_items(
 
 def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
     lines = [
-        f"Figs. 5 and 6 told by {result['told_by']}, recipe {result['recipe']}, "
+        f"Figs. 5 and 6, rated by {result['told_by']}, recipe {result['recipe']}, "
         f"{len(result['plates']['judged'])} plates; mean absolute error, points of 7",
         f"{'':16}{'MAE':>7}{'SE':>7}{'n':>7}{'published':>11}{'p as printed':>14}{'p by person':>13}",
     ]
@@ -220,8 +201,8 @@ def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
     ]
     overall = found.by_person.overall
     lines += [
-        "p against without images: as printed, Steel-Dwass (takes every answer as independent); by person, "
-        "Mann-Whitney on people's means against other people, Holm",
+        "p against without images: as printed, Steel-Dwass (treats every answer as independent); by person, "
+        "Mann-Whitney on people's means between the groups, Holm",
         f"below without images as printed: {', '.join(better) or 'none'} (published: weights 1, 1,000, 5,000)",
         f"among the four weights by person: Friedman p {overall[1]:.2g}; Wilcoxon with Holm: "
         if overall
@@ -236,7 +217,7 @@ def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
         )
     if same := result["people_in_both_groups"]:
         lines.append(
-            f"{len(same)} people are in both groups: p by person takes them for others and is not to be relied on"
+            f"{len(same)} people are in both groups: p by person treats them as different people and is unreliable"
         )
     if result["plates"]["failed"]:
         lines.append(

@@ -14,29 +14,21 @@ from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable
 
 RATER_MODEL = "a rater model"
 KNOWS_NEAREST = (
-    "The rater model was trained on the display signals: what it says of the nearest of them, or of a copy, comes "
-    "closer than what it says of a signal it never met."
+    "The rater model was trained on the display signals, so its error is smaller for the nearest of them, or a copy, "
+    "than for a new signal."
 )
 HEADER = ("condition", "MAE", "SE", "n", "plates", "p as printed", "p by rater", "p by plate")
 
 
 def figure7_text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
-    """Return the errors of each condition by whom they are told, as lines.
-
-    Parameters
-    ----------
-    result : mapping
-        As the experiment's ``run`` returns it, without ``text`` and ``report``.
-    conditions : tuple of str
-        In the order of the rows.
-    """
+    """Return the errors of each condition (a row each, in this order) by raters, from the result of ``run``."""
     lines = [
         f"Figure 7 on {result['data']}, recipe {result['recipe']}"
         + (f" at {result['iterations']} iterations" if result["iterations"] else "")
         + "; p against the sensor's signal. Published: B, C and D below it with p < 0.01, A not, E failed."
     ]
     for by, told in result["told_by"].items():
-        lines.append(f"Told by {by}:")
+        lines.append(f"Rated by {by}:")
         lines.append("  " + "".join(f"{name:>14}" for name in HEADER))
         rows = _rows(result, by, conditions)
         lines += ["  " + "".join(f"{_cell(value):>14}" for value in row) for row in rows]
@@ -58,28 +50,28 @@ def figure7_report(folder: Path, result: Mapping[str, Any], conditions: tuple[st
     """Write ``report.html`` of a result that has its ``text``, and return its path."""
     sections = [
         ReportSection(
-            f"Told by {by}",
+            f"Rated by {by}",
             [
                 ReportTable(
                     HEADER,
                     _rows(result, by, conditions),
-                    f"Mean absolute error to the plates' scores, told by {by}.",
+                    f"Mean absolute error to the plates' scores, rated by {by}.",
                 ),
                 *[ReportText(f"{name}: {value:.3f}.") for name, value in told["beside"].items()],
                 *([ReportText(KNOWS_NEAREST)] if by.startswith(RATER_MODEL) else []),
-                _picture(told["figure"], f"Figure 7's layout, told by {by}."),
+                _picture(told["figure"], f"Figure 7's layout, rated by {by}."),
             ],
         )
         for by, told in result["told_by"].items()
     ]
     sections.append(
         ReportSection(
-            "The space of words", [_picture(result["word_map"]["figure"], "Principal components of scores.")]
+            "Space of words", [_picture(result["word_map"]["figure"], "Principal components of scores.")]
         )
     )
     return write_report(
         folder / "report.html",
-        title="Figure 7: what is felt of generated signals",
+        title="Figure 7: word ratings of generated signals",
         summary=result["text"].split("\n")[0],
         sections=sections,
         simulated=result["simulated"],

@@ -34,25 +34,21 @@ def reproduce(
     recipe : {"bench", "paper"}
         ``bench`` is sized for two cores, ``paper`` is the published size.
     out : path, optional
-        Folder for everything it makes; by default ``runs/NAME``. Data and finished runs that are there
-        already are not made again.
+        Folder of its artifacts; default ``runs/NAME``. Data and finished runs in it are used again.
     options : mapping, optional
-        What the experiment leaves open, such as ``{"model": "ar_texture"}``: the keyword arguments of its ``run``
-        that have a default.
+        Keyword arguments of the experiment's ``run``, such as ``{"model": "ar_texture"}``.
     package : str
-        Where the experiments are.
-    progress : Progress
+        Package of the experiments.
 
     Returns
     -------
     dict
-        The experiment's figures, and ``text``: its table, published beside ours.
+        The experiment's figures, and ``text``: its table, with published figures beside ours.
 
     Raises
     ------
     ParameterError
-        If there is no such experiment or recipe, it does not leave open what ``options`` name, or ``out`` cannot be
-        written to.
+        If the experiment, recipe or an option does not exist, or ``out`` cannot be written to.
     """
     known = experiments(Path(import_module(package).__path__[0]))
     if name not in known:
@@ -60,11 +56,11 @@ def reproduce(
     if recipe not in ("bench", "paper"):
         raise ParameterError(f"recipe must be bench or paper, got {recipe!r}")
     run = import_module(f"{package}.{name}").run
-    left_open = [p.name for p in inspect.signature(run).parameters.values() if p.default is not p.empty]
+    available = [p.name for p in inspect.signature(run).parameters.values() if p.default is not p.empty]
     for key in options or {}:
-        if key not in left_open:
+        if key not in available:
             raise ParameterError(
-                f"{name} leaves open {', '.join(left_open) or 'nothing'}; there is no option {key!r}"
+                f"option of {name} must be one of {', '.join(available) or 'none'}, got {key!r}"
             )
     folder = Path(out) if out else Path("runs") / name
     check_writable(folder, folder=True)

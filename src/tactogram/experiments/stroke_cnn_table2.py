@@ -2,8 +2,8 @@
 
 The paper's recordings are not published. The simulated set has their layout: 15 surfaces x finger or pen at
 100, 200 and 400 mm/s, three 3-minute back-and-forth takes each, 330 Hz wireless. Folds are ten contiguous
-blocks of every take with a gap of one window. Our figures say that the method works on data of this shape;
-they say nothing on whether the published accuracies are right.
+blocks of every take with a gap of one window. Our figures show that the method works on data of this shape;
+they neither confirm nor refute the published accuracies.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments.stores import find_or_simulate
+from tactogram.experiments.artifacts import find_or_simulate
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.progress import ProgressCallback
 
@@ -24,16 +24,12 @@ BENCH = {"config.window": 200, "config.batch_size": 32, "config.steps": 300}
 
 
 def run(folder: Path, *, paper: bool, progress: ProgressCallback) -> dict[str, Any]:
-    """Return accuracy per speed and mixed, in %, mean and spread over folds; makes the data when it is not there."""
+    """Return accuracy per speed and mixed, in %, mean and spread over folds."""
     data = folder / "data"
     store = find_or_simulate(data, "stroking30", progress=progress)
     options: dict[str, Any] = {"folds": 10, "label": "material+contactor", "recipe": "paper"}
     if not paper:
-        options |= {
-            "recipe": "quick",
-            "changes": BENCH,
-            "only_folds": BENCH_FOLDS,
-        }
+        options |= {"recipe": "quick", "changes": BENCH, "only_folds": BENCH_FOLDS}
     rows: dict[str, dict[str, Any]] = {}
     for speed, published in PUBLISHED.items():
         where = {} if speed == "mixed" else {"speed_mm_s": speed}

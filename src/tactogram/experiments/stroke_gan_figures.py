@@ -1,9 +1,9 @@
-"""Saga et al., Figures 7 to 9: spectrograms of recorded strokes beside generated ones, nine textures, simulated.
+"""Saga et al., Figures 7 to 9: spectrograms of recorded and generated strokes of nine textures, simulated.
 
 The paper's recordings are not published. The simulated set has their layout: nine textures rubbed by a finger in
-one direction, 4,000 samples of three axes at 1 kHz. The paper shows recorded beside generated strokes for three
-textures (Figure 7) and generated ones alone for the other six (Figures 8 and 9); here all nine are shown beside
-strokes that the model was not trained on, once from 0 to 1 as printed and once in dB, where the level can be seen.
+one direction, 4,000 samples of three axes at 1 kHz. The paper shows recorded and generated strokes for three
+textures (Figure 7) and generated ones alone for the other six (Figures 8 and 9). Here all nine are compared with
+held-out strokes, once from 0 to 1 as printed and once in dB, which shows the level.
 """
 
 from __future__ import annotations
@@ -16,30 +16,27 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.stores import find_or_simulate
+from tactogram.experiments.artifacts import find_or_simulate, trained_run
 from tactogram.signal import Image, Signal
 from tactogram.workflows.evaluation.mixing_ladder import recorded
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.train import train
 
 FIGURES = {
     "figure-7": ("artificial-grass", "carpet", "tile"),
     "figure-8": ("cloth", "cork-sheet", "punched-plastic-sheet"),
     "figure-9": ("luncheon-mat-01", "luncheon-mat-02", "luncheon-mat-03"),
 }
-"""Three textures each. Which three Figure 7 shows is not said in the text, only that Tile is one of them."""
+"""Three textures each. The text names only Tile as one of the three in Figure 7."""
 
 
 def run(
     folder: Path, *, paper: bool, progress: ProgressCallback, model: str = "stroke_gan"
 ) -> dict[str, Any]:
-    """Return where the figures are, and for each texture how far generated strokes are from recorded ones."""
-    data = folder / "data"
-    store = find_or_simulate(data, "stroking9", progress=progress)
+    """Return the figures' files, and each texture's distance between generated and recorded strokes."""
+    store = find_or_simulate(folder / "data", "stroking9", progress=progress)
     recipe = "paper" if paper else "quick"
-    out = folder / model
-    train(model, data, recipe=recipe, out=out, resume=(out / "recipe.toml").exists(), progress=progress)
+    out = trained_run(model, store, folder / model, recipe=recipe, progress=progress)
     real = {name: recorded(out, name) for names in FIGURES.values() for name in names}
     made = {name: _signals(out, name, strokes) for name, strokes in real.items()}
     files: dict[str, str] = {}
@@ -70,7 +67,7 @@ def run(
 
 def _text(model: str, rows: dict[str, dict[str, float]], files: dict[str, str]) -> str:
     lines = [
-        "Simulated strokes. Log-spectral distance to strokes kept apart, dB; floor: one half of them to the other;",
+        "Simulated strokes. Log-spectral distance to held-out strokes, dB; floor: one half of them to the other;",
         f"ceiling: other textures. {model:22}{'model':>8}{'floor':>8}{'ceiling':>9}",
     ]
     lines += [
@@ -81,7 +78,7 @@ def _text(model: str, rows: dict[str, dict[str, float]], files: dict[str, str]) 
 
 
 def _signals(run: Path, material: str, strokes: Sequence[Signal]) -> list[Signal]:
-    """Return as many generated signals as there are recorded ones, as long as the first of those."""
+    """Return one generated signal per recorded one, all as long as the first."""
     signals = []
     for made in generate(run, {"material": material}, seconds=strokes[0].seconds, count=len(strokes)):
         if isinstance(made, Image):

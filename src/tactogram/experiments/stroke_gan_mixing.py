@@ -1,11 +1,11 @@
 """Saga et al., Figures 15 to 18: Tile mixed with each of the other eight textures, measured, simulated.
 
-The paper mixes labels in two ways and looks at spectrograms: Place Mat 03 (here luncheon-mat-03) at 1 with Tile from
-0 to 1 (Figure 15), and weights that sum to 1, Tile with each of the others (Figures 16 to 18). It sees the mix change
+The paper mixes labels in two ways and inspects spectrograms: Place Mat 03 (here luncheon-mat-03) at 1 with Tile from
+0 to 1 (Figure 15), and Tile with each of the others, weights summing to 1 (Figures 16 to 18). They see the mix change
 "especially on the X-axis", and Tile's feature where its weight is over 0.4, except with Cloth and Carpet.
 
-Here each step is placed between the two ends (`evaluation.mixing.placement`), on several trainings with seeds of
-their own. The recordings are simulated: whether the same textures dominate says as much of them as of the model.
+Here each step is located between the two ends (`evaluation.mixing.placement`), in several trainings with different
+seeds. The recordings are simulated, so which texture dominates depends on them as much as on the model.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from statistics import mean, stdev
 from typing import Any
 
 from tactogram.evaluation.mixing.placement import IndistinctEndsError
-from tactogram.experiments.stores import find_or_simulate
+from tactogram.experiments.artifacts import find_or_simulate, trained_run
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.train import train
 
 END = "tile"
 ADDED_TO = "luncheon-mat-03"
@@ -34,20 +33,19 @@ SEEN = dict.fromkeys(
     ),
     "Tile seen where over 0.4",
 ) | dict.fromkeys(("cloth", "carpet"), "not yet at 0.4")
-"""Section V: what the authors saw in the spectrograms of Figures 16 to 18."""
+"""Section V: the authors' observations in the spectrograms of Figures 16 to 18."""
 SEEN_ADDED = "ever more of both, above all on X"
 """Section V, Figure 15."""
 
 NOTES = """\
-Half way: weight of Tile at which a mix lies half way between the textures, ± sd over trainings (*: of those that
-get there; –: not to be said). No level: by the shape of spectra and envelopes alone, as in pictures scaled from 0 to
-1. One way: trainings whose steps rise but for chance. Drop: the deepest fall on the way. Off: the largest distance
-off the line between the ends, over theirs. Pure: where what is made of the pure materials lies between their
+Half way: weight of Tile at which a mix is half way between the textures, ± sd over trainings (*: over those that
+reach it; –: undefined). No level: by the shape of spectra and envelopes alone, as in pictures scaled from 0 to
+1. One way: trainings in which the position rises, up to chance. Drop: the largest fall. Off: the largest distance
+from the line between the ends, relative to theirs. Pure: position of the generated pure materials between their
 recordings, 0 and 1."""
-"""What the columns of the table mean."""
 
 SECONDS = 8.0
-"""Of each signal that is measured."""
+"""Length of each measured signal."""
 SIGNALS = {"bench": 6, "paper": 20}
 """Per step."""
 STEPS = 11
@@ -62,23 +60,22 @@ def run(
     trainings: int = 3,
     baselines: str = "ar_texture,replay",
 ) -> dict[str, Any]:
-    """Return for every pair where the steps lie, whether they move one way and where Tile takes over.
+    """Return for every pair the positions of the steps, whether they are monotone, and where Tile takes over.
 
     Parameters
     ----------
     folder, paper, progress
-        As of every experiment.
+        See `tactogram.experiments`.
     model : str
-        Any generator that takes ``material``.
+        Any generator conditioned on ``material``.
     trainings : int
-        Seeds, each with its own split.
+        Number of seeds, each with its own split.
     baselines : str
-        Models to compare with, by comma, trained once each; may be empty.
+        Models to compare with, separated by commas, trained once each; may be empty.
     """
-    data = folder / "data"
-    store = find_or_simulate(data, "stroking9", progress=progress)
+    store = find_or_simulate(folder / "data", "stroking9", progress=progress)
     recipe = "paper" if paper else "quick"
-    asked = {"steps": STEPS, "signals": SIGNALS["paper" if paper else "bench"], "seconds": SECONDS}
+    settings = {"steps": STEPS, "signals": SIGNALS["paper" if paper else "bench"], "seconds": SECONDS}
     lines = {model: range(trainings)} | {
         name: range(1) for name in baselines.split(",") if name and name != model
     }
@@ -86,16 +83,21 @@ def run(
     for name, seeds in lines.items():
         found: dict[str, list[dict[str, Any]]] = {}
         for seed in seeds:
-            out = folder / f"{name}-{seed}"
-            again = (out / "recipe.toml").exists()
-            train(name, data, recipe=recipe, changes={"seed": seed}, out=out, resume=again, progress=progress)
+            out, changes = folder / f"{name}-{seed}", {"seed": seed}
+            trained_run(name, store, out, recipe=recipe, changes=changes, progress=progress)
             pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
             for other, mode in pairs:
                 place = folder / "ladders" / f"{name}-{seed}" / f"{other}-{mode}"
-                options: dict[str, Any] = {**asked, "mode": mode, "seed": seed, "out": place, "reuse": True}
+                options: dict[str, Any] = {
+                    **settings,
+                    "mode": mode,
+                    "seed": seed,
+                    "out": place,
+                    "reuse": True,
+                }
                 try:
                     ladder = mixing_ladder(out, other, END, **options, progress=progress)
-                except IndistinctEndsError as error:  # a model may make the same of both
+                except IndistinctEndsError as error:
                     ladder = {"refused": str(error)}
                 found.setdefault(f"{other} ({mode})", []).append(ladder)
         models[name] = {pair: summary(ladders) for pair, ladders in found.items()}
@@ -104,7 +106,7 @@ def run(
         "simulated": store.simulated,
         "data_sha256": store.sha256,
         "recipe": recipe,
-        "measured": asked,
+        "measured": settings,
         "seen_in_the_paper": SEEN,
         "models": models,
         "text": "\n\n".join([NOTES, *(_text(name, rows, recipe) for name, rows in models.items())]),
@@ -114,7 +116,7 @@ def run(
 def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Return the figures of one pair over trainings: means and standard deviations, and each training's.
 
-    A training whose ends cannot be told apart stands under ``refused`` and is left out of the rest.
+    A training with indistinguishable ends is listed under ``refused`` and excluded.
     """
     measured = [found for found in ladders if "refused" not in found]
     counts: dict[str, Any] = {
@@ -153,7 +155,7 @@ def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def spread_of(values: Any) -> dict[str, Any]:
-    """Return mean, sd and number of those ``values`` that are known, and all of them."""
+    """Return the values, and mean, sd and number of those that are not None."""
     listed = list(values)
     known = [value for value in listed if value is not None]
     return {
@@ -181,7 +183,7 @@ def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
     ]
     for pair, row in rows.items():
         if not row["measured"]:
-            lines.append(f"{pair:28}ends alike in all {count} trainings: no ladder")
+            lines.append(f"{pair:28}indistinguishable ends in all {count} trainings: no ladder")
             continue
         half, apart = row["half_weight"], row["distance_db"]
         other, _, mode = pair.partition(" ")

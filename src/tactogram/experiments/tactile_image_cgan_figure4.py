@@ -1,7 +1,7 @@
 """Hatori et al. 2025, Figure 4: images of twelve plates from two noises and the losses, for four image weights.
 
-Beside the figure what the paper lacks: whether an image follows its label as a rater model says, whether noises and
-labels make a difference at all, how far the images are from real ones, and so the trade-off of the weights as a curve.
+Adds what the paper does not measure: whether images follow their labels according to a rater model, their variation
+by noise and by label, their distance to real images, and the resulting trade-off between weights.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from tactogram.evaluation.pictures.image_figures import (
 )
 from tactogram.evaluation.pictures.image_quality import TITLES, ImageQuality
 from tactogram.evaluation.report import save_figure
+from tactogram.experiments.artifacts import find_or_simulate
 from tactogram.experiments.image_cells import (
     DRAWS,
     WEIGHTS,
@@ -32,13 +33,12 @@ from tactogram.experiments.image_cells import (
     plates_of,
     rater_run,
     real_images,
-    store_of,
 )
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import load_run
 
 TRIALS = 2
-"""Noises that the figure shows. Fig. 4, "Images from two trials are shown"."""
+"""Noises in the figure. Fig. 4, "Images from two trials are shown"."""
 LETTERS = "abcdefgh"
 PUBLISHED = {
     1: "discriminator's loss near 0; images of one label alike, unlike real ones",
@@ -46,7 +46,7 @@ PUBLISHED = {
     5000: "losses oscillate; images like real ones",
     10000: "losses oscillate; images like real ones, least control by the label",
 }
-"""Sec. III-A, in words: the paper measures nothing here."""
+"""Sec. III-A, in words; the paper gives no figures."""
 
 
 def run(
@@ -61,28 +61,26 @@ def run(
     recipe: str = "",
     weights: str = ",".join(map(str, WEIGHTS)),
 ) -> dict[str, Any]:
-    """Return what each weight gives, and draw Fig. 4 and the trade-off.
+    """Return the figures of each weight, and draw Fig. 4 and the trade-off.
 
     Parameters
     ----------
     folder, paper, progress
-        As of every experiment.
+        See `tactogram.experiments`.
     images, plates : str
-        Stores of rated images and of rated surfaces; by default simulated.
+        Stores of rated images and of rated surfaces; default: simulated.
     rater : str
-        A run of a rater of images; by default one is trained.
+        Run of a rater of images; default: one is trained.
     trainings : int
-        Seeds of each weight.
+        Seeds per weight.
     recipe : str
-        Of the generators; by default ``paper``, or ``quick`` for the bench.
+        Recipe of the generators; default: ``paper``, or ``quick`` for the bench.
     weights : str
-        Whole numbers, joined by commas.
+        Whole numbers, separated by commas.
     """
     chosen = _weights(weights)
-    seen, felt = (
-        store_of(folder, "tactile_images", images, progress=progress),
-        store_of(folder, "ultrasonic", plates, progress=progress),
-    )
+    seen = find_or_simulate(folder / "tactile_images", "tactile_images", given=images, progress=progress)
+    felt = find_or_simulate(folder / "ultrasonic", "ultrasonic", given=plates, progress=progress)
     wanted = plates_of(felt)
     scoring = rater_run(folder, seen, rater, progress=progress)
     recipe = recipe or ("paper" if paper else "quick")
@@ -136,7 +134,7 @@ def _weights(text: str) -> list[int]:
         found = []
     if not found or found[0] < 1 or len(found) > len(LETTERS):
         raise ParameterError(
-            f"weights must be 1 to {len(LETTERS)} whole numbers from 1 on, joined by commas; got {text!r}"
+            f"weights must be 1 to {len(LETTERS)} whole numbers from 1, separated by commas, got {text!r}"
         )
     return found
 
@@ -153,7 +151,7 @@ def _row(folder: Path, weight: int, plates: RatedPlates, letter: str) -> Generat
 
 
 def _losses_of(folder: Path, weight: int) -> dict[str, float]:
-    """Return the losses over the last half of a training: means, and how far the discriminator's swings."""
+    """Return mean losses over the last half of a training, and the standard deviation of the discriminator's."""
     lines = load_run(folder / "runs" / f"weight-{weight}-0").run.metrics()
     late = lines[len(lines) // 2 :]
     discriminator = np.array([line["discriminator"] for line in late])
@@ -206,12 +204,12 @@ def _text(result: Mapping[str, Any], said: str) -> str:
             f"{weight:>11,}"
             + "".join(f"{value:>11.3f}" for value in values)
             + "".join(f"  {mean('quality', name):>{len(TITLES[name])}.1f}" for name in names)
-            + f"  {collapse}; {PUBLISHED.get(weight, 'not tried')}"
+            + f"  {collapse}; {PUBLISHED.get(weight, 'not tested')}"
         )
     best = result["rater_on_unseen_images"]
     if best:
         lines.append(
-            f"the rater model on real images that it did not see: r {best['correlation']:.2f}, "
+            f"the rater model on unseen real images: r {best['correlation']:.2f}, "
             f"slope {best['slope']:.2f}, error {best['error']:.3f}, of others {best['error_of_others']:.3f}"
         )
     lines += [f"{name}: {why}" for name, why in result["missing"].items()]

@@ -1,9 +1,9 @@
-"""Hatori & Takemura 2023, Figure 7: what is felt of generated signals against the plates, groups A to E.
+"""Hatori & Takemura 2023, Figure 7: errors of word ratings of generated signals against the plates', groups A to E.
 
-Without people: told by simulated people who had no part in the training data, and by a rater model that was trained on
-the display signals; every figure and table says which. With ``ratings=FILE`` the same figure is made of real answers
-about the signals that this experiment wrote (``items.csv`` names them). Beside the paper's conditions stands the
-display signal nearest in words, which any model has to beat.
+The raters are simulated people who took no part in the training data, and a rater model trained on
+the display signals; every figure and table states which. ``ratings=FILE`` makes the figure from real answers
+about the signals of this experiment (listed in ``items.csv``). A further condition is the
+display signal nearest in words, which a model must outperform.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from tactogram.evaluation.ratings.figures import word_map_figure
 from tactogram.evaluation.ratings.prediction import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import save_figure
+from tactogram.experiments.artifacts import find_or_simulate, trained_run
 from tactogram.experiments.figure7_report import RATER_MODEL, figure7_report, figure7_text
-from tactogram.experiments.stores import find_or_simulate
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
@@ -34,15 +34,14 @@ from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
 from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
 from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.train import train
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""
 SIGNIFICANT = ("B", "C", "D")
-"""Published: errors below those of the sensor's signal, p < 0.01; A not; E's training failed. Sec. V-A. No means are
-printed."""
+"""Published: errors below those of the sensor's signal, p < 0.01, but not for A; E's training failed. No means are
+given. Sec. V-A."""
 PEOPLE = 20
-"""Other people than those who made the training data. Sec. V-A."""
+"""Different people from those of the training data. Sec. V-A."""
 SIMULATED_RATERS = "simulated raters"
 
 
@@ -58,24 +57,24 @@ def run(
     iterations: int = 0,
     recipe: str = "",
 ) -> dict[str, Any]:
-    """Return the errors of each group, by whom they are told, and where the figures are.
+    """Return the errors of each group by raters, and the figures' files.
 
     Parameters
     ----------
     folder, paper, progress
-        As of every experiment.
+        See `tactogram.experiments`.
     data : str
-        A store of rated plates and rated display signals; by default the simulated study.
+        Store of rated plates and display signals; default: the simulated study.
     ratings : str
-        A table of answers about what is in ``items.csv``: CSV, TSV or Parquet.
+        Table of answers about the items in ``items.csv``: CSV, TSV or Parquet.
     groups : str
-        Which, joined by commas.
+        Names, separated by commas.
     trainings : int
-        Seeds of each group. Answers are about the first; the others say how far trainings differ.
+        Seeds per group. The first is rated; the others show the variation between trainings.
     iterations : int
-        Of each network instead of the recipe's; 0 takes the recipe's.
+        Iterations of each network; 0 for the recipe's.
     recipe : str
-        Of the generators; by default ``paper``, or ``quick`` for the bench.
+        Recipe of the generators; default: ``paper``, or ``quick`` for the bench.
     """
     store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
     chosen = _chosen(groups)
@@ -130,7 +129,7 @@ def run(
 
 
 def _signals(first: Any, made: Mapping[str, list[Any]]) -> dict[str, Signal]:
-    """Return what is asked about: the sensor's and the nearest signals, and what each group's first training made."""
+    """Return the rated signals: the sensor's, the nearest, and those of each group's first training."""
     signals = {f"{STRAIGHT}/{item}": one for item, one in first.straight.items()}
     signals |= {f"{NEAREST}/{item}": one for item, one in first.nearest.items()}
     for name, held in made.items():
@@ -147,7 +146,7 @@ def _told(
     human: Mapping[str, float],
     own: float,
 ) -> dict[str, Any]:
-    """Return the errors of each condition by who tells them, beside what the tellers err by themselves."""
+    """Return the errors of each condition by raters, beside the raters' own errors."""
     of_people = {"one rater of the plates, the others": human["one_rater_mae"]}
     of_model = {
         "half of the plates' raters, other half": human["split_half_mae"],
@@ -167,10 +166,12 @@ def _told(
 
 
 def _chosen(groups: str) -> list[str]:
-    """Return the groups that are named, in the paper's order."""
+    """Return the named groups in the paper's order."""
     names = [name.strip() for name in groups.split(",")]
     if unknown := [name for name in names if name not in GROUPS]:
-        raise ParameterError(f"groups must be of {', '.join(GROUPS)}, joined by commas; got {unknown[0]!r}")
+        raise ParameterError(
+            f"groups must be of {', '.join(GROUPS)}, separated by commas, got {unknown[0]!r}"
+        )
     return [name for name in GROUPS if name in names]
 
 
@@ -184,18 +185,11 @@ def _group(
     changes: Mapping[str, Any],
     progress: ProgressCallback,
 ) -> Any:
-    """Return what one training of group ``name`` makes of each plate."""
+    """Return the signals that one training of group ``name`` generates for the plates."""
+    changes = {**changes, "config.clusters": GROUPS[name], "seed": seed}
+    options: dict[str, Any] = {"recipe": recipe, "by": "session", "changes": changes}
     out = folder / "runs" / f"{name}-{seed}"
-    train(
-        "ultrasonic_cgan",
-        store.path,
-        recipe=recipe,
-        by="session",
-        changes={**changes, "config.clusters": GROUPS[name], "seed": seed},
-        out=out,
-        resume=(out / "recipe.toml").exists(),
-        progress=progress,
-    )
+    trained_run("ultrasonic_cgan", store, out, **options, progress=progress)
     return generate_rated_surfaces(out, seed=seed)
 
 
@@ -208,7 +202,7 @@ def _tables(
     ratings: str,
     words: Sequence[str],
 ) -> dict[str, Ratings]:
-    """Return what is said of ``signals``, by who says it: simulated raters, the rater model, people."""
+    """Return the ratings of ``signals`` by simulated raters, by the rater model and by people."""
     tables: dict[str, Ratings] = {}
     if store.simulated:
         people = draw_people(PEOPLE, seed=1, prefix="judge")
@@ -222,19 +216,10 @@ def _tables(
 
 
 def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path, dict[str, Any]]:
-    """Return a rater model of all display signals, and its own error on signals kept apart."""
-    out = folder / "runs" / "rater"
+    """Return a rater model of all display signals, and its cross-validated error."""
     changes = {"prepare.stream": "drive"}
-    train(
-        "rater",
-        store.path,
-        recipe="quick",
-        split="all",
-        changes=changes,
-        out=out,
-        resume=(out / "recipe.toml").exists(),
-        progress=progress,
-    )
+    options: dict[str, Any] = {"recipe": "quick", "split": "all", "changes": changes}
+    out = trained_run("rater", store, folder / "runs" / "rater", **options, progress=progress)
     own = crossval_ratings(
         "rater",
         store.path,
@@ -248,7 +233,7 @@ def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path
 
 
 def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
-    """Write each signal as a file, and a table of what they are: for people to be asked about."""
+    """Write each signal as a file, and a table of them, for a study with people."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(("item", "condition", "plate", "file"))
@@ -263,7 +248,7 @@ def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
 
 
 def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]) -> dict[str, Any]:
-    """Return each group's error as the rater model tells it, mean and sd over trainings."""
+    """Return each group's error according to the rater model, mean and sd over trainings."""
     found = {}
     for name, trained in made.items():
         errors = []
@@ -284,7 +269,7 @@ def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, An
 def _word_map(
     folder: Path, table: Ratings, told_by: str, made: Any, told: Mapping[str, Any], groups: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Draw plates, display signals and what the best group made by their scores; return all distances to targets."""
+    """Draw plates, display signals and the best group's signals by their scores; return all distances to targets."""
     scores = dict(zip(table.items, table.means, strict=True))
     targets = {item: np.array(row) for item, row in made.targets.items()}
     distances = distances_to_targets(scores, targets)
@@ -294,7 +279,7 @@ def _word_map(
     lines: dict[str, str] = {}
     best = min(known, key=lambda name: told["conditions"][name]["mae"]) if known else None
     for name in (STRAIGHT, *([best] if best else [])):
-        kind = "sensor straight" if name == STRAIGHT else f"generated, group {name}"
+        kind = "sensor's signal" if name == STRAIGHT else f"generated, group {name}"
         kinds[kind] = {i: scores[f"{name}/{i}"] for i in targets if f"{name}/{i}" in scores}
         if name == best:
             lines = {f"{kind}:{item}": f"plates:{item}" for item in kinds[kind]}

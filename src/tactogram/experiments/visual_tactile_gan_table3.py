@@ -1,7 +1,7 @@
 """Neshov et al. 2026, Table 3: number of discriminators and of their downsampling layers.
 
-The paper takes the cell with the lowest LPIPS and reports that same figure as its result. Here the cell is chosen on
-the validation part, and the test part is shown for all of them: the least of 16 noisy figures is too low by itself.
+The paper selects the cell with the lowest LPIPS and reports the same figure as its result. Here the cell is selected on
+the validation part, and the test part is shown for all cells: the minimum of 16 noisy figures is biased downwards.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ PUBLISHED = {
 }
 """LPIPS, mean and sd of 10 runs, by discriminators and layers: nine materials of LMT-108, acceleration."""
 COARSE = ((1, 1), (1, 3), (3, 1), (3, 3))
-"""What the bench recipe trains."""
+"""Cells of the bench recipe."""
 
 
 def run(
     folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "", trainings: int = 3
 ) -> dict[str, Any]:
-    """Return every cell's figures, and which cell the validation part chooses.
+    """Return every cell's figures, and the cell selected on the validation part.
 
     Parameters
     ----------
     folder, paper, progress
-        As of every experiment. ``paper`` trains all 16 cells at the published size, else 4 at a small one.
+        See `tactogram.experiments`. ``paper`` trains all 16 cells at the published size, otherwise 4 at a small one.
     data : str
-        A store with photographs; by default simulated surfaces.
+        Store with photographs; default: simulated surfaces.
     trainings : int
-        Seeds of each cell; the paper has 10.
+        Seeds per cell; 10 in the paper.
     """
     store = data_of(folder, data, paper=paper, progress=progress)
     cells = {}
@@ -113,7 +113,7 @@ def _text(result: dict[str, Any]) -> str:
             + "{:>20}".format("{:.4f} ± {:.4f}".format(*row["published_lpips"]))
         )
     lines.append(
-        f"*: chosen on the validation part, by {result['chosen_by']}. Published: real accelerations of LMT-108."
+        f"*: selected on the validation part, by {result['chosen_by']}. Published: real accelerations of LMT-108."
     )
     lines += [f"{name}: {why}" for name, why in result["missing"].items()]
     return "\n".join(lines)

@@ -1,7 +1,8 @@
-"""Neshov et al. 2026, Table 4, Figures 3 and 4: the proposed model beside three others and its own ablations.
+"""Neshov et al. 2026, Table 4, Figures 3 and 4: the proposed model, three others and its ablations.
 
-Every method has the same pairs, split and number of steps; seeds are paired, and each is held against the proposed by
-a two-sided paired t-test, as in Sec. 4.3. p is as it comes: with seven comparisons one in seven below 0.05 says little.
+Every method has the same pairs, split and number of steps. Seeds are paired, and each method is compared with the
+proposed one by a two-sided paired t-test, as in Sec. 4.3. p is uncorrected: one of seven
+comparisons below 0.05 means little.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "one discriminator": ("visual_tactile_gan", {"config.discriminators": 1}),
     PROPOSED: ("visual_tactile_gan", {}),
 }
-"""Model, and what differs from its recipe."""
+"""Model, and changes of its recipe."""
 PUBLISHED = {
     "pix2pix": ((0.3513, 0.0089), (52.23, 2.01)),
     "pix2pixHD": ((0.3345, 0.0105), (43.60, 1.88)),
@@ -41,16 +42,16 @@ PUBLISHED = {
 def run(
     folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "", trainings: int = 3
 ) -> dict[str, Any]:
-    """Return every method's figures and how they stand to the proposed model's.
+    """Return every method's figures and their comparison with the proposed model's.
 
     Parameters
     ----------
     folder, paper, progress
-        As of every experiment.
+        See `tactogram.experiments`.
     data : str
-        A store with photographs; by default simulated surfaces.
+        Store with photographs; default: simulated surfaces.
     trainings : int
-        Seeds of each method; the paper has 10.
+        Seeds per method; 10 in the paper.
     """
     store = data_of(folder, data, paper=paper, progress=progress)
     cells = {
