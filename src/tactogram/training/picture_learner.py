@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, Generic, Protocol, TypeVar, cast
 
 import torch
@@ -105,6 +105,11 @@ class PictureLearner(Generic[ConfigT]):
         """Return generator and discriminator with initial weights from torch's own generator."""
         raise NotImplementedError
 
+    @staticmethod
+    def choice(by: DistanceName, weights: str = "") -> Any:
+        """Return a `PictureChoice`: `picture_choice` of evaluation, which this layer does not import."""
+        raise NotImplementedError
+
     def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Update both networks and return the losses.
 
@@ -130,13 +135,13 @@ class PictureLearner(Generic[ConfigT]):
         if self.predictor:
             self.predictor.setup(fabric)
 
-    def choose_weights_by(
-        self, examples: Sequence[Example], name: str, distance: Callable[[Tensor, Tensor], Tensor]
-    ) -> None:
-        """Choose the predictor's weights by accuracy on ``examples``, the generator's by ``distance``."""
+    def set_validation(self, examples: Sequence[Example]) -> str:
+        """Choose the predictor's weights by accuracy on ``examples``, the generator's by `choice`."""
+        choice = self.choice(self.config.choose_by, self.config.lpips_weights)
         self.validation_examples = examples
         self.translation.unseen(examples)  # refuses unusable examples now, not after the first epoch
-        self.gan.chosen_by, self.gan.distance = name, distance
+        self.gan.chosen_by, self.gan.distance = choice.name, choice.distance
+        return str(choice.note)
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         """Return ``fit``, ``label predictor`` if there is one, and ``gan``; loads the trunk's weights.

@@ -23,13 +23,10 @@ from tactogram.training.seeds import torch_seeded
 class Pix2PixLearner(PictureLearner[Config]):
     """U-Net and PatchGAN; dropout, in training and in use, is the generator's only noise."""
 
+    choice = staticmethod(picture_choice)
+
     def networks(self) -> tuple[UNet, PatchDiscriminator]:
         return generator(self.config), discriminator(self.config)
-
-    def set_validation(self, examples: Sequence[Example]) -> str:
-        choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
-        self.choose_weights_by(examples, choice.name, choice.distance)
-        return choice.note
 
     def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Update the discriminator, its objective divided by 2, then the generator against it (Sec. 3.3)."""

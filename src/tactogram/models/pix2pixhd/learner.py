@@ -21,15 +21,11 @@ class Pix2PixHDLearner(PictureLearner[Config]):
     """Residual generator and discriminators at several scales, by least squares and feature matching."""
 
     variation = VARIATION
+    choice = staticmethod(picture_choice)
     perceptual: PerceptualLoss | None = None
 
     def networks(self) -> tuple[GlobalGenerator, MultiScaleDiscriminator]:
         return generator(self.config), discriminator(self.config)
-
-    def set_validation(self, examples: Sequence[Example]) -> str:
-        choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
-        self.choose_weights_by(examples, choice.name, choice.distance)
-        return choice.note
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if self.config.vgg_weights and self.perceptual is None:  # only a training needs the file

@@ -26,6 +26,7 @@ class ResidueFusionLearner(PictureLearner[Config]):
     """U-Net with a classifier's feature maps fused in, against one Wasserstein critic."""
 
     variation = VARIATION
+    choice = staticmethod(picture_choice)
     predictor: PredictorTraining
     perceptual: PerceptualLoss | None = None
 
@@ -40,11 +41,6 @@ class ResidueFusionLearner(PictureLearner[Config]):
     @property
     def pairs_per_step(self) -> int:
         return self.config.batch_size * self.config.critic_updates
-
-    def set_validation(self, examples: Sequence[Example]) -> str:
-        choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
-        self.choose_weights_by(examples, choice.name, choice.distance)
-        return choice.note
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if self.config.vgg_weights and self.perceptual is None:  # only a training needs the file

@@ -32,6 +32,7 @@ class VisualTactileLearner(PictureLearner[Config]):
     """Photograph to spectrogram picture, conditioned on the predicted material of the surface."""
 
     variation = VARIATION
+    choice = staticmethod(picture_choice)
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -44,11 +45,6 @@ class VisualTactileLearner(PictureLearner[Config]):
 
     def networks(self) -> tuple[UNet, nn.Module]:
         return generator(self.config, len(self.materials)), discriminator(self.config)
-
-    def set_validation(self, examples: Sequence[Example]) -> str:
-        choice = picture_choice(self.config.choose_by, self.config.lpips_weights)
-        self.choose_weights_by(examples, choice.name, choice.distance)
-        return choice.note
 
     # -- training ----------------------------------------------------------------------------------------
 
