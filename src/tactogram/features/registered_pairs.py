@@ -192,15 +192,15 @@ class RegisteredPairs:
         self._lefts = [
             windows.lefts(shared[key] if regions and key else width, part) for key, width in widths
         ]
-        self._ends = np.cumsum([len(lefts) for lefts in self._lefts])
+        self._bounds = np.cumsum([len(lefts) for lefts in self._lefts])
 
     def __len__(self) -> int:
         """Return the number of windows."""
-        return int(self._ends[-1])
+        return int(self._bounds[-1])
 
     def of(self, number: int) -> range:
         """Return the places of the windows of example ``number``."""
-        return range(int(self._ends[number]) - len(self._lefts[number]), int(self._ends[number]))
+        return range(int(self._bounds[number]) - len(self._lefts[number]), int(self._bounds[number]))
 
     def order(self, seed: int) -> Iterator[int]:
         """Yield every place once per epoch, without end, at random among `cached` photographs at a time."""
@@ -217,7 +217,7 @@ class RegisteredPairs:
         """Return the pairs at ``places``; ``seed`` draws the stretches of unregistered recordings."""
         photos, frictions, found = [], [], []
         for place in places:
-            number = int(np.searchsorted(self._ends, place, side="right"))
+            number = int(np.searchsorted(self._bounds, place, side="right"))
             left = int(self._lefts[number][place - self.of(number).start])
             photos.append(self.windows.window(self._photo(number), left))
             frictions.append(self._friction(number, left, np.random.default_rng([seed, place])))

@@ -65,7 +65,7 @@ class Trunk(nn.Module):
             self.network._fc = nn.Identity()
             self.features = 1280
         else:
-            self.network, self.features = _own(), OWN_WIDTHS[-1]
+            self.network, self.features = _small_network(), OWN_WIDTHS[-1]
         if self.frozen:
             self.network.requires_grad_(False).eval()
 
@@ -139,7 +139,7 @@ def _renamed(key: str) -> str:
     return re.sub(r"(denselayer\d+\.(?:norm|relu|conv))\.([12])\.", r"\1\2.", key)
 
 
-def _own() -> nn.Module:
+def _small_network() -> nn.Module:
     layers: list[nn.Module] = []
     for fine, coarse in pairwise((3, *OWN_WIDTHS)):
         layers += [
