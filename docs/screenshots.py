@@ -59,13 +59,13 @@ def main(workspace: Path, only: Sequence[str] = ()) -> None:
 
 
 def home(page: Page) -> None:
-    """The first page."""
+    """The start page."""
     page.goto("/")
     page.get_by_role("link", name="Make").first.wait_for()
 
 
 def make(page: Page) -> None:
-    """A mix of two surfaces, with what it is taken for and what is near it."""
+    """A generated mix, with its class."""
     page.goto("/make")
     page.get_by_role("button", name="Generate", exact=True).click()
     page.locator("canvas").nth(1).wait_for()
@@ -83,14 +83,14 @@ def touch(page: Page) -> None:
 
 
 def materials(page: Page) -> None:
-    """The recordings of a data set."""
+    """The recordings of a store."""
     page.goto("/materials")
     page.get_by_role("link", name="surfaces", exact=True).click()
     page.wait_for_timeout(5000)
 
 
 def train(page: Page) -> None:
-    """A run that is finished, with its losses."""
+    """A finished run with its losses."""
     page.goto("/train/watch?run=runs/names")
     page.wait_for_timeout(2500)
 
@@ -136,7 +136,7 @@ def reports(page: Page) -> None:
 
 
 def published(page: Page) -> None:
-    """Published figures beside ours."""
+    """Published figures next to ours."""
     page.goto("/reports")
     page.get_by_role("tab", name="Published and ours").click()
     page.wait_for_timeout(1500)

@@ -48,3 +48,7 @@ def test_a_number_out_of_range_is_refused_and_not_altered(value, bounds, message
         layout.in_range("Seconds", value, **bounds)
     assert layout.in_range("Seconds", 1.0, **bounds) == 1.0
     assert layout.in_range("Seconds", None, **bounds) is None
+
+
+def test_an_attribute_keeps_no_quotes_backslashes_or_line_breaks():
+    assert layout.attribute('rubber "soft"\nC:\\x') == "rubber 'soft' C:/x"

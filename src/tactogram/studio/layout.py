@@ -78,6 +78,11 @@ def hint(text: str) -> ui.label:
     return ui.label(text).classes("small quiet")
 
 
+def attribute(text: str) -> str:
+    """Return a text that is safe between double quotes in an element's properties."""
+    return text.replace("\\", "/").replace('"', "'").replace("\n", " ")
+
+
 def upload(text: str, **options: Any) -> ui.upload:
     """Draw a field with a prompt where a file is dropped or chosen; ``options`` as for `nicegui.ui.upload`."""
     field = ui.upload(auto_upload=True, **options).props("flat bordered")

@@ -16,7 +16,7 @@ from nicegui import app, ui
 
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
-from tactogram.studio.layout import heading, hint, in_background, report_errors
+from tactogram.studio.layout import attribute, heading, hint, in_background, report_errors
 from tactogram.studio.signals.pictures import (
     card_height,
     spectrogram_png,
@@ -116,7 +116,7 @@ def placeholder(text: str, *, axes: int = USUAL_AXES, small: bool = False) -> No
 def _frame(entry: SignalEntry) -> tuple[ui.row, ui.element]:
     """Draw an empty card and return its title row and the place of its pictures."""
     card = ui.element("section").classes("card signal")
-    with card.props(f'role="group" aria-label="{_quoted(entry.title)}"'):
+    with card.props(f'role="group" aria-label="{attribute(entry.title)}"'):
         with ui.row().classes("w-full items-center gap-2") as top:
             heading(entry.title)
             if entry.simulated:
@@ -209,7 +209,7 @@ def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str
     with ui.row().classes("items-center gap-2 no-wrap"):
         button = ui.element("button").classes("player")
         button.props(
-            f'type="button" aria-pressed="false" aria-label="Play {_quoted(title)}" data-player-url="{address}"'
+            f'type="button" aria-pressed="false" aria-label="Play {attribute(title)}" data-player-url="{address}"'
         )
         if key:
             button.props(f'data-player-key="{key}" aria-keyshortcuts="{key}"')
@@ -231,7 +231,7 @@ def load_player() -> None:
 
 def _chart(options: dict[str, Any], height: int, description: str) -> None:
     chart = ui.echart(options).classes("w-full").style(f"height: {height}px")
-    chart.props(f'role="img" aria-label="{_quoted(description)}"')
+    chart.props(f'role="img" aria-label="{attribute(description)}"')
 
 
 def _spectrogram(key: str, scales: SharedScales, *, over_time: bool, title: str) -> None:
@@ -244,12 +244,7 @@ def _spectrogram(key: str, scales: SharedScales, *, over_time: bool, title: str)
         hint(f"{scales.top_hz:.4g} {unit}").classes("top")
         hint("0").classes("bottom")
         picture = ui.element("img").props(
-            f'src="/signals/{key}/spectrogram.png?{query}" alt="Spectrogram of {_quoted(title)}, 0 to '
+            f'src="/signals/{key}/spectrogram.png?{query}" alt="Spectrogram of {attribute(title)}, 0 to '
             f'{scales.top_hz:.4g} {unit}, brightest {scales.top_db:.0f} dB re 1 unit"'
         )
         picture.classes("w-full")
-
-
-def _quoted(text: str) -> str:
-    """Return a text that can stand between double quotes in an element's properties."""
-    return text.replace("\\", "/").replace('"', "'").replace("\n", " ")

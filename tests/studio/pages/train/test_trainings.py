@@ -43,6 +43,12 @@ def command(out, *more):
     return ["train", "stroke_cnn", "--data", STORE, *options, "--out", out, *more]
 
 
+def record(about, **values):
+    """Return the record of a training."""
+    identifier, at = "20260101-000000-abcdef", "2026-01-01T00:00:00+00:00"
+    return StudioTask(identifier, "train", ("train",), about, at, **values)
+
+
 @pytest.fixture(scope="module")
 def trainings(workspace, until):
     nice, detached.NICE = detached.NICE, 0  # nothing else has to stay responsive
@@ -121,9 +127,7 @@ def test_a_process_with_a_reused_number_is_another_one(trainings, tmp_path, unti
     assert DetachedProcess(os.getpid(), time.time() + 5).alive() is False
     assert not later.alive()
     assert not later.terminate()
-    task = StudioTask(
-        "20260101-000000-abcdef", "train", ("train",), "runs/gone", "2026-01-01T00:00:00+00:00", later
-    )
+    task = record("runs/gone", process=later)
     assert trainings.status(task).state == "failed"
     assert "killed, or the machine was switched off" in trainings.status(task).message
     assert process.kill()
@@ -141,15 +145,7 @@ def test_a_run_that_another_process_trains_is_protected(trainings, workspace):
             trainings.resume_run(run)
         with pytest.raises(ParameterError, match="outside the studio is training it; stop it before"):
             trainings.delete_run(run)
-        stopped = StudioTask(
-            "20260101-000000-abcdef",
-            "train",
-            ("train",),
-            "runs/elsewhere",
-            "2026-01-01T00:00:00+00:00",
-            stop_asked=True,
-        )
-        trainings._write(stopped)
+        trainings._write(record("runs/elsewhere", stop_asked=True))
         # Also if the studio once started it.
         with pytest.raises(ParameterError, match="outside the studio is training it; wait"):
             trainings.resume_run(run)
@@ -177,14 +173,7 @@ def test_a_sample_is_selected_by_name(workspace, tmp_path):
 
 
 def test_a_run_continued_elsewhere_is_reported(trainings, workspace):
-    task = StudioTask(
-        "20260102-000000-abcdef",
-        "train",
-        ("train",),
-        "runs/on",
-        "2026-01-02T00:00:00+00:00",
-        DetachedProcess(1, 0.0),
-    )
+    task = record("runs/on", process=DetachedProcess(1, 0.0))
     (workspace / "runs/on").mkdir(parents=True)
     checkpoint, log = workspace / "runs/on/checkpoint.safetensors", trainings.folder / f"{task.id}.log"
     checkpoint.write_bytes(b"")

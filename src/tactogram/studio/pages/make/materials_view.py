@@ -10,7 +10,7 @@ from nicegui import ui
 from numpy.typing import NDArray
 
 from tactogram.errors import TactogramError
-from tactogram.studio.layout import hint, in_background, report_errors
+from tactogram.studio.layout import attribute, hint, in_background, report_errors
 from tactogram.studio.pages.make.map_view import map_html
 from tactogram.studio.pages.make.material_map import point_of, weights_at
 
@@ -49,7 +49,7 @@ class _Mix:
                 ui.label(name).classes("name")
                 slider = ui.slider(min=0, max=1, step=STEP, value=min(1.0, weights.get(name, 0.0)))
                 slider.on_value_change(report_errors(lambda event, name=name: self._slide(name, event.value)))
-                slider.props(f'aria-label="Weight of {name}" data-material="{name}"')
+                slider.props(f'aria-label="Weight of {attribute(name)}" data-material="{attribute(name)}"')
                 self.sliders[name] = slider.on("change", report_errors(self._finish_slide))
                 self.shares[name] = ui.label("").classes("share")
         self._show_shares()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.studio.layout import heading, hint, in_background, report_errors
+from tactogram.studio.layout import attribute, heading, hint, in_background, report_errors
 from tactogram.studio.signals.view import SignalEntry, signal_cards
 from tactogram.studio.workspace.shelf import KeptResult
 from tactogram.studio.workspace.shelf_view import ask_title
@@ -69,14 +69,14 @@ def _draw_images(shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> 
         rows, columns = result.image().size
         where, _, id = name.partition(":")
         with ui.element("section").classes("card signal") as card:
-            card.props(f'role="group" aria-label="{_plain(result)}"')
+            card.props(f'role="group" aria-label="{attribute(result.title)}"')
             with ui.row().classes("w-full items-center gap-2") as top:
                 heading(title)
                 if result.facts.get("simulated"):
                     ui.label("simulated").classes("simulated")
             hint(f"{columns} x {rows} pixels")
             image = ui.element("img").classes("made-image")
-            image.props(f'src="/make/image/{where}/{id}" alt="Generated image: {_plain(result)}"')
+            image.props(f'src="/make/image/{where}/{id}" alt="Generated image: {attribute(result.title)}"')
         tops.append(top)
     return tops
 
@@ -169,7 +169,7 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
     kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)
     if first and result.facts.get("what") == "made" and not result.is_image:
         _draw_class(page, result)
-    title = _plain(result)
+    title = attribute(result.title)
     with ui.element("div").classes("done"):
         if kept:
             hint("Kept")
@@ -184,10 +184,6 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
             button.props(f'no-caps dense flat aria-label="Show first: {title}"')
             button = ui.button(icon="close", on_click=report_errors(remove))
             button.props(f'dense flat aria-label="Remove {title}"')
-
-
-def _plain(result: KeptResult) -> str:
-    return result.title.replace('"', "'").replace("\\", "/")
 
 
 def _draw_class(page: MakePage, result: KeptResult) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
-from tactogram.studio.layout import hint, report_errors
+from tactogram.studio.layout import attribute, hint, report_errors
 from tactogram.studio.pages.make.form import word_label
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def _draw_word(page: MakePage, word: str) -> None:
     scores = state.request.words
     box = ui.checkbox(word_label(word), value=word in scores).props("dense").classes("name")
     slider = ui.slider(min=LOW, max=HIGH, step=0.1, value=scores.get(word, (LOW + HIGH) / 2))
-    slider.props(f'aria-label="Score of {word}" data-word="{word}"')
+    slider.props(f'aria-label="Score of {attribute(word)}" data-word="{attribute(word)}"')
     share = ui.label("").classes("share")
 
     def put(score: float | None) -> None:

@@ -13,7 +13,7 @@ from nicegui import app, ui
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import hint
+from tactogram.studio.layout import attribute, hint
 from tactogram.studio.pages.materials.recordings import (
     UNITS,
     StoreCache,
@@ -116,12 +116,14 @@ def draw_recording(
         picture(address("trace", **query), f"Waveform of {name}, {title}")
         picture(address("spectrogram", **query), f"Spectrogram of {name}, {title}")
         source = address("sound", **query)
-        ui.element("audio").props(f'controls preload="none" src="{source}" aria-label="Play {_plain(title)}"')
+        ui.element("audio").props(
+            f'controls preload="none" src="{source}" aria-label="Play {attribute(title)}"'
+        )
 
 
 def picture(source: str, text: str) -> None:
     """Draw a picture that loads when it scrolls into view."""
-    ui.element("img").props(f'src="{source}" alt="{_plain(text)}" loading="lazy"')
+    ui.element("img").props(f'src="{source}" alt="{attribute(text)}" loading="lazy"')
 
 
 def summary(info: RecordingInfo) -> str:
@@ -130,8 +132,3 @@ def summary(info: RecordingInfo) -> str:
     values = {name: value for name in names if (value := shown_value(info, name))}
     parts = [f"{value} {UNITS.get(name, '')}".strip() for name, value in values.items()]
     return " · ".join([*parts, info.source or info.id])
-
-
-def _plain(text: str) -> str:
-    """Return a text that is safe in a double-quoted attribute."""
-    return text.replace("\\", "").replace('"', "'")

@@ -7,7 +7,7 @@ from PIL import Image as Pillow
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
-from tactogram.studio.layout import heading, in_background, page
+from tactogram.studio.layout import attribute, heading, in_background, page
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
 from tactogram.studio.pages.materials.neighbours import draw_similar
 from tactogram.studio.pages.materials.recordings import describe_recording, picture_of, stream_of
@@ -63,6 +63,6 @@ def _draw_photograph(store: Store, info: RecordingInfo) -> None:
         return
     with ui.element("figure").style("margin: 0; width: 16rem"):
         photograph = ui.image(Pillow.fromarray(store.photograph(key).pixels)).style("border-radius: 8px")
-        photograph.props(f'alt="Photograph of {info.material or info.id}"')
+        photograph.props(f'alt="Photograph of {attribute(info.material or info.id)}"')
         if store.image_id(info.id) is None:
             ui.element("figcaption").classes("small quiet")._text = "photograph of the material"

@@ -13,7 +13,16 @@ from PIL import Image as Pillow
 from tactogram.errors import ParameterError
 from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata
-from tactogram.studio.layout import busy, confirm, heading, hint, in_background, page, report_errors
+from tactogram.studio.layout import (
+    attribute,
+    busy,
+    confirm,
+    heading,
+    hint,
+    in_background,
+    page,
+    report_errors,
+)
 from tactogram.studio.pages.train.log import checkpoint_position, loss_curves, read_metrics, thinned
 from tactogram.studio.pages.train.run_summary import run_summary
 from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus
@@ -245,7 +254,7 @@ class _RunView:
             if file.suffix == ".png":
                 facts = read_image_metadata(file)
                 picture = ui.image(Pillow.fromarray(read_image(file).pixels)).style("max-width: 16rem")
-                picture.props(f'alt="{facts.get("of", file.stem)}"')
+                picture.props(f'alt="{attribute(str(facts.get("of", file.stem)))}"')
                 continue
             facts = read_metadata(file)
             when = "after training" if facts.get("step") is None else f"at step {facts['step']}"
