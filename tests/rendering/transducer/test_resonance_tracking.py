@@ -11,7 +11,7 @@ from benchmarks.experiments.simulated_transducer import (
     SimulatedTouch,
     track,
 )
-from tactogram.rendering.transducer.circuit import preset
+from tactogram.rendering.transducer.circuit import PRESETS
 from tactogram.rendering.transducer.resonance_tracking import (
     ResonanceTracker,
     TrackingError,
@@ -20,7 +20,7 @@ from tactogram.rendering.transducer.resonance_tracking import (
 from tactogram.rendering.transducer.simulation import TransducerSimulation
 
 METHODS = ["climb_admittance", "dither_admittance", "dither_conductance", "motional_phase"]
-DRIFTING = DriftingTransducer(preset("plate"))
+DRIFTING = DriftingTransducer(PRESETS["plate"])
 
 
 class SettlingAdmittance(SimulatedAdmittance):
@@ -43,14 +43,14 @@ def measured(drifting=DRIFTING, *, noise=0.01, seed=0):
 
 @cache
 def through_the_drift(method, name="plate"):
-    return track(measured(DriftingTransducer(preset(name))), TrackingSettings(method=method), steps=300)
+    return track(measured(DriftingTransducer(PRESETS[name])), TrackingSettings(method=method), steps=300)
 
 
 @pytest.mark.parametrize("name", ["free", "plate", "finger", "damped"])
 def test_a_lock_is_at_the_resonance(name):
-    tracker = ResonanceTracker(measured(DriftingTransducer(preset(name))))
-    assert tracker.lock().next_hz == pytest.approx(28_200, abs=0.02 * 28_200 / preset(name).q + 1)
-    assert tracker.fitted.q == pytest.approx(preset(name).q, rel=0.05)
+    tracker = ResonanceTracker(measured(DriftingTransducer(PRESETS[name])))
+    assert tracker.lock().next_hz == pytest.approx(28_200, abs=0.02 * 28_200 / PRESETS[name].q + 1)
+    assert tracker.fitted.q == pytest.approx(PRESETS[name].q, rel=0.05)
     assert [point.state for point in tracker.log].count("sweep") == 81
 
 
@@ -79,7 +79,7 @@ def test_the_largest_admittance_lies_below_the_resonance_and_the_phase_does_not(
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_touch_does_not_lose_it(method):
-    touched = DriftingTransducer(preset("plate"), touches=[SimulatedTouch(100, 200)])
+    touched = DriftingTransducer(PRESETS["plate"], touches=[SimulatedTouch(100, 200)])
     result = track(measured(touched), TrackingSettings(method=method), steps=300)
     states = {point.state for point in result.tracker.log}
     bias = {"climb_admittance": 70, "dither_admittance": 45}.get(method, 8)
@@ -103,14 +103,14 @@ def test_a_carrier_that_must_ring_in_is_followed_too():
 
 
 def test_a_jump_is_lost_and_found_again():
-    far = DriftingTransducer(preset("free"), drift_hz=400, steps=1)
+    far = DriftingTransducer(PRESETS["free"], drift_hz=400, steps=1)
     result = track(measured(far), TrackingSettings(), steps=20)
     assert "lost" in {point.state for point in result.tracker.log}
     assert abs(result.errors_hz[-1]) < 2
 
 
 def test_a_jump_is_found_again_after_a_lock_that_was_no_number():
-    count, true = 0, preset("free")
+    count, true = 0, PRESETS["free"]
 
     def measure(frequency):
         nonlocal count, true
@@ -149,7 +149,7 @@ def test_a_dead_probe_ends_the_tracking_and_one_bad_value_does_not():
 @pytest.mark.parametrize("name", ["free", "damped"])
 @pytest.mark.parametrize("lost", [{41}, set(range(2, 82, 2))], ids=["the-one-at-resonance", "half"])
 def test_a_lock_does_without_points_that_were_lost(name, lost):
-    source, count = measured(DriftingTransducer(preset(name))), 0
+    source, count = measured(DriftingTransducer(PRESETS[name])), 0
 
     def measure(frequency):
         nonlocal count
@@ -157,8 +157,8 @@ def test_a_lock_does_without_points_that_were_lost(name, lost):
         return complex("nan") if count in lost else source(frequency)
 
     tracker = ResonanceTracker(measure)
-    assert tracker.lock().next_hz == pytest.approx(28_200, abs=0.02 * 28_200 / preset(name).q)
-    assert tracker.fitted.q == pytest.approx(preset(name).q, rel=0.05)
+    assert tracker.lock().next_hz == pytest.approx(28_200, abs=0.02 * 28_200 / PRESETS[name].q)
+    assert tracker.fitted.q == pytest.approx(PRESETS[name].q, rel=0.05)
     assert sum(np.isnan(point.admittance) for point in tracker.log) == len(lost)
 
 
@@ -181,7 +181,7 @@ def test_a_lock_says_at_once_that_nothing_is_measured_and_in_the_end_that_too_mu
 
 
 def test_the_frequency_never_leaves_its_band():
-    away = DriftingTransducer(preset("plate"), drift_hz=300)
+    away = DriftingTransducer(PRESETS["plate"], drift_hz=300)
     band = TrackingSettings(low_hz=28_000, high_hz=28_300, sweep_points=60)
     result = track(measured(away), band, steps=250)
     assert max(result.carrier_hz) <= 28_300

@@ -6,7 +6,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.rendering.transducer.circuit import preset
+from tactogram.rendering.transducer.circuit import PRESETS
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.workflows.rendering.actuators import calibrate, play, transducer
@@ -128,7 +128,7 @@ def test_nothing_is_written_where_nothing_can_be_said(tmp_path):
 
 def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
     f = np.linspace(27_400, 29_000, 81)
-    y = preset("finger").admittance(f)
+    y = PRESETS["finger"].admittance(f)
     lines = [f"{a},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
     (tmp_path / "sweep.csv").write_text("frequency_hz,conductance_s,susceptance_s\n" + "\n".join(lines))
     found = transducer(tmp_path / "sweep.csv")
@@ -143,7 +143,7 @@ def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
 
 def test_a_sweep_in_khz_is_refused_and_one_in_hz_printed_to_be_copied(tmp_path, run):
     f = np.linspace(27_400, 29_000, 81)
-    y = preset("finger").admittance(f)
+    y = PRESETS["finger"].admittance(f)
     for name, unit in (("hz", 1), ("khz", 1000)):
         lines = [f"{a / unit},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
         text = "frequency_hz,conductance_s,susceptance_s\n" + "\n".join(lines)

@@ -121,14 +121,9 @@ ResponseSource = Annotated[Response, Field(discriminator="kind")]
 
 @dataclass(frozen=True, eq=False)
 class InverseResponse:
-    """Inverse of a response within a band.
+    """Inverse of a response within a band: drive per output, complex128, shape (bin,), 0 outside of the band.
 
-    Parameters
-    ----------
-    gain : complex128 array, shape (bin,)
-        Drive per output; 0 outside of the band.
-    capped : bool array, shape (bin,)
-        Where the cap keeps the output too small.
+    ``capped`` is where the cap keeps the output too small, bool, shape (bin,).
     """
 
     gain: NDArray[np.complex128]

@@ -44,16 +44,9 @@ DEEPEST_DB = 80.0
 class EqualiserDesign:
     """Filter for a stream at ``rate`` in the display's ``band`` (Hz), and its difference from the wanted magnitude.
 
-    Parameters
-    ----------
-    taps : float64 array, shape (tap,)
-        Minimum phase.
-    edges : float64 array, shape (section, 6)
-        Second-order sections of the band's edges; empty if the band ends with the rate.
-    wanted : callable
-        Magnitude at frequencies in Hz, within the band.
-    checked : tuple of float, Hz
-        Where it is compared with ``wanted``: a file's edges may lie within the band.
+    ``taps`` are minimum phase, shape (tap,); ``edges`` second-order sections of the band's edges, shape (section, 6),
+    none if the band ends with the rate. Its magnitude is compared with ``wanted`` in ``checked`` (Hz), since a file's
+    edges may lie within the band.
     """
 
     rate: float

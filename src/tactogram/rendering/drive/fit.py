@@ -11,7 +11,7 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.drive.mean_removal import without_constant
+from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signal_facts
 from tactogram.rendering.drive.safety import safe
 from tactogram.rendering.level import Level

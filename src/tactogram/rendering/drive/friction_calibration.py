@@ -191,10 +191,8 @@ def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
 def calibration_of(path: Path | str, person: str | None = None) -> FrictionCalibration:
     """Return the calibration of a person, who may be omitted if the file holds one, from `write_calibrations`' file.
 
-    Raises
-    ------
-    DataError, ParameterError
-        As `read_calibrations`; if the person is not in the file, appears twice, or must be named.
+    Raises the errors of `read_calibrations`, and `ParameterError` if the person is not in the file, appears twice, or
+    must be named.
     """
     known = read_calibrations(path)
     names = ", ".join(one.person for one in known)

@@ -1,4 +1,4 @@
-"""Level scaling: the factor for a requested level, and the reduction of a drive that exceeds the limits."""
+"""Level scaling: removal of a constant, the factor for a level, and the reduction of a drive beyond the limits."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from tactogram.signal.signal import Signal
 
 MOTION = {"m": 0, "m/s": 1, "m/s^2": 2}
 """Units that are derivatives of each other, by order over time."""
+CHANCE = 0.05
+"""Share of the vibration's rms below which a mean is not reported."""
 
 
 def kinematic_power(unit: str, display: Display) -> int:
@@ -102,3 +104,22 @@ def within_limits(
         largest = 20 * np.log10(float(reach.max()) * factor)
         clipped.append(f"{percent(outside)} of the samples at {limit}, the largest by {largest:.1f} dB")
     return np.clip(drive * factor, low, high), factor
+
+
+def without_constant(signal: Signal, *, least: float = 0.0) -> tuple[Signal, str | None]:
+    """Return a motion (m, m/s or m/s^2) without its mean, and a sentence if the mean was significant.
+
+    Other units are returned unchanged, and so is a motion whose mean is below ``least`` times its rms on every axis.
+    """
+    if signal.unit not in MOTION:
+        return signal, None
+    x = signal.samples.astype(np.float64)
+    mean = x.mean(axis=1, keepdims=True)
+    vibration = signal.with_samples(x - mean)
+    largest, rms = float(np.abs(mean).max()), float(vibration.samples.std())
+    if largest < least * rms:
+        return signal, None
+    if not largest > CHANCE * rms:
+        return vibration, None
+    words = f"a constant of up to {largest:.3g} {signal.unit} removed: gravity or an offset, no vibration"
+    return vibration, words

@@ -48,17 +48,9 @@ def shaped(
 ) -> tuple[NDArray[np.float64], dict[str, Any]]:
     """Return ``x`` within the band and pre-emphasised, float64, shape (time,), and facts.
 
-    Parameters
-    ----------
-    x : float64 array, shape (time,)
-    band : tuple of float, Hz
-        Outside, edges of half a cosine, a tenth of the edge wide. A low edge above 0 removes the mean.
-    cutoff_hz : float, optional
-        Cut-off of the transducer's low-pass; None if unknown.
-    cap_db : float, optional
-        Cap of the pre-emphasis; None for none.
-    loop : bool
-        The end continues at the beginning; else both ends are held.
+    The edges of ``band`` (Hz) are half a cosine, a tenth of the edge wide, and lie outside; a low edge above 0 removes
+    the mean. ``cutoff_hz`` is that of the transducer's low-pass, None if unknown; ``cap_db`` caps the pre-emphasis,
+    None for none. In a loop the end continues at the beginning; else both ends are held.
     """
     pad = 0 if loop else int(PAD_S * rate)
     padded = np.pad(x, pad, mode="edge")

@@ -76,15 +76,9 @@ def exponential_sweep(
 class SweepResult:
     """Response of a display identified from a sweep, in ``unit``: the recording's per the drive's.
 
-    Parameters
-    ----------
-    frequency : float64 array, shape (bin,), Hz
-    response : complex128 array, shape (bin,)
-        Recorded over played, without the delay.
-    coherence : float64 array, shape (bin,)
-        Share of the recorded power that the linear response explains, 0 to 1.
-    delay_s : float
-        Delay of the recording, s, removed from the phase; meaningless between devices without a common clock.
+    Frequency (Hz), response (complex, without the delay) and coherence, the share of the recorded power that the
+    linear response explains, have the shape (bin,). ``delay_s`` of the recording is meaningless between devices
+    without a common clock.
     """
 
     frequency: NDArray[np.float64]
@@ -123,7 +117,8 @@ def identify(
     count = max(2, 1 + round(np.log2(band[1] / band[0]) * points_per_octave))
     frequency = np.geomspace(*band, count)
     response = np.mean([_read(h, rate, frequency, lead) for h, lead, _, _ in measured], axis=0)
-    coherence = np.mean([_read_coherence(c, frequency) for _, _, c, _ in measured], axis=0)
+    curves = [np.interp(np.log(frequency), np.log(grid), share) for _, _, (grid, share), _ in measured]
+    coherence = np.mean(curves, axis=0)
     delay = float(np.median([d for _, _, _, d in measured]))
     return SweepResult(frequency, response, coherence, delay, f"{recorded.unit}/{played.unit}")
 
@@ -188,12 +183,5 @@ def _read(
     return np.asarray(np.exp(-2j * np.pi * frequency[:, None] * t) @ h)
 
 
-def _read_coherence(
-    curve: tuple[NDArray[np.float64], NDArray[np.float64]], frequency: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    return np.asarray(np.interp(np.log(frequency), np.log(curve[0]), curve[1]))
-
-
 def _at(signal: Signal, rate: float) -> NDArray[np.float64]:
-    same = signal if signal.rate == rate else resample(signal, rate)
-    return np.asarray(same.samples[0], np.float64)
+    return np.asarray(resample(signal, rate).samples[0], np.float64)

@@ -62,8 +62,7 @@ def drive(
     x, dropped = _per_channel(signal, display)
     if dropped:
         unreachable.append(f"axes {', '.join(dropped)}: the display has {len(display.channels)} channels")
-    if x.rate != display.rate:
-        x = resample(x, display.rate)
+    x = resample(x, display.rate)
     motion = kinematic_power(signal.unit, display)
     plan = _Plan(x, display, settings, motion)
     unit_drive = plan.unit_drive()

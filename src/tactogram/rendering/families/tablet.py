@@ -86,7 +86,7 @@ def drive(
     plane, left_out = _in_plane(signal, settings)
     if left_out is not None:
         unreachable.append(left_out)
-    force = _banded(plane if plane.rate == display.rate else resample(plane, display.rate), band) * per_unit
+    force = _banded(resample(plane, display.rate), band) * per_unit
     pull = directions(settings)  # 2, string
     share = np.linalg.pinv(pull) @ force  # string, time
     slack = slackless(pull)  # string

@@ -150,24 +150,17 @@ def modulated(
 ) -> tuple[Signal, dict[str, Any]]:
     """Return the generator's voltage for ``signal`` (never above ``settings.peak_v`` in magnitude), and facts.
 
-    Raises `UnitError` if the mapping is friction and the unit is not 1; `ParameterError` if the signal has several
-    axes or is over displacement, the rate is too low, or the signal over-modulates. An envelope is >= 0 unless the
-    carrier is suppressed, where its sign is the carrier's. The facts are JSON values, among them ``highest_v``,
-    ``recovered_depth`` (of the signal's peak as it arrives, within the attained band), ``over_modulated_share``,
-    ``removed_share`` (of the power) and ``transducer`` (None if q is unknown).
+    ``signal`` has one axis over time, and is a friction coefficient (unit 1) for the mapping ``friction``. The
+    ``rate`` (Hz) must be above twice carrier and band for a waveform, above twice the band for an envelope.
+    ``full_scale`` is the value of the signal, in its own unit, that becomes x = 1; by default the clip's own peak
+    becomes ``share``. The signal outside of ``band`` (Hz) is removed. Both ends are faded over ``fade_s`` (raised
+    cosine) except for a loop.
 
-    Parameters
-    ----------
-    signal : Signal
-        One axis over time. For the mapping ``friction`` a friction coefficient, unit 1.
-    rate : float, Hz
-        Above twice carrier and band for a waveform, above twice the band for an envelope.
-    full_scale : float, optional
-        Value of the signal, in its own unit, that becomes x = 1; by default the clip's own peak becomes ``share``.
-    band : tuple of float, Hz
-        Band of the envelope; the rest of the signal is removed.
-    fade_s : float
-        Length of the fades at both ends (raised cosine); none for a loop.
+    An envelope is >= 0 unless the carrier is suppressed, where its sign is the carrier's. The facts are JSON values,
+    among them ``highest_v``, ``recovered_depth`` (of the signal's peak as it arrives, within the attained band),
+    ``over_modulated_share``, ``removed_share`` (of the power) and ``transducer`` (None if q is unknown). Raises
+    `UnitError` if the mapping is friction and the unit is not 1; `ParameterError` if the signal has several axes or is
+    over displacement, the rate is too low, or the signal over-modulates.
     """
     _check(signal, settings, rate, band)
     x, span = _wanted(signal, settings)

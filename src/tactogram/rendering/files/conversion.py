@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.drive.mean_removal import without_constant
+from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.catalogue import formats_with, haptic_format, recognised_format
 from tactogram.rendering.files.documents import DocumentHeader, parse
 from tactogram.rendering.files.envelope import envelope_of
@@ -92,8 +92,6 @@ def write_haptic(
     ----------
     path : Path
         Replaced once everything is written.
-    format : str
-        See `haptic_formats`.
     axis : str, optional
         As in `to_one_axis`; a waveform format keeps all axes by default.
     full_scale : float, optional

@@ -69,8 +69,7 @@ def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
 
 
 def _waveform(original: Signal, copy: Signal) -> tuple[float | None, float | None]:
-    if copy.rate != original.rate:
-        copy = resample(copy, original.rate)
+    copy = resample(copy, original.rate)
     count = min(len(original), len(copy))
     a = original.samples[0, :count].astype(np.float64)
     b = copy.samples[0, :count].astype(np.float64)

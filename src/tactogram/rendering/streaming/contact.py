@@ -33,16 +33,9 @@ OVER = 1e-4
 class ContactSettings:
     """Transient of a landing. The defaults are our choice.
 
-    Parameters
-    ----------
-    frequency_hz : float
-        Between the published ones of rubber and of metal.
-    decay_s : float
-        Time constant.
-    gain : float
-        First peak at a landing of 1 N, as a multiple of the texture's root mean square; 0 for no transient.
-    hardest_n : float
-        Larger forces count as this one, N.
+    The frequency lies between the published ones of rubber and of metal; ``decay_s`` is the time constant; ``gain``
+    the first peak at a landing of 1 N, as a multiple of the texture's root mean square; forces above ``hardest_n``
+    count as that.
     """
 
     frequency_hz: float = 160.0

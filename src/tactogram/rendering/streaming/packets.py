@@ -39,13 +39,7 @@ LONGEST = 65_000
 
 @dataclass(frozen=True, slots=True)
 class ReceivedPacket:
-    """A valid packet.
-
-    Parameters
-    ----------
-    sequence : int
-        0 to 2^32 - 1, incremented with each of a sender's packets of any kind; wraps.
-    """
+    """A valid packet; ``sequence`` increases with each of a sender's packets of any kind, and wraps at 2^32."""
 
     sequence: int
     message: MotionSample | Tap | MixWeights
@@ -53,18 +47,10 @@ class ReceivedPacket:
 
 @dataclass(frozen=True, eq=False)
 class BlockPacket:
-    """A block of samples to send, float32, shape (channel, n).
+    """A block of samples to send, float32, shape (channel, n), with the time on the engine's clock at which it begins.
 
-    Parameters
-    ----------
-    sequence : int
-        0 to 2^32 - 1; wraps. A gap is a lost packet.
-    first_sample : int
-        Index of the first sample since the stream began.
-    time_s : float
-        Begin of the block, s on the engine's clock.
-    motion_sequence : int
-        Sequence of the newest motion received, for measuring the round trip; `NO_MOTION` before any.
+    ``sequence`` wraps at 2^32, and a gap is a lost packet; ``first_sample`` counts samples since the stream began;
+    ``motion_sequence`` is that of the newest motion received, for measuring the round trip, `NO_MOTION` before any.
     """
 
     samples: NDArray[np.float32]

@@ -48,15 +48,9 @@ class SurfaceTexture:
 
     A signal over time needs ``speed_mm_s``, at which it was recorded or generated. It is played along the finger's
     path, which never goes back, or along a coordinate: then the same position always feels the same, and a stroke back
-    plays it in reverse. Raises `ParameterError` if the speed is missing, or the surface is shorter than 20 samples or
-    too long.
-
-    Attributes
-    ----------
-    nodes : float32 array, shape (copy, axis, node)
-        The loop, oversampled; the band of each copy ends half an octave below that of the previous one.
-    samples_per_speed : float
-        Samples of the surface per sample of the engine and mm/s.
+    plays it in reverse. Its ``nodes``, float32, shape (copy, axis, node), are the loop, oversampled; the band of each
+    copy ends half an octave below that of the previous one. Raises `ParameterError` if the speed is missing, or the
+    surface is shorter than 20 samples or too long.
     """
 
     delay_s = 0.0

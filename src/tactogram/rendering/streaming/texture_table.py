@@ -33,15 +33,10 @@ FORCES = 9
 class TextureGrid(NamedTuple):
     """Parameters of one surface's models on a grid over speed and force.
 
-    Parameters
-    ----------
-    speeds, forces : float64 array, shape (S,), (F,)
-        Ascending, mm/s and N; a single node if the surface's models do not state it.
-    reflection : float64 array, shape (S, F, axis, order)
-    deviation : float64 array, shape (S, F, axis)
-        Natural logarithm of the root mean square of each axis, in the texture's unit.
-    root : float64 array, shape (S, F, axis, axis)
-        Square root of the innovations' correlation.
+    Speeds (mm/s, shape (S,)) and forces (N, shape (F,)) ascend; a single node if the surface's models do not state
+    them. Reflection coefficients have the shape (S, F, axis, order), ``deviation`` the natural logarithm of each
+    axis's root mean square (S, F, axis), and ``root`` the square root of the innovations' correlation (S, F, axis,
+    axis).
     """
 
     speeds: Array

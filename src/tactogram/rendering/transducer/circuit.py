@@ -37,18 +37,10 @@ C0_FARAD = 3.8e-9
 
 @dataclass(frozen=True)
 class Transducer:
-    """A transducer's circuit.
+    """A transducer's circuit, by its series resonance f_s, where the motional branch is purely resistive.
 
-    Parameters
-    ----------
-    resonance_hz : float
-        Series resonance f_s, where the motional branch is purely resistive.
-    q : float
-        Quality factor, 2 pi f_s L1 / R1; > 0.5 (below, nothing oscillates).
-    r1_ohm : float
-        Motional resistance.
-    c0_farad : float
-        Capacitance in parallel with the motional branch.
+    ``q`` is the quality factor, 2 pi f_s L1 / R1, > 0.5 (below, nothing oscillates); ``r1_ohm`` the motional
+    resistance; ``c0_farad`` the capacitance in parallel with the motional branch.
     """
 
     resonance_hz: float = RESONANCE_HZ
@@ -127,26 +119,14 @@ PRESETS: dict[str, Transducer] = {
 """Simulated transducers by name. Q 800 and R1 of 20 to 50 ohm: catalogue; the loaded ones are assumptions."""
 
 
-def preset(name: str) -> Transducer:
-    """Return the simulated transducer of that name; `ParameterError` if there is none."""
-    if name not in PRESETS:
-        raise ParameterError(f"transducer must be one of {', '.join(PRESETS)}, got {name!r}")
-    return PRESETS[name]
-
-
 def fitted_transducer(frequency: ArrayLike, admittance: ArrayLike) -> Transducer:
     """Return the least-squares fit of a transducer to a measured sweep.
 
-    Raises `ParameterError` if there are too few points, too many are lost, or they contain no resonance.
-
-    Parameters
-    ----------
-    frequency : float array, shape (point,), Hz
-        At least eight, on both sides of the resonance.
-    admittance : complex array, shape (point,), S
-        NaN for lost measurements: at most half of the points, which the fit ignores. With 1 % noise and every second
-        point of 81 missing, the resonance is still within 0.02 of its width (simulated, 40 sweeps of each of the
-        presets from Q 30 to 800); with all points within 0.01.
+    ``frequency`` (Hz, shape (point,)) needs at least eight points on both sides of the resonance; ``admittance``
+    (complex, shape (point,), S) is NaN for lost measurements, at most half of the points, which the fit ignores. With
+    1 % noise and every second point of 81 missing, the resonance is still within 0.02 of its width (simulated, 40
+    sweeps of each of the presets from Q 30 to 800); with all points within 0.01. Raises `ParameterError` if there are
+    too few points, too many are lost, or they contain no resonance.
     """
     from scipy.optimize import least_squares
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.transducer.circuit import Transducer, preset
+from tactogram.rendering.transducer.circuit import PRESETS, Transducer
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ class SimulatedBench:
     ) -> None:
         self.settings, self.rate, self.full_scale = settings, settings.rate, settings.range_v
         self.clock_s = 0.0
-        self._initial = transducer or preset("plate")
+        self._initial = transducer or PRESETS["plate"]
         self._rng = rng
         self._carrier_hz = self._initial.resonance_hz
         self._circuit = TransducerSimulation(self._initial, rate=ENVELOPE_HZ, carrier_hz=self._carrier_hz)

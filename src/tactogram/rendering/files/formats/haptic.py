@@ -139,14 +139,9 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     ]
     return {
         "version": {"major": 1, "minor": 0, "patch": 0},
-        "metadata": {
-            "editor": "tactogram",
-            "author": "",
-            "source": "",
-            "project": "",
-            "tags": [],
-            "description": header.description,
-        },
+        "metadata": Metadata(editor="tactogram", tags=(), description=header.description).model_dump(
+            mode="json"
+        ),
         "signals": {"continuous": {"envelopes": {"amplitude": points, "frequency": frequency_points}}},
     }
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.drive.mean_removal import without_constant
+from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.catalogue import formats_with, haptic_format
 from tactogram.rendering.files.conversion import GRAVITY, read_haptic
 from tactogram.rendering.files.envelope import envelope_of
