@@ -14,8 +14,21 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
+from typing import Protocol, TypeVar
 
 from tactogram.errors import ParameterError
+
+
+class Named(Protocol):
+    """Value with a name."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        ...
+
+
+T = TypeVar("T", bound=Named)
 
 
 @dataclass(frozen=True)
@@ -58,6 +71,16 @@ class PluginGroup:
                 f"got {name!r}"
             )
         return import_plugin(places[name])
+
+    def definition(self, name: str, attribute: str, kind: type[T]) -> T:
+        """Return the ``attribute`` of a module; `ParameterError` if it is not a ``kind`` with the module's name."""
+        module = self.module(name)
+        value = getattr(module, attribute, None)
+        if not isinstance(value, kind) or value.name != name:
+            raise ParameterError(
+                f"{module.__file__}: must define {attribute}, a {kind.__name__} called {name!r}"
+            )
+        return value
 
     def _built_in(self) -> set[str]:
         return {module.name for module in iter_modules(import_module(self.package).__path__)}

@@ -25,11 +25,7 @@ def source_kind(name: str) -> SourceKind:
     ParameterError
         If there is none of that name, or its module declares none.
     """
-    module = SOURCES.module(name)
-    kind = getattr(module, "SOURCE", None)
-    if not isinstance(kind, SourceKind) or kind.name != name:
-        raise ParameterError(f"{module.__file__}: must define SOURCE, a SourceKind called {name!r}")
-    return kind
+    return SOURCES.definition(name, "SOURCE", SourceKind)
 
 
 def find_devices(name: str, *, find_s: float = 0.5) -> dict[str, str]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from tactogram.errors import ParameterError
 from tactogram.plugins import PluginGroup
 from tactogram.signal import Signal
 
@@ -68,13 +67,5 @@ def signal_measures() -> dict[str, Measure]:
     ParameterError
         If a module cannot be imported, or does not declare the measure that it is named after.
     """
-    measures = [_measure(name) for name in MEASURES.names()]
+    measures = [MEASURES.definition(name, "MEASURE", Measure) for name in MEASURES.names()]
     return {measure.name: measure for measure in sorted(measures, key=lambda m: (m.rank, m.name))}
-
-
-def _measure(name: str) -> Measure:
-    module = MEASURES.module(name)
-    measure = getattr(module, "MEASURE", None)
-    if not isinstance(measure, Measure) or measure.name != name:
-        raise ParameterError(f"{module.__file__}: must define MEASURE, a Measure called {name!r}")
-    return measure

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from tactogram.errors import ParameterError
 from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.level import Level
@@ -119,8 +118,4 @@ FAMILIES = PluginGroup(
 
 def display_family(name: str) -> DisplayFamily:
     """Return a family by name; `ParameterError` if there is none, or its module does not define one."""
-    module = FAMILIES.module(name)
-    family = getattr(module, "FAMILY", None)
-    if not isinstance(family, DisplayFamily) or family.name != name:
-        raise ParameterError(f"{module.__file__}: must define FAMILY, a DisplayFamily called {name!r}")
-    return family
+    return FAMILIES.definition(name, "FAMILY", DisplayFamily)

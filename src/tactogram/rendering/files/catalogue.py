@@ -25,11 +25,7 @@ def haptic_formats() -> dict[str, HapticFormat]:
 
 def haptic_format(name: str) -> HapticFormat:
     """Return a haptic format by name; `ParameterError` if there is none, or its module does not define one."""
-    module = FORMATS.module(name)
-    format = getattr(module, "FORMAT", None)
-    if not isinstance(format, HapticFormat) or format.name != name:
-        raise ParameterError(f"{module.__file__}: must define FORMAT, a HapticFormat called {name!r}")
-    return format
+    return FORMATS.definition(name, "FORMAT", HapticFormat)
 
 
 def haptic_suffixes() -> tuple[str, ...]:

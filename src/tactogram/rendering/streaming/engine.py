@@ -163,19 +163,10 @@ class Engine:
 
     def warm_up(self) -> None:
         """Compile everything a block needs, so that the first block is as fast as the others."""
-        self.tracker.follow(FingerState(), 0.0, 1)
+        block = self.tracker.follow(FingerState(), 0.0, 1)
         for texture in self.textures:
-            texture.render(self.tracker.block, self._one)
-        _add(
-            self._one,
-            0.0,
-            0.0,
-            self.tracker.block.contact,
-            self.tracker.block.movement,
-            True,
-            1,
-            self._out,
-        )
+            texture.render(block, self._one)
+        _add(self._one, 0.0, 0.0, block.contact, block.movement, True, 1, self._out)
         probe = ActiveTransients(self.transients.settings, self.rate)
         probe.start(1.0, 1.0)
         probe.add(self._one, 1)
