@@ -165,7 +165,7 @@ def test_a_session_knows_where_its_stimuli_lie(study_file, tmp_path):
     assert origin_folder(begin_session("abx", tmp_path / "shipped")) == study_folder("abx")
     assert origin_folder(tmp_path) == tmp_path
     (session / "origin.json").write_text("[]")
-    with pytest.raises(DataError, match=r"origin\.json: not readable"):
+    with pytest.raises(DataError, match=r"origin\.json: lacks the study"):
         origin_folder(session)
 
 
