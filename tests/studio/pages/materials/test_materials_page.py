@@ -8,10 +8,10 @@ from tactogram.signal.io import write_image, write_signal
 from tactogram.studio.pages.materials.drop import matching_stream, mixing_warning, store_signal
 from tactogram.studio.pages.materials.recordings import (
     RecordingFilter,
-    StoreCache,
     choices,
     describe_recording,
     filtered,
+    open_named,
     page_bounds,
     thumbnail,
     trace_svg,
@@ -103,14 +103,14 @@ def test_small_pictures_have_the_expected_format_and_size(tmp_path):
 
 
 def test_a_store_is_reopened_after_an_addition(tones, tmp_path):
-    stores = StoreCache(Workspace.at(tmp_path))
-    first = stores.get("tones")
-    assert stores.get("tones") is first
+    workspace = Workspace.at(tmp_path)
+    first = open_named(workspace, "tones")
+    assert open_named(workspace, "tones") is first
     write_signal(tmp_path / "a.wav", tone(70))
     add_signal(tmp_path / "tones", tmp_path / "a.wav", material="tone-70")
-    assert len(stores.get("tones")) == len(first) + 1
+    assert len(open_named(workspace, "tones")) == len(first) + 1
     with pytest.raises(ParameterError, match="outside"):
-        stores.get("../tones")
+        open_named(workspace, "../tones")
 
 
 def test_an_addition_is_reported(tones, tmp_path):

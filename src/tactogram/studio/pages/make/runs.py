@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import threading
-from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +29,6 @@ from tactogram.text_files import read_json
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
 
-MOST_LOADED = 4
 MAP_S = 1.0
 """Length of the signals whose spectra place the materials on the map, s."""
 MOST_SEARCHED = 400
@@ -64,7 +63,6 @@ class RunCatalogue:
     """The runs of a workspace, for generation, classification and comparison with recordings."""
 
     workspace: Workspace
-    _loaded: OrderedDict[tuple[Path, int], LoadedRun] = field(default_factory=OrderedDict)
     _lock: threading.RLock = field(default_factory=threading.RLock)
     _listed: dict[tuple[Path, int], FinishedRun] = field(default_factory=dict)
     _prepared: dict[tuple[Path, str], list[tuple[RecordingInfo, Signal]]] = field(default_factory=dict)
@@ -102,16 +100,8 @@ class RunCatalogue:
 
     def load(self, run: FinishedRun) -> LoadedRun:
         """Return a loaded run; it is loaded again only after a change."""
-        key = _version(run.folder)
         with self._lock:
-            if key not in self._loaded:
-                from tactogram.workflows.training.loaded_run import load_run
-
-                self._loaded[key] = load_run(run.folder)
-                while len(self._loaded) > MOST_LOADED:
-                    self._loaded.popitem(last=False)
-            self._loaded.move_to_end(key)
-            return self._loaded[key]
+            return _load(*_version(run.folder))
 
     # -- generating --------------------------------------------------------------------------------------
 
@@ -304,6 +294,13 @@ def cropped(image: Image, crop: Crop | None) -> Image:
 
 def _version(folder: Path) -> tuple[Path, int]:
     return folder, (folder / "model.json").stat().st_mtime_ns
+
+
+@lru_cache(maxsize=4)
+def _load(folder: Path, changed_ns: int) -> LoadedRun:
+    from tactogram.workflows.training.loaded_run import load_run
+
+    return load_run(folder)
 
 
 def _read(file: Path) -> dict[str, Any]:

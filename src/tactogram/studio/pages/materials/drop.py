@@ -127,7 +127,7 @@ class _UploadedFile:
         with ui.element("section").classes("card w-full"):
             sets = ui.select(self.sets, label="Store to compare with and add to", value=self.set)
             sets.classes("w-full max-w-lg").on_value_change(lambda event: self.go(set=event.value))
-        stream = matching_stream(self.context.stores.get(self.set), signal)
+        stream = matching_stream(self.context.store(self.set), signal)
         draw_similar(self.context, signal, set_name=self.set, stream=stream)
         _AddForm(self, simulated, stream).draw()
 
@@ -144,7 +144,7 @@ class _UploadedFile:
         """Return the first store with a stream of the signal's unit and domain, else the first."""
         for name in self.sets:
             with suppress(TactogramError, OSError):
-                if matching_stream(self.context.stores.get(name), signal):
+                if matching_stream(self.context.store(name), signal):
                     return name
         return next(iter(self.sets), "")
 
@@ -174,7 +174,7 @@ class _AddForm:
 
     def __init__(self, uploaded: _UploadedFile, simulated: bool, stream: str) -> None:
         self.uploaded = uploaded
-        self.store = uploaded.context.stores.get(uploaded.set)
+        self.store = uploaded.context.store(uploaded.set)
         self.simulated = simulated
         self.values: dict[str, Any] = app.storage.user.setdefault("drop", {}).setdefault(uploaded.file, {})
         self.values.setdefault("simulated", simulated)

@@ -16,7 +16,7 @@ from tactogram.studio.context import Studio
 from tactogram.studio.layout import attribute, hint
 from tactogram.studio.pages.materials.recordings import (
     UNITS,
-    StoreCache,
+    open_named,
     picture_of,
     recording_start,
     shown_value,
@@ -41,7 +41,10 @@ class MaterialsContext:
 
     studio: Studio
     trainings: TaskQueue
-    stores: StoreCache
+
+    def store(self, name: str) -> Store:
+        """Return a store by its path relative to the workspace."""
+        return open_named(self.studio.workspace, name)
 
 
 def address(page: str, **query: Any) -> str:
@@ -61,18 +64,16 @@ def add_routes(context: MaterialsContext) -> None:
 
     @app.get("/materials/picture")
     def picture(set: str, key: str, size: int = 160) -> Response:
-        return respond(lambda: thumbnail(context.stores.get(set), key, size=size), "image/jpeg")
+        return respond(lambda: thumbnail(context.store(set), key, size=size), "image/jpeg")
 
     @app.get("/materials/trace")
     def trace(set: str, id: str, stream: str = "") -> Response:
-        return respond(
-            lambda: trace_svg(recording_start(context.stores.get(set), id, stream)), "image/svg+xml"
-        )
+        return respond(lambda: trace_svg(recording_start(context.store(set), id, stream)), "image/svg+xml")
 
     @app.get("/materials/spectrogram")
     def spectrogram(set: str, id: str, stream: str = "") -> Response:
         def make() -> bytes:
-            traits = traits_of(recording_start(context.stores.get(set), id, stream))
+            traits = traits_of(recording_start(context.store(set), id, stream))
             return spectrogram_png(traits, width=240, height=56)
 
         return respond(make, "image/png")
@@ -80,7 +81,7 @@ def add_routes(context: MaterialsContext) -> None:
     @app.get("/materials/sound")
     def sound(set: str, id: str, stream: str = "", range: Annotated[str | None, Header()] = None) -> Response:
         def make() -> bytes:
-            store = context.stores.get(set)
+            store = context.store(set)
             name = stream_of(store, id, stream)
             return sound_of(store.signal(id, name)).wav
 

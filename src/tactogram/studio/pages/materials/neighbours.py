@@ -77,7 +77,7 @@ def _search(
     context: MaterialsContext, run: str, signal: Signal, set_name: str, stream: str, without: tuple[str, ...]
 ) -> dict[str, Any]:
     workspace = context.studio.workspace
-    store = context.stores.get(set_name)
+    store = context.store(set_name)
     if run == SPECTRAL:
         cache = workspace.studio_folder / "spectra"
         return find_similar(
@@ -124,7 +124,7 @@ def _draw_prediction(prediction: dict[str, Any]) -> None:
 
 def _draw_recordings(context: MaterialsContext, similar: dict[str, Any], set_name: str) -> None:
     hint(similar["measure"])
-    store = context.stores.get(set_name)
+    store = context.store(set_name)
     with ui.element("div").classes("w-full"):
         for each in similar["nearest"]:
             distance = f"{each['distance']:.2f} dB" if similar["unit"] == "dB" else f"{each['distance']:.4f}"

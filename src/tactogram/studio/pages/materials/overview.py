@@ -47,7 +47,7 @@ class StoreOverview:
 
     def _open(self, name: str) -> Store | str:
         try:
-            return self.context.stores.get(name)
+            return self.context.store(name)
         except (TactogramError, OSError) as error:
             return str(error)
 

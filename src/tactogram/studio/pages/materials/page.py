@@ -15,7 +15,6 @@ from tactogram.studio.layout import NumberField, heading, hint, in_background, p
 from tactogram.studio.pages.materials import drop, recording, store
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, add_routes
 from tactogram.studio.pages.materials.overview import StoreOverview
-from tactogram.studio.pages.materials.recordings import StoreCache
 from tactogram.studio.pages.train.request import NAME
 from tactogram.studio.pages.train.trainings import Kind, command_line, free_name, trainings_of
 from tactogram.workflows.data.stores import list_sets
@@ -23,7 +22,7 @@ from tactogram.workflows.data.stores import list_sets
 
 def add(studio: Studio) -> None:
     """Register ``/materials`` and the pages below it."""
-    context = MaterialsContext(studio, trainings_of(studio.workspace), StoreCache(studio.workspace))
+    context = MaterialsContext(studio, trainings_of(studio.workspace))
     context.trainings.keep_advancing()
     add_routes(context)
     store.add(context)

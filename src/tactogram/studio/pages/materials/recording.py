@@ -24,7 +24,7 @@ def add(context: MaterialsContext) -> None:
         with page("Materials"):
             ui.link(f"All recordings of {set}", address("set", set=set)).classes("small")
             try:
-                store = await in_background(context.stores.get, set)
+                store = await in_background(context.store, set)
                 info = await in_background(store.info, id)
                 name = stream_of(store, id, stream)
                 signal = await in_background(store.signal, id, name)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import io
-from collections import OrderedDict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
-from threading import Lock
 
 import numpy as np
 from PIL import Image as Pillow
@@ -27,28 +26,16 @@ PICTURE_S = 4.0
 """Length of the start of a recording that a small picture shows, s (mm over displacement)."""
 
 
-@dataclass
-class StoreCache:
-    """Open stores of a workspace; one is reopened when its ``dataset.json`` changes."""
+def open_named(workspace: Workspace, name: str) -> Store:
+    """Return a store by its path relative to the workspace; it is reopened only when its ``dataset.json`` changes."""
+    path = workspace.inside(name)
+    file = path / "dataset.json"
+    return _open(path, file.stat().st_mtime_ns if file.is_file() else 0)
 
-    workspace: Workspace
-    most: int = 8
-    _open: OrderedDict[Path, tuple[int, Store]] = field(default_factory=OrderedDict, repr=False)
-    _lock: Lock = field(default_factory=Lock, repr=False)
 
-    def get(self, name: str) -> Store:
-        """Return a store by its path relative to the workspace."""
-        path = self.workspace.inside(name)
-        file = path / "dataset.json"
-        changed = file.stat().st_mtime_ns if file.is_file() else 0
-        with self._lock:
-            entry = self._open.get(path)
-            if entry is None or entry[0] != changed:
-                entry = self._open[path] = (changed, open_store(path))
-            self._open.move_to_end(path)
-            while len(self._open) > self.most:
-                self._open.popitem(last=False)
-        return entry[1]
+@lru_cache(maxsize=8)
+def _open(path: Path, changed_ns: int) -> Store:
+    return open_store(path)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ def add(context: MaterialsContext) -> None:
             chosen = RecordingFilter(q, material, {name: fields[name] for name in FIELDS if name in fields})
 
             def read() -> tuple[Store, list[RecordingInfo], dict[str, list[str]]]:
-                store = context.stores.get(set)
+                store = context.store(set)
                 return store, filtered(store.index, chosen), choices(store.index)
 
             try:
