@@ -42,6 +42,16 @@ def summary(values: ArrayLike) -> GroupSummary:
     return GroupSummary(present.size, mean, sd, se, mean - half, mean + half)
 
 
+def nan_mean(
+    values: ArrayLike, axis: int | tuple[int, ...], *, keepdims: bool = False
+) -> NDArray[np.float64]:
+    """Return means without NaN, and NaN for slices without values, of which ``np.nanmean`` would warn."""
+    answers = np.asarray(values, np.float64)
+    present = ~np.isnan(answers)
+    total, count = (x.sum(axis, keepdims=keepdims) for x in (np.where(present, answers, 0), present))
+    return np.asarray(np.divide(total, count, out=np.full(np.shape(total), np.nan), where=count > 0))
+
+
 def by_participant(
     values: ArrayLike, participants: Sequence[Hashable]
 ) -> tuple[tuple[Hashable, ...], NDArray[np.float64]]:

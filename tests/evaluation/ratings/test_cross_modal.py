@@ -42,7 +42,7 @@ def test_errors_are_against_the_plates_means():
     assert got.shape == (2, 2, 2)
     np.testing.assert_allclose(got[0, 0], [1.0, 0.5])
     np.testing.assert_allclose(got[1, 1], [0.5, np.nan])
-    with pytest.raises(ParameterError, match="nothing was scored of c"):
+    with pytest.raises(ParameterError, match="has no ratings; items must be called"):
         errors_of(table, targets, ["a", "c"])
 
 

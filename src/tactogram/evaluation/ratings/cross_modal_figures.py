@@ -26,15 +26,8 @@ def overall_figure(
 ) -> Figure:
     """Draw the mean absolute error of each condition with its standard error: Fig. 5.
 
-    Parameters
-    ----------
-    found : CrossModal
-    against : str
-        The condition that stars are against, by Steel-Dwass as printed.
-    published : mapping from str to float
-        Errors that the paper prints, by condition.
-    told_by : str
-        Who scored, for the title.
+    Stars mark differences from the condition ``against``, by Steel-Dwass as printed; ``published`` has the paper's
+    errors by condition, ``told_by`` the raters for the title.
     """
     names = list(found.overall)
     figure = Figure(figsize=(7.5, 4.2), layout="constrained")
@@ -60,7 +53,7 @@ def overall_figure(
     n = found.overall[names[0]].n
     axes.set_title(
         f"Fig. 5, {told_by}; n = {n:,} answers, mean ± SE\n** p < 0.01, * p < 0.05 against {against} (↑ larger), "
-        "Steel-Dwass as printed (takes answers as independent)",
+        "Steel-Dwass as printed (treats answers as independent)",
         fontsize=9,
     )
     axes.legend(fontsize=8, loc="upper right")
@@ -68,7 +61,7 @@ def overall_figure(
 
 
 def per_word_figure(found: CrossModalResult, conditions: Sequence[str], *, told_by: str) -> Figure:
-    """Draw the error of each word for some conditions, with stars against the first of them: Fig. 6."""
+    """Draw the error of each word by condition, with stars for differences from the first: Fig. 6."""
     words = list(found.as_printed_by_word)
     figure = Figure(figsize=(10, 4), layout="constrained")
     axes = figure.subplots()

@@ -1,4 +1,4 @@
-"""Figures of scores: predicted and given, and the space of words. Errors as bars: `tactogram.statistics.figures`."""
+"""Figures of predicted and given scores, and of the space of words."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE
+from tactogram.statistics.summary import nan_mean
 
 MARKS = "osD^vP*Xh<>"
 
@@ -18,12 +19,7 @@ MARKS = "osD^vP*Xh<>"
 def prediction_figure(found: PredictedRatings, figures: Mapping[str, Any], *, title: str = "") -> Figure:
     """Draw the error of each word beside constant guess and people, and predicted over given scores.
 
-    Parameters
-    ----------
-    found : Predicted
-    figures : mapping
-        What its `PredictedRatings.as_dict` gave.
-    title : str
+    ``figures`` is ``found.as_dict()``.
     """
     rows = figures["per_word"]
     figure = Figure(figsize=(10.5, 1.6 + 0.36 * max(len(rows), 7)), layout="constrained")
@@ -48,11 +44,11 @@ def prediction_figure(found: PredictedRatings, figures: Mapping[str, Any], *, ti
     left.set(xlabel="mean absolute error, points of the scale", title=title)
     left.grid(axis="x", alpha=0.3)
     figure.legend(loc="outside lower left", fontsize=8, frameon=False, ncols=2)
-    given, said = _mean(found.truth), _mean(found.scores)
+    given, said = nan_mean(found.truth, 0), nan_mean(found.scores, 0)
     ends = [float(np.nanmin([given, said])), float(np.nanmax([given, said]))]
     right.plot(ends, ends, color=GRAY, lw=0.8)
     right.plot(given.ravel(), said.ravel(), ".", color=BLUE, alpha=0.4, ms=4)
-    right.set(xlabel="given (mean of the raters)", ylabel="predicted, item kept apart", aspect="equal")
+    right.set(xlabel="given (mean of the raters)", ylabel="predicted, item held out", aspect="equal")
     return figure
 
 
@@ -63,19 +59,17 @@ def word_map_figure(
     targets: Mapping[str, str] | None = None,
     title: str = "",
 ) -> Figure:
-    """Draw surfaces, signals and generated signals by their scores, and a line from each to its target.
+    """Draw surfaces, signals and generated signals by their scores, with a line from each to its target.
 
-    The plane is that of the two largest principal components of what is in the first two kinds, so that what was
-    generated does not turn it. Distances in it are not all there is: each line says the distance over all words.
+    The plane is spanned by the first two principal components of the first two kinds, so generated items do not
+    rotate it. Each line is labelled with the distance over all words, which the plane does not show.
 
     Parameters
     ----------
     kinds : mapping from str to mapping from str to float64 array, shape (word,)
-        Name of a kind, then items and their scores.
-    words : sequence of str
+        By kind and item: scores.
     targets : mapping from str to str, optional
         ``KIND:ITEM`` to ``KIND:ITEM``.
-    title : str
     """
     fitted = np.array([row for items in list(kinds.values())[:2] for row in items.values()])
     centre = fitted.mean(0)
@@ -128,9 +122,3 @@ def word_map_figure(
     axes.set_aspect("equal", adjustable="datalim")
     figure.legend(loc="outside lower center", ncols=min(len(kinds), 4), fontsize=8, frameon=False)
     return figure
-
-
-def _mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    given = ~np.isnan(values)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(given, values, 0).sum(0) / given.sum(0))

@@ -1,9 +1,9 @@
 """Label fidelity of generated signals and images, scored by a rater model or by people.
 
-The error alone says little: scores near the middle have a small one whatever was asked. So beside it stand the error of
-the same scores against other labels, and how single scores go with what was asked, each word's own mean taken away: as
-a correlation, and as a slope. Single ones, not means over noises: a generator that hardly looks at its label may still
-turn every image a hair the right way, which means show and nobody would see.
+The error alone says little, since scores near the middle have a small error for any label. So it is complemented by the
+error of the same scores against other labels, and by correlation and slope of single scores over labels, without each
+word's mean. Means over noises would hide that a generator almost ignores its label: a tiny shift in every image, which
+nobody would see, gives a high correlation of means.
 """
 
 from __future__ import annotations
@@ -20,43 +20,33 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LabelFidelity:
-    """Agreement of scores of generated items with the requested ones.
-
-    Parameters
-    ----------
-    error : float
-        Mean absolute error, in what the scores are in.
-    error_of_others : float
-        Of the same scores against every other label: what following is worth is the difference.
-    correlation : float
-        Of each score with the label, over labels, draws and words, each word's mean taken away; 0 where the scores do
-        not vary.
-    slope : float
-        By how much scores change per change of the label: 1 follows it fully, 0 not at all.
-    by_word : tuple of float
-        The correlation of each word by itself.
-    """
+    """Agreement of scores of generated items with the requested ones."""
 
     error: float
+    """Mean absolute error, in units of the scores."""
     error_of_others: float
+    """Mean absolute error against every other label; larger than ``error`` if labels are followed."""
     correlation: float
+    """Correlation with the label over labels, draws and words, without each word's mean; 0 for constant scores."""
     slope: float
+    """Change of the scores per change of the label: 1 follows it fully, 0 not at all."""
     by_word: tuple[float, ...]
+    """Correlation of each word."""
 
     def as_dict(self) -> dict[str, float | list[float]]:
-        """Return it as plain values, for JSON."""
+        """Return plain values for JSON."""
         return {**asdict(self), "by_word": list(self.by_word)}
 
 
 def label_fidelity(asked: Array, said: Array) -> LabelFidelity:
-    """Return how far ``said`` follows ``asked``.
+    """Return how closely ``said`` follows ``asked``.
 
     Parameters
     ----------
     asked : float array, shape (label, word)
         At least 3 labels.
     said : float array, shape (label, draw, word)
-        Scores of what was generated for each label from several noises.
+        Scores of items generated for each label from several noises.
 
     Raises
     ------
@@ -68,7 +58,7 @@ def label_fidelity(asked: Array, said: Array) -> LabelFidelity:
             "asked must be (label, word) of at least 3 labels and said (label, draw, word), "
             f"got {asked.shape} and {said.shape}"
         )
-    errors = np.abs(said[:, None] - asked[None, :, None]).mean((2, 3))  # of what was said, against each label
+    errors = np.abs(said[:, None] - asked[None, :, None]).mean((2, 3))  # of each score against each label
     own = np.eye(len(asked), dtype=bool)
     wanted = np.broadcast_to((asked - asked.mean(0))[:, None], said.shape)
     heard = said - said.mean((0, 1))

@@ -1,4 +1,4 @@
-"""Prediction error of scores, beside a constant guess and the agreement of raters."""
+"""Prediction errors of scores, compared with a constant guess and with the agreement of raters."""
 
 from __future__ import annotations
 
@@ -11,38 +11,29 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from tactogram.errors import ParameterError
+from tactogram.statistics.summary import nan_mean
 
 Floats = NDArray[np.float64]
 SPLITS = 100
-"""Random halves of the raters that a split-half error is the mean of."""
+"""Random halves of the raters in a split-half error."""
 FEWEST_PAIRS = 3
-"""Items that a rank correlation needs."""
+"""Fewest items of a rank correlation."""
 
 
 @dataclass(frozen=True, eq=False)
 class PredictedRatings:
-    """Predictions of one or several repetitions, beside what people said. All in points of the scale.
-
-    Parameters
-    ----------
-    words : sequence of str
-    items : sequence of str
-    scores : float64 array, shape (repetition, item, word)
-        NaN where an item was not predicted in a repetition.
-    constant : float64 array, shape (repetition, item, word)
-        The constant guess for each: the mean of the scores that the model was trained on.
-    truth : float64 array, shape (repetition, item, word)
-        Means of the raters that a prediction is held against.
-    cube : float64 array, shape (item, rater, word)
-        Every rater's scores, NaN where there is none.
-    """
+    """Predictions of one or several repetitions and people's ratings, in points of the scale."""
 
     words: Sequence[str]
     items: Sequence[str]
     scores: Floats
+    """Shape (repetition, item, word); NaN where an item was not predicted."""
     constant: Floats
+    """The constant guess: the mean of the training scores; shape as ``scores``."""
     truth: Floats
+    """Mean ratings to be predicted; shape as ``scores``."""
     cube: Floats
+    """Every rater's scores, shape (item, rater, word); NaN where missing."""
 
     @property
     def errors(self) -> Floats:
@@ -84,9 +75,9 @@ class PredictedRatings:
 
     def _row(self, part: Any) -> dict[str, Any]:
         errors, guess = self.errors[part], self.constant_errors[part]
-        runs = _over(errors, (1, 2))
-        runs = runs[~np.isnan(runs)]  # of people who all left a word out there is no figure
-        gain = _over(guess, (0, 2)) - _over(errors, (0, 2))
+        runs = nan_mean(errors, (1, 2))
+        runs = runs[~np.isnan(runs)]  # NaN if all people left a word out
+        gain = nan_mean(guess, (0, 2)) - nan_mean(errors, (0, 2))
         gain = gain[~np.isnan(gain)]
         row: dict[str, Any] = {
             "mae": float(np.nanmean(errors)),
@@ -105,22 +96,10 @@ class PredictedRatings:
 
 
 def split_half_error(cube: Floats, *, rng: np.random.Generator, splits: int = SPLITS) -> Floats:
-    """Return how far the mean of one half of the raters is from that of the other: people predicting people.
+    """Return the mean absolute difference between means of two halves of the raters, shape (word,).
 
-    Half as many raters stand on either side as in the whole, so that means of all of them are closer than this.
-
-    Parameters
-    ----------
-    cube : float64 array, shape (item, rater, word)
-        NaN where there is no score.
-    rng : numpy Generator
-        Draws the halves.
-    splits : int
-
-    Returns
-    -------
-    float64 array, shape (word,)
-        Mean absolute difference over items and halves; NaN with fewer than four raters.
+    NaN with fewer than four raters. Halves have half as many raters, so means over all raters differ less.
+    ``cube`` has shape (item, rater, word) with NaN where missing.
     """
     raters = cube.shape[1]
     if raters < 4:
@@ -129,14 +108,14 @@ def split_half_error(cube: Floats, *, rng: np.random.Generator, splits: int = SP
     for _ in range(splits):
         drawn = rng.permutation(raters)
         one, other = cube[:, drawn[: raters // 2]], cube[:, drawn[raters // 2 :]]
-        found.append(np.abs(_means(one) - _means(other)))
-    return _over(np.array(found), (0, 1))
+        found.append(np.abs(nan_mean(one, 1) - nan_mean(other, 1)))
+    return nan_mean(np.array(found), (0, 1))
 
 
 def one_rater_error(cube: Floats) -> Floats:
-    """Return how far a rater is from the mean of the others, float64, shape (word,), mean over raters and items.
+    """Return the mean absolute difference between a rater and the mean of the others, shape (word,).
 
-    NaN with fewer than two raters. ``cube`` is as in `split_half_error`.
+    NaN with fewer than two raters. ``cube`` as for `split_half_error`.
     """
     if cube.shape[1] < 2:
         return np.full(cube.shape[2], np.nan)
@@ -144,7 +123,7 @@ def one_rater_error(cube: Floats) -> Floats:
     total, count = np.where(given, cube, 0).sum(1, keepdims=True), given.sum(1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         others = (total - cube) / (count - 1)
-    return _over(np.abs(cube - others), (0, 1))
+    return nan_mean(np.abs(cube - others), (0, 1))
 
 
 def distances_to_targets(
@@ -155,7 +134,7 @@ def distances_to_targets(
     Parameters
     ----------
     scores : mapping from str to float64 array, shape (word,)
-        Named ``GROUP/TARGET``.
+        By item, named ``GROUP/TARGET``.
     targets : mapping from str to float64 array, shape (word,)
 
     Raises
@@ -170,19 +149,6 @@ def distances_to_targets(
             raise ParameterError(f"{name}: target must be one of {', '.join(targets)}, got {target!r}")
         found[name] = (target, float(np.sqrt(np.nanmean((row - targets[target]) ** 2))))
     return found
-
-
-def _means(cube: Floats) -> Floats:
-    given = ~np.isnan(cube)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(given, cube, 0).sum(1) / given.sum(1))
-
-
-def _over(values: Floats, axes: tuple[int, ...]) -> Floats:
-    """Return means over ``axes`` of what is finite; NaN where nothing is."""
-    given = np.isfinite(values)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(given, values, 0).sum(axes) / given.sum(axes))
 
 
 def _correlation(said: Floats, truth: Floats) -> float | None:
