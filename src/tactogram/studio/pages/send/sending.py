@@ -23,7 +23,7 @@ from tactogram.studio.pages.send.sources import SelectedSignal, SignalSources
 from tactogram.studio.workspace.dated_folders import DatedFolders
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
-from tactogram.text_files import read_json
+from tactogram.text_files import displayable, read_json
 from tactogram.workflows.data.convert import check, convert
 from tactogram.workflows.rendering.render import render
 
@@ -96,7 +96,7 @@ class SendService:
     def displays(self) -> dict[str, str]:
         """Return the titles of the workspace's own displays, by path relative to the workspace."""
         return {
-            self.workspace.name_of(path): str(values.get("title", path.stem))
+            self.workspace.name_of(path): str(values.get("title", displayable(path.stem)))
             for path, values in self.workspace.toml_files()
             if "family" in values and "channels" in values
         }
