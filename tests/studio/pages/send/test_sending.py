@@ -185,7 +185,7 @@ def test_a_signal_over_displacement_needs_a_speed(sending):
     with pytest.raises(ParameterError, match="speed"):
         sending.drive(DriveRequest(of, "audio", "peak=0.5"))
     sent = sending.drive(DriveRequest(of, "audio", "peak=0.5", speed_mm_s=50.0))
-    assert "met at 50 mm/s" in sent.facts["report"]["scaled"][0]
+    assert "played at 50 mm/s" in sent.facts["report"]["scaled"][0]
     assert "--speed 50" in sent.facts["commands"][0]
     with pytest.raises(ParameterError, match="speed|moves"):
         sending.file(FileRequest(of, "ahap"))
