@@ -19,6 +19,7 @@ from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import corrected, share_of, smallest_significant
 from tactogram.study.analysis.exact import exact_finding, share_columns
 from tactogram.study.analysis.findings import (
+    BY_P,
     NOT_SHOWN,
     SHOWN,
     AnalysisSection,
@@ -27,7 +28,6 @@ from tactogram.study.analysis.findings import (
     estimate_finding,
     numeric_answers,
     section_of,
-    verdict_of,
 )
 from tactogram.study.answers import Answers
 
@@ -128,9 +128,7 @@ def _pooled(
         n=n,
         participants=answers.people,
         role=role,
-        verdict=verdict_of(found.p, equivalence_p=found.equivalence_p),
         effect={"d'": d_prime(corrected(round(found.estimate * n), n))},
-        equivalence_p=found.equivalence_p,
         margin=margin,
     )
 
@@ -175,7 +173,7 @@ def _textures(
             finding,
             p=p,
             equivalence_p=equal,
-            verdict=verdict_of(p, equivalence_p=equal),
+            verdict=BY_P,
             correction="Holm",
         )
         for (name, finding), p, equal in zip(pooled.items(), ps, equals, strict=True)

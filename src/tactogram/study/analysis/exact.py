@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tactogram.statistics.shares import ShareEstimate
-from tactogram.study.analysis.findings import Finding, Role, verdict_of
+from tactogram.study.analysis.findings import Finding, Role
 
 
 def exact_finding(
@@ -17,17 +17,14 @@ def exact_finding(
     role: Role = "check",
     test: str = "exact binomial, interval by Wilson",
     p: float | None = None,
-    equivalence_p: float | None = None,
     **more: Any,
 ) -> Finding:
     """Return the finding of a share tested against one half, with Wilson's interval.
 
     ``p`` replaces the share's own after a correction; ``more`` are further values of the `Finding`.
     """
-    p = share.p if p is None else p
-    verdict = verdict_of(p, equivalence_p=equivalence_p)
-    place = (share.share, *share.wilson, p, verdict, share.n, participants)
-    return Finding(of, test, role, measure, *place, equivalence_p=equivalence_p, **more)
+    estimate = (share.share, *share.wilson, share.p if p is None else p)
+    return Finding(of, test, role, measure, *estimate, n=share.n, participants=participants, **more)
 
 
 def share_columns(share: ShareEstimate) -> dict[str, float]:

@@ -29,6 +29,7 @@ HEADINGS: Mapping[Role, str] = {
 SHOWN, NOT_SHOWN = "shown", "not shown"
 EQUIVALENT, UNDECIDED = "equivalent within the margin", "undecided"
 VERDICTS = (SHOWN, NOT_SHOWN, EQUIVALENT, UNDECIDED)
+BY_P = "by p"
 SMALL = "the difference is shown, and is smaller than the margin"
 MOST_LINES = 120
 """Findings of one role that a text lists; more are counted there, and listed in the JSON only."""
@@ -51,7 +52,7 @@ class Finding:
     p : float or None
         Two-sided; corrected as ``correction`` names.
     verdict : str
-        `SHOWN`, `NOT_SHOWN`, `EQUIVALENT` or `UNDECIDED`; empty where nothing is tested.
+        `SHOWN`, `NOT_SHOWN`, `EQUIVALENT` or `UNDECIDED`; by default that of p, empty without one.
     n, participants : int
         Answers, and people.
     effect : mapping from str to float
@@ -66,7 +67,7 @@ class Finding:
     low: float | None = None
     high: float | None = None
     p: float | None = None
-    verdict: str = ""
+    verdict: str = BY_P
     n: int = 0
     participants: int = 0
     statistic: float | None = None
@@ -75,6 +76,10 @@ class Finding:
     margin: float | None = None
     correction: str = "none"
     note: str = ""
+
+    def __post_init__(self) -> None:
+        if self.verdict == BY_P:
+            object.__setattr__(self, "verdict", verdict_of(self.p, equivalence_p=self.equivalence_p))
 
     def text(self) -> str:
         """Return the finding in one line."""
@@ -146,22 +151,14 @@ def estimate_finding(
     **more: Any,
 ) -> Finding:
     """Return the finding of an estimate with its interval, p and note; ``more`` replaces values of the `Finding`."""
-    finding = Finding(
-        of,
-        test,
-        role,
-        measure,
-        found.estimate,
-        found.low,
-        found.high,
-        found.p,
-        "" if found.p is None else verdict_of(found.p),
-        n,
-        participants,
-        found.statistic,
-        note=found.note,
-    )
-    return replace(finding, **more)
+    values = {
+        "p": found.p,
+        "statistic": found.statistic,
+        "equivalence_p": found.equivalence_p,
+        "note": found.note,
+    }
+    estimate = (found.estimate, found.low, found.high)
+    return Finding(of, test, role, measure, *estimate, n=n, participants=participants, **(values | more))
 
 
 def section_of(

@@ -10,7 +10,7 @@ import pandas as pd
 from scipy import stats
 from threadpoolctl import threadpool_limits
 
-from tactogram.study.analysis.findings import Finding, verdict_of
+from tactogram.study.analysis.findings import Finding
 from tactogram.study.answers import Answers
 
 
@@ -64,8 +64,7 @@ def _shift(word: str, first: str, second: str, pair: Answers) -> Finding | None:
         estimate - half,
         estimate + half,
         p,
-        verdict_of(p),
-        len(pair),
-        len(people),
-        estimate / se,
+        n=len(pair),
+        participants=len(people),
+        statistic=estimate / se,
     )

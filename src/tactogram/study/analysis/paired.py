@@ -12,7 +12,7 @@ from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import Finding, Role, verdict_of
+from tactogram.study.analysis.findings import Finding, Role
 
 Numbers = NDArray[np.float64]
 
@@ -38,8 +38,7 @@ def paired_findings(
     equal = equivalence_p
     if equal is None and margin is not None:
         equal = paired_equivalence(differences, margin=margin)
-    people, correction = len(differences), "Holm" if ps else "none"
-    size = {"dz": found.mean / found.sd} if found.sd > 0 else {}
+    correction = "Holm" if ps else "none"
     t = Finding(
         of,
         "paired t by participant",
@@ -49,14 +48,13 @@ def paired_findings(
         found.low,
         found.high,
         p,
-        verdict_of(p, equivalence_p=equal),
-        n,
-        people,
-        found.mean / found.se if found.se > 0 else None,
-        size,
-        equal,
-        margin,
-        correction,
+        n=n,
+        participants=len(differences),
+        statistic=found.mean / found.se if found.se > 0 else None,
+        effect={"dz": found.mean / found.sd} if found.sd > 0 else {},
+        equivalence_p=equal,
+        margin=margin,
+        correction=correction,
     )
     rank = Finding(
         of,
@@ -65,9 +63,8 @@ def paired_findings(
         f"pseudomedian of {measure}",
         *pseudomedian(differences),
         rank_p,
-        verdict_of(rank_p, equivalence_p=equal),
-        n,
-        people,
+        n=n,
+        participants=len(differences),
         equivalence_p=equal,
         margin=margin,
         correction=correction,

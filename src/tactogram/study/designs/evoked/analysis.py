@@ -120,7 +120,6 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
                 n=len(group),
                 participants=group.people,
                 p=None,
-                verdict="",
                 statistic=None,
             )
         )

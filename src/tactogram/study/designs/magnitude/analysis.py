@@ -16,13 +16,7 @@ from scipy import stats
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.equivalence import paired_equivalence
 from tactogram.statistics.summary import summary
-from tactogram.study.analysis.findings import (
-    AnalysisSection,
-    Finding,
-    numeric_answers,
-    section_of,
-    verdict_of,
-)
+from tactogram.study.analysis.findings import AnalysisSection, Finding, numeric_answers, section_of
 from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.answers import Answer, Answers
 
@@ -144,10 +138,9 @@ def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Fi
             found.low,
             found.high,
             p,
-            verdict_of(p, equivalence_p=flat),
-            len(above),
-            found.n,
-            found.mean / found.se if found.se > 0 else None,
+            n=len(above),
+            participants=found.n,
+            statistic=found.mean / found.se if found.se > 0 else None,
             equivalence_p=flat,
             margin=margin,
             note="p against 0: whether estimates grow with intensity",

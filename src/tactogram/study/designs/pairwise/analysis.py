@@ -22,13 +22,7 @@ from tactogram.study.analysis.bradley_terry import (
     strengths_by_participant,
 )
 from tactogram.study.analysis.exact import exact_finding
-from tactogram.study.analysis.findings import (
-    AnalysisSection,
-    Finding,
-    numeric_answers,
-    section_of,
-    verdict_of,
-)
+from tactogram.study.analysis.findings import AnalysisSection, Finding, numeric_answers, section_of
 from tactogram.study.answers import Answer, Answers
 
 Numbers = NDArray[np.float64]
@@ -156,9 +150,8 @@ def _pairs(
                 None if p is None else gap - half,
                 None if p is None else gap + half,
                 p,
-                verdict_of(p, equivalence_p=equal),
-                int(wins.sum()),
-                people,
+                n=int(wins.sum()),
+                participants=people,
                 effect={"P(first preferred)": float(special.expit(gap))},
                 equivalence_p=equal,
                 margin=None if equal is None else margin,

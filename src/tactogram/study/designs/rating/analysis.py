@@ -29,14 +29,7 @@ from tactogram.statistics.comparison import (
     student_t,
 )
 from tactogram.statistics.multiplicity import holm
-from tactogram.study.analysis.findings import (
-    AnalysisSection,
-    Finding,
-    Role,
-    numeric_answers,
-    section_of,
-    verdict_of,
-)
+from tactogram.study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram.study.analysis.item_contrasts import item_contrasts
 from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.paired import holm_paired
@@ -210,7 +203,6 @@ def _friedman(
         f"largest {errors.difference}",
         max(means) - min(means),
         p=p,
-        verdict=verdict_of(p),
         participants=len(errors.participants) - found.left_out,
         n=sum(len(values) for values in errors.values.values()),
         statistic=statistic,
@@ -243,7 +235,6 @@ def _printed(errors: AnswerErrors) -> list[Finding]:
                 errors.difference,
                 pair.difference,
                 p=pair.p,
-                verdict=verdict_of(pair.p),
                 n=test.groups[pair.first].n + test.groups[pair.second].n,
                 participants=len(errors.participants),
                 statistic=pair.statistic,

@@ -21,7 +21,6 @@ from tactogram.study.analysis.findings import (
     estimate_finding,
     numeric_answers,
     section_of,
-    verdict_of,
 )
 from tactogram.study.analysis.paired import holm_paired, paired_findings
 from tactogram.study.answers import Answers
@@ -104,7 +103,6 @@ def _textures(
                     measure,
                     pair.difference,
                     p=pair.p,
-                    verdict=verdict_of(pair.p),
                     n=len(group),
                     participants=group.people,
                     statistic=pair.statistic,
