@@ -54,7 +54,6 @@ class StudyServer:
 
     Parameters
     ----------
-    study : str
     folder : Path
         Of the session.
     codes : sequence of str
@@ -177,15 +176,9 @@ def take_all(
     ----------
     server : StudyServer
         Started.
-    study : Study
-    who : sequence of Participant
-    effect : SimulatedEffect
-    seed : int
-    at_once : int
     kill_at : int, optional
         After so many pages of all, the server is killed by SIGKILL in the midst of answers, and started again. Every
         second participant then loads the page anew; the others wait until the page has sent its answer by itself.
-    progress : callable
     """
     return asyncio.run(_take_all(server, study, who, effect, seed, at_once, kill_at, progress))
 

@@ -95,7 +95,6 @@ def drawn_folds(table: NDArray[np.bool_], seed: int) -> list[NDArray[np.int64]]:
     ----------
     table : bool array, shape (object, adjective)
         Each adjective of two objects or more, and not of all but one.
-    seed : int
 
     Raises
     ------

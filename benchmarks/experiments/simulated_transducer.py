@@ -55,10 +55,8 @@ class SimulatedAdmittance:
 
     Parameters
     ----------
-    drifting : DriftingTransducer
     noise : float
         Standard deviation of the real and of the imaginary part, as a share of the magnitude.
-    rng : numpy.random.Generator
     """
 
     def __init__(self, drifting: DriftingTransducer, *, noise: float, rng: np.random.Generator) -> None:
@@ -127,7 +125,6 @@ def simulate_envelope(transducer: Transducer, envelope: Signal, *, carrier_hz: f
 
     Parameters
     ----------
-    transducer : Transducer
     envelope : Signal
         Amplitude of the carrier, one axis, V.
     carrier_hz : float, optional

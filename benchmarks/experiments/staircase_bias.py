@@ -59,7 +59,6 @@ def run(
         As of every experiment; both recipes are one.
     observers : int
         Simulated, for each row.
-    seed : int
     """
     shipped = Study.load("threshold").design
     rows = []

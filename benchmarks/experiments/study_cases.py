@@ -35,10 +35,8 @@ class AtMargin:
     ----------
     place : int
         Number of the expected finding.
-    margin : str
     most : float
         An amount of the effect that exceeds the margin.
-    sign : float
     """
 
     place: int
@@ -82,7 +80,6 @@ class StudyCase:
         Fields of `SimulatedEffect`.
     findings : tuple of ExpectedFinding
         Confirmatory ones if the study has any of the effect.
-    coverage : CoverageCase
     changes : mapping
         Changes of the study that shorten it for two cores, by dotted key; reported with the result.
     people : mapping

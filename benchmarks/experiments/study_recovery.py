@@ -64,7 +64,6 @@ def recovery(
 
     Parameters
     ----------
-    one : ExpectedFinding
     analysis : mapping
         Written by ``study analyse``.
     study : Study

@@ -28,7 +28,6 @@ class EnvelopeTransmission:
 
     Parameters
     ----------
-    title : str
     rate : float, Hz
     wanted, driven, arrived : float64 arrays, shape (time,)
         The wanted modulation (-1..1); amplitudes of the drive and of the motion, as shares of the largest drive.

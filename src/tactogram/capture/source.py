@@ -81,7 +81,6 @@ class Source(Protocol):
     ----------
     name : str
         Its address, e.g. ``"twelite:/dev/ttyUSB0"``.
-    axes : tuple of str
     unit : str
         Of its samples, one of `tactogram.signal.UNITS`.
     rate : float or None
@@ -105,9 +104,7 @@ class Source(Protocol):
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close it; never raises."""
-        ...
+    ) -> None: ...
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
         """Return the samples since the last call; None if none arrived within ``timeout_s``.

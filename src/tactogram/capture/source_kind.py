@@ -44,16 +44,12 @@ class SourceKind:
     ----------
     name : str
         Start of its addresses, equal to the module's name.
-    title : str
     example : str
         An address.
     options : type of BaseModel
         Options that are files have the type Path; ``log``, if present, is a new file for all bytes.
-    open : OpenFunction
     find : callable, optional
         Returns the devices at hand: descriptions by address. Its argument limits the search on a network, s.
-    place_is_file : bool
-    simulated : bool
     """
 
     name: str

@@ -80,7 +80,6 @@ def choose(
         Of the generator.
     rates : array, shape (iteration,)
         Share of its answers that the discriminator got right.
-    rule : Rule
     """
     losses = np.asarray(losses, np.float64)
     averaged = smoothed(rates, rule.window)
@@ -107,7 +106,6 @@ class IterationSelector:
 
     Parameters
     ----------
-    rule : Rule
     chosen : Chosen, optional
         The best so far.
     rates : sequence of float

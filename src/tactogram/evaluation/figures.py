@@ -20,8 +20,6 @@ def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: 
     Parameters
     ----------
     counts : int64 array, shape (true class, answered class)
-    names : sequence of str
-    title : str
     """
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     size = max(4.5, 1.6 + 0.32 * len(names))

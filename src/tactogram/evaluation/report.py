@@ -74,9 +74,7 @@ def write_report(
 
     Parameters
     ----------
-    path : Path
     title, summary : str
-    sections : sequence of Section
     simulated : bool or str
         Whether any of the data was simulated, or what was: said at the top of the page.
     """

@@ -17,10 +17,8 @@ def live_figure(found: Sequence[WindowClassification], truth: Sequence[str], *, 
 
     Parameters
     ----------
-    found : sequence of Guess
     truth : sequence of str
         What was stroked at the end of each window.
-    title : str
     """
     judged = [guess for guess in found if guess.heard is not None]
     if not judged or len(found) != len(truth):

@@ -129,7 +129,6 @@ def guesses(
         What is judged: the last so many seconds.
     hop_s : float
         From one window to the next.
-    seconds : float, optional
     most_lost : float
         See `MOST_LOST`.
     clock : callable

@@ -34,7 +34,6 @@ class SensorLog:
         Serial number of the sensor, or the name of the log.
     samples : float32 array, shape (axis, time), ``unit``
         NaN where lost. At least one sample.
-    axes : tuple of str
     unit : str
     rate : RateEstimate or None
         Measured; None if the log has no times.
@@ -42,7 +41,6 @@ class SensorLog:
         Arrival of the first packet, by the log's clock; NaN if it has none.
     facts : dict
         As `Source.facts`.
-    simulated : bool
     """
 
     name: str

@@ -32,7 +32,6 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
 
     Parameters
     ----------
-    path : Path
     unit : str, optional
         Unit of the samples; by default the stream's own, or 1.
 

@@ -27,7 +27,6 @@ class CaptureStatus:
         The question, or how long it takes yet.
     share : float
         How much of the phase is over, 0 to 1.
-    levels : Levels or None
     """
 
     place: str
@@ -61,7 +60,6 @@ class LineConsole:
     answers : text file or None
         One answer a line, of which the first letter counts; an empty line is the default, the end of the file is
         ``q``. None answers with the default (``--yes``).
-    out : text file
     """
 
     def __init__(self, answers: TextIO | None, out: TextIO | None = None) -> None:
@@ -98,7 +96,6 @@ class LineConsole:
             self.say(f"answer must be one of {', '.join(keys)}, got {line.strip()!r}")
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(

@@ -167,8 +167,6 @@ class PlannedTake:
     ----------
     number : int
         Its place in the order, from 1.
-    material, contactor : str
-    speed_mm_s : float
     repetition : int
         From 1.
     """

@@ -108,7 +108,6 @@ class RecordingSession:
 
     Parameters
     ----------
-    plan : SessionPlan
     store : Path
         Where takes go; made with the first one.
     name : str
@@ -119,7 +118,6 @@ class RecordingSession:
         Where it is shown and asked.
     journal : Journal
         Open.
-    metronome : Metronome, optional
     recognise : callable, optional
         See `Recognise`; each take is shown with what it sounds like.
     on_trial : callable, optional

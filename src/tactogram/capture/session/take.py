@@ -37,7 +37,6 @@ class Take:
     ----------
     samples : float32 array, shape (axis, time), ``unit``
         NaN in every axis where a sample was lost.
-    axes : tuple of str
     unit : str
     rate : float, Hz
         What the samples are taken to have; see `rate_of`.
@@ -162,7 +161,6 @@ def recording_of(take: Take, *, stream: str = "", what: Mapping[str, Any], simul
 
     Parameters
     ----------
-    take : Take
     stream : str
         Its name; by default by the unit.
     what : mapping

@@ -43,12 +43,7 @@ class TakeCheck:
 
 @dataclass(frozen=True)
 class TakeAssessment:
-    """Result of all checks of a take.
-
-    Parameters
-    ----------
-    findings : tuple of Finding
-    """
+    """Result of all checks of a take."""
 
     findings: tuple[TakeCheck, ...]
 
@@ -82,8 +77,6 @@ def checked(
 
     Parameters
     ----------
-    take : Take
-    limits : Limits
     seconds : float
         How long it should be.
     nominal : float, optional

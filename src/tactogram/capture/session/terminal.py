@@ -68,7 +68,6 @@ class TerminalConsole:
         self._status: CaptureStatus | None = None
 
     def __enter__(self) -> Self:
-        """Begin to draw."""
         self._live = Live(console=self._rich, refresh_per_second=10, transient=True)
         self._live.__enter__()
         return self
@@ -76,7 +75,6 @@ class TerminalConsole:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Leave the terminal as it was."""
         if self._live is not None:
             self._live.__exit__(kind, error, trace)
             self._live = None

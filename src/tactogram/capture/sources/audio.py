@@ -46,7 +46,6 @@ class AudioSource:
     ----------
     device : str
         Part of its name; empty for the default input.
-    form : AudioFormat
     name : str
         The address.
     """
@@ -88,7 +87,6 @@ class AudioSource:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         stream, self._stream = self._stream, None
         if stream is not None:
             stream.close()

@@ -46,7 +46,6 @@ class DigilentSource:
     ----------
     serial : str
         Serial number; empty for the first device.
-    form : ScopeFormat
     name : str
         The address.
     """
@@ -97,7 +96,6 @@ class DigilentSource:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         device, self._device = self._device, None
         if device is not None:
             try:

@@ -40,7 +40,6 @@ class LslSource:
     ----------
     stream : str
         Its name; empty to find it by its type.
-    options : LslOptions
     name : str
         The address.
     """
@@ -89,7 +88,6 @@ class LslSource:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         inlet, self._inlet = self._inlet, None
         if inlet is not None:
             inlet.close_stream()

@@ -54,7 +54,6 @@ class NiSource:
     ----------
     channels : str
         In the notation of NI-DAQmx: ``Dev1/ai0:2``.
-    form : AnalogFormat
     name : str
         The address.
     """
@@ -100,7 +99,6 @@ class NiSource:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop and close it."""
         task, self._task = self._task, None
         if task is not None:
             try:

@@ -150,8 +150,6 @@ class StoreReplaySource(TweliteSource):
 
     Parameters
     ----------
-    store : Store
-    options : StoreReplayOptions
     name : str
         The address.
     """

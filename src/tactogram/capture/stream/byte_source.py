@@ -18,14 +18,12 @@ class ByteSource(ABC):
 
     Parameters
     ----------
-    stream : ByteStream
     name : str
         The address.
     kind : str
         Kind of the log: ``"twelite"`` or ``"serial"``.
     log : Path, optional
         A new file for all bytes (`RawLog`).
-    simulated : bool
     """
 
     def __init__(
@@ -38,14 +36,12 @@ class ByteSource(ABC):
         self._end: str | None = None
 
     def __enter__(self) -> Self:
-        """Open the log, then the stream."""
         self._stream.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close both."""
         self._stream.__exit__(kind, error, trace)
 
     def read(self, timeout_s: float = 0.1) -> Block | None:

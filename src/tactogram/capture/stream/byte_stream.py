@@ -23,15 +23,11 @@ class ByteStream(Protocol):
 
     name: str
 
-    def __enter__(self) -> Self:
-        """Open it."""
-        ...
+    def __enter__(self) -> Self: ...
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close it; never raises."""
-        ...
+    ) -> None: ...
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
         """Return bytes and their arrival (s, clock of ``time.monotonic``, or a log's); None if none arrived in time.
@@ -68,7 +64,6 @@ class SerialPort:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         port, self._port = self._port, None
         if port is not None:
             try:
@@ -109,13 +104,11 @@ class Replay:
         self.name, self._pieces = name, pieces
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close the file behind the pieces."""
         if hasattr(self._pieces, "close"):
             self._pieces.close()
 

@@ -23,7 +23,6 @@ class CsvParser:
         Lines after the first row that are not rows, by reason.
     before : int
         Lines before the first row: start-up messages, and the partial line at which reading begins.
-    comments : int
     headings : list of str
         Names of the columns; empty without a heading.
     """

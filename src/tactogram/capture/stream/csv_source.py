@@ -64,13 +64,10 @@ class CsvSource(ByteSource):
 
     Parameters
     ----------
-    stream : ByteStream
-    form : CsvFormat
     name : str
         The address.
     log : Path, optional
         A new file for all bytes.
-    simulated : bool
     """
 
     def __init__(

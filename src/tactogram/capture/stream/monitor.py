@@ -32,14 +32,12 @@ class TappedSource:
         return getattr(self._source, name)
 
     def __enter__(self) -> Self:
-        """Open the source."""
         self._source.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         self._source.__exit__(kind, error, trace)
 
     def read(self, timeout_s: float = 0.1) -> Block | None:

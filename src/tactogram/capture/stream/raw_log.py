@@ -50,7 +50,6 @@ class RawLog:
         ``"twelite"`` or ``"serial"``.
     address : str
         Of the source.
-    simulated : bool
 
     Raises
     ------
@@ -71,13 +70,11 @@ class RawLog:
         self._file.flush()
 
     def __enter__(self) -> Self:
-        """Return itself."""
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it."""
         self.close()
 
     def write(self, data: bytes, arrival_s: float) -> None:
@@ -123,7 +120,6 @@ class LoggedStream:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close both."""
         self._stream.__exit__(kind, error, trace)
         log, self._log = self._log, None
         if log is not None:

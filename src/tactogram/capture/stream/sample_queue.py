@@ -17,7 +17,6 @@ class BlockQueue:
 
     Parameters
     ----------
-    axes : int
     most : int
         Samples that may wait.
     """

@@ -128,7 +128,6 @@ def decode_hex(body: str, arrival_s: float) -> Packet | OtherPacket | RejectedLi
     ----------
     body : str
         Upper-case hex digits, checksum last.
-    arrival_s : float
     """
     if len(body) % 2 or len(body) < 4 or not _HEX.fullmatch(body):
         return RejectedLine("not hex")

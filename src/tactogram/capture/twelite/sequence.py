@@ -32,8 +32,6 @@ class TimelineSegment:
     Parameters
     ----------
     samples : float32 array, shape (axis, n), m/s^2
-    first_index : int
-    arrival_s : float
     """
 
     samples: NDArray[np.float32]
@@ -50,7 +48,6 @@ class Timeline:
         That of the first packet. Packets of another one have another unit, and are counted instead.
     received, lost : int
         Samples that came, and samples known not to have.
-    lost_packets : int
     dropped : Counter
         Packets that were not used: ``duplicate`` (two relays), ``late`` (behind one that came after it), ``stray`` (a
         number that fits nowhere), ``another mode``.

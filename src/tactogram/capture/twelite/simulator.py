@@ -97,7 +97,6 @@ def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> 
 
     Parameters
     ----------
-    receiver : SimulatedReceiver
     signal : Signal, optional
         Measured by the sensor: axes x, y, z, m/s^2, resampled to its rate; by default a finger that strokes a
         rough surface twice a second, with gravity along z.
@@ -133,8 +132,6 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
 
     Parameters
     ----------
-    receiver : SimulatedReceiver
-    sequence : int
     counts : int64 array, shape (axis, n)
         In mg (ten-sample packets) or 10 mg.
     time_s : float
@@ -232,7 +229,6 @@ class SimulatedPort:
 
     Parameters
     ----------
-    receiver : SimulatedReceiver
     signal : Signal, optional
         As in `transmissions`.
     paced : bool
@@ -292,7 +288,6 @@ class SimulatedPort:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop and close it."""
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
@@ -366,7 +361,6 @@ def write_log(
         A new file.
     receiver : SimulatedReceiver
         Needs ``seconds`` unless there is a ``signal``.
-    signal : Signal, optional
     start_s : float
         Arrival time at the start.
     """

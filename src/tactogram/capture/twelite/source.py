@@ -65,7 +65,6 @@ class TweliteSource(ByteSource):
         Factor of the samples: 1 follows the firmware, `TRUE_STEP` the sensor's data sheet.
     log : Path, optional
         A new file for all bytes (`RawLog`).
-    simulated : bool
     """
 
     unit = "m/s^2"

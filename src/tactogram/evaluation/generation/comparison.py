@@ -35,7 +35,6 @@ class GenerationResult:
 
     Parameters
     ----------
-    materials : tuple of str
     columns : tuple of str
         ``"model"`` and the baselines.
     values : mapping measure -> material -> column -> float or None

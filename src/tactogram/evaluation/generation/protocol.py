@@ -57,9 +57,7 @@ NEIGHBOURS = 5
 class PartCallback(Protocol):
     """Callback for progress: a task, the number of finished parts, and their total."""
 
-    def __call__(self, task: str, done: int, total: int, /) -> None:
-        """Report progress."""
-        ...
+    def __call__(self, task: str, done: int, total: int, /) -> None: ...
 
 
 def evaluate_generation(

@@ -45,7 +45,6 @@ def generation_sections(
 
     Parameters
     ----------
-    result : GenerationResult
     recorded : mapping material -> signals
         The test recordings.
     sets : mapping column -> material -> signals

@@ -57,7 +57,6 @@ def spectrograms_figure(
         the level.
     seconds : float
         How much is shown from the beginning.
-    title : str
 
     Raises
     ------

@@ -86,7 +86,6 @@ def precision_recall_density_coverage(real: ArrayLike, made: ArrayLike, k: int =
     ----------
     real, made : float array, shape (point, feature)
         More than ``k`` points each.
-    k : int
 
     Returns
     -------

@@ -41,7 +41,6 @@ class Measure:
         Lower is better.
     unit : str
         ``"1"`` for a pure number.
-    title : str
     source : str
         Publication.
     multiaxis : bool

@@ -41,7 +41,6 @@ def mixing_figure(
     ----------
     steps : sequence of Signal
         One for each step of ``ladder``.
-    ladder : MixingLadder
     start, end : str
         Names of the materials.
     start_weights : sequence of float, optional
@@ -50,7 +49,6 @@ def mixing_figure(
         As in `spectrograms_figure`; 0-1 is over all steps of an axis.
     seconds : float
         How much of each step is shown.
-    title : str
 
     Raises
     ------

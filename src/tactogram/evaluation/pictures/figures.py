@@ -61,8 +61,6 @@ def pictures_figure(
     ----------
     cases : sequence of PictureCase
         With pictures of the same names.
-    picture : SpectrogramPicture
-    title : str
     attention_notes : mapping from str to str, optional
         Lines above the attention maps, by the names of their pictures; see `attention_maps.attention_note`.
 
@@ -155,10 +153,8 @@ def failures_figure(
         All that were measured; ``title`` is the material.
     errors : sequence of float
         Of each case.
-    picture : SpectrogramPicture
     measure : str
         What the errors are of, for the title.
-    count : int
     """
     chosen = worst_cases(errors, [case.title for case in cases], count=count)
     median = float(np.median(np.asarray(errors, np.float64)))

@@ -23,7 +23,6 @@ class GeneratorRow:
 
     Parameters
     ----------
-    title : str
     trials : sequence of sequences of Image
         Per noise, the image of each label.
     losses : mapping from str to sequence of (int, float)
@@ -115,7 +114,6 @@ class TradeOff:
 
     Parameters
     ----------
-    weight : float
     correlation : sequence of float
         Of what a rater model says with what was asked, per training.
     distance : sequence of float
@@ -138,7 +136,6 @@ def trade_off_figure(
 
     Parameters
     ----------
-    weights : sequence of TradeOff
     distance : str
         What the distance is called.
     best : float, optional

@@ -53,7 +53,6 @@ def invert(pictures: Tensor, picture: SpectrogramPicture, *, seed: int, axis: st
     Parameters
     ----------
     pictures : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
-    picture : SpectrogramPicture
     seed : int
         Of the phase.
     axis : str
@@ -79,7 +78,6 @@ def inversion_loss(
         One axis each; their first ``picture.length`` samples count.
     made : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
         Generated for that material.
-    picture : SpectrogramPicture
     others : sequence of Signal
         Other real signals of the material, for the floor; cut alike.
     seed : int
