@@ -79,7 +79,7 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback) -> dict[str, A
     plan = folder / "plan.toml"
     plan.write_text(PLAN.format(materials=list(KNOWN), repetitions=2, seconds=5.0 if paper else 3.0))
     session = _session(folder, plan, device)
-    heard = _heard(folder, classifier, device)
+    heard = _classify_live(folder, classifier, device)
     return {
         "simulated": True,
         "device": DEVICE.format(store="…", seed=0),
@@ -169,21 +169,25 @@ def _killed(plan: Path, device: str, store: Path) -> float:
     raise DataError(f"{store}: the session ended before it could be killed")
 
 
-def _heard(folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
-    """Return how well and how fast the classifier names what the device strokes."""
+def _classify_live(folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
+    """Return accuracy and delay of the classifier on the simulated device."""
     order = [name for pair in zip(KNOWN, (*UNKNOWN, "", "", ""), strict=True) for name in pair if name]
     found: list[WindowClassification] = []
     address = f"{DEVICE.format(store=device, seed=3)}&materials={','.join(order)}&each_s={EACH_S:g}"
     result = live(classifier, address, hop=0.15, seconds=EACH_S * len(order), show=found.append)
     truth = [order[min(int(guess.time_s / EACH_S), len(order) - 1)] for guess in found]
-    # A window that reaches back over a change holds two surfaces; which it should name, nobody can say.
+    # A window across a change holds two surfaces and has no true material.
     whole = [guess.time_s % EACH_S > result["window_s"] + 0.2 for guess in found]
     rows = [
-        (name, max(g.heard.probabilities, key=g.heard.probabilities.__getitem__), bool(g.heard.none_of_these))
+        (
+            name,
+            g.material,
+            bool(g.classification.none_of_these),
+        )
         for name, g, counts in zip(truth, found, whole, strict=True)
-        if counts and g.heard is not None
+        if counts and g.classification is not None
     ]
-    known = [(name == said, odd) for name, said, odd in rows if name in KNOWN]
+    known = [(name == answer, odd) for name, answer, odd in rows if name in KNOWN]
     unknown = [odd for name, _, odd in rows if name in UNKNOWN]
     figure = live_figure(
         found, truth, title="Simulated device, 2 % lost: stroke_cnn live, trained on simulated strokes"
@@ -202,12 +206,11 @@ def _heard(folder: Path, classifier: Path, device: Path) -> dict[str, Any]:
 
 
 def _delays(found: Sequence[WindowClassification], truth: Sequence[str]) -> dict[str, float | None]:
-    """Return for each known surface how long after it began to be stroked it was named first."""
+    """Return the delay from the first stroke to the first correct classification, for each known surface."""
     delays: dict[str, float | None] = {}
     for guess, name in zip(found, truth, strict=True):
-        if name in KNOWN and guess.heard is not None and delays.setdefault(name, None) is None:
-            said = max(guess.heard.probabilities, key=guess.heard.probabilities.__getitem__)
-            if said == name:
+        if name in KNOWN and guess.classification is not None and delays.setdefault(name, None) is None:
+            if guess.material == name:
                 delays[name] = guess.time_s % EACH_S
     return delays
 

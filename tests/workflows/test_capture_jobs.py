@@ -89,7 +89,7 @@ def test_the_device_is_recognised_live(store, run):
     assert result["simulated"]
     assert result["window_s"] == pytest.approx(34 / 330)
     assert result["threshold"] > 0
-    assert all(sum(g.heard.probabilities.values()) == pytest.approx(1) for g in guesses)
+    assert all(sum(g.classification.probabilities.values()) == pytest.approx(1) for g in guesses)
 
 
 def test_a_window_is_prepared_as_the_run_was_trained_and_other_rates_are_resampled(run, texture):

@@ -34,5 +34,5 @@ def test_the_figure_shows_each_material_and_each_stretch_of_truth():
 
 
 def test_nothing_judged_is_no_figure():
-    with pytest.raises(ParameterError, match="judged window"):
+    with pytest.raises(ParameterError, match="classified window"):
         live_figure([guess(1)], ["tile"], title="")

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tactogram.capture.live.recognition import Classification, Latencies, guesses, window_signal
+from tactogram.capture.live.recognition import Classification, Latencies, classify_windows, window_signal
 from tactogram.capture.live.terminal_view import line, panel
 from tactogram.capture.session.feed import Feed
 from tactogram.errors import ParameterError
@@ -20,7 +20,9 @@ def run(source, *, listen=None, clock=None, **options):
 
     clock = clock or (lambda: 0.03 * source.packet)
     feed = Feed(source, clock=clock)
-    found = list(guesses(feed, listen or default, **({"window_s": 1.0, "hop_s": 0.5} | options), clock=clock))
+    found = list(
+        classify_windows(feed, listen or default, **({"window_s": 1.0, "hop_s": 0.5} | options), clock=clock)
+    )
     return found, heard
 
 
@@ -46,9 +48,9 @@ def test_a_loss_is_bridged_and_said_and_too_much_of_it_is_not_judged(played):
     assert found[0].lost == pytest.approx(30 / 330)
     assert np.isfinite(heard[0].samples).all()
     found, heard = run(played(packets=70, lost=range(10, 30)))
-    assert found[0].heard is None
+    assert found[0].classification is None
     assert found[0].facts()["material"] is None
-    assert "not judged: 61 % of the window was lost" in line(found[0])
+    assert "not classified: 61 % of the window was lost" in line(found[0])
 
 
 def test_a_window_of_which_nothing_came_is_no_signal():

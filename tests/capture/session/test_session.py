@@ -135,7 +135,7 @@ def test_a_name_that_is_no_folder_is_refused(tmp_path):
 def test_a_pulled_plug_ends_the_session_and_keeps_what_was_accepted(tmp_path, played):
     # 17 packets a take and one at each question: the plug is pulled in the third take.
     source = played(packets=50, end="pulled")
-    with pytest.raises(SourceLost, match="2 takes of this run are in .* go on"):
+    with pytest.raises(SourceLost, match="2 takes of this run are in .* continue"):
         run(tmp_path / "s", source)
     result, _ = run(tmp_path / "s", played(seed=1))
     assert result["accepted"] == 2
@@ -195,7 +195,7 @@ def test_what_a_take_sounds_like_is_said(tmp_path, played):
         return {"cork": 0.25, "tile": 0.75}
 
     _, said = run(tmp_path / "s", played(lost=[3]), answers="b\na\nq\n", recognise=recognise)
-    assert "sounds like tile (0.75)" in said
+    assert "classified as tile (0.75)" in said
     assert heard == [(165, 330.0)]
 
 

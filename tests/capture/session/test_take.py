@@ -77,7 +77,7 @@ def test_blocks_are_cut_where_asked_and_must_follow_each_other():
     samples = noise(30)
     blocks = [Block(samples[:, i : i + 10], i, 0.0) for i in (0, 10, 20)]
     np.testing.assert_array_equal(joined(blocks, start=7, stop=23), samples[:, 7:23])
-    with pytest.raises(DataError, match="follow"):
+    with pytest.raises(DataError, match="consecutive"):
         joined([blocks[0], blocks[2]], start=0, stop=30)
     with pytest.raises(DataError, match="no sample"):
         joined(blocks, start=40, stop=50)

@@ -5,7 +5,7 @@ import pytest
 
 from tactogram.capture.session.plan import TakeLimits
 from tactogram.capture.session.take import Take
-from tactogram.capture.session.take_checks import checked, clipped, level
+from tactogram.capture.session.take_checks import check_take, clipped, level
 
 RATE, N = 330.0, 3300
 
@@ -16,7 +16,7 @@ def samples(scale=1.0):
 
 def verdict(x, limits=None, *, measured=330.0, seconds=10.0, **options):
     take = Take(np.asarray(x, np.float32), ("x", "y", "z"), "m/s^2", RATE, measured, 0)
-    return checked(take, TakeLimits(**(limits or {})), seconds=seconds, nominal=330.0, **options)
+    return check_take(take, TakeLimits(**(limits or {})), seconds=seconds, nominal=330.0, **options)
 
 
 def bad(found):
@@ -81,5 +81,5 @@ def test_the_level_is_the_rms_about_the_mean_over_all_axes():
 
 def test_the_least_level_is_of_accelerations_unless_the_plan_says_one():
     take = Take(samples(0.01), ("x", "y", "z"), "V", RATE, 330.0, 0)
-    assert checked(take, TakeLimits(), seconds=10).good
-    assert not checked(take, TakeLimits(least_rms=1.0), seconds=10).good
+    assert check_take(take, TakeLimits(), seconds=10).good
+    assert not check_take(take, TakeLimits(least_rms=1.0), seconds=10).good

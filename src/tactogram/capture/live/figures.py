@@ -1,4 +1,4 @@
-"""Pictures of live recognition."""
+"""Figures of live recognition."""
 
 from __future__ import annotations
 
@@ -13,36 +13,40 @@ from tactogram.errors import ParameterError
 
 
 def live_figure(found: Sequence[WindowClassification], truth: Sequence[str], *, title: str) -> Figure:
-    """Return probabilities over time beside what was stroked, what was none of these, and the latency.
+    """Draw probabilities over time with the true materials, windows that are none of these, and the latency.
 
     Parameters
     ----------
     truth : sequence of str
-        What was stroked at the end of each window.
+        Material stroked at the end of each window.
     """
-    judged = [guess for guess in found if guess.heard is not None]
-    if not judged or len(found) != len(truth):
+    classified = [guess for guess in found if guess.classification is not None]
+    if not classified or len(found) != len(truth):
         raise ParameterError(
-            f"a figure needs a judged window and a name for each, got {len(judged)}, {len(truth)}"
+            "a figure needs a classified window and a material for each window, got "
+            f"{len(classified)} classified, {len(truth)} materials of {len(found)} windows"
         )
-    names = sorted({name for guess in judged if guess.heard for name in guess.heard.probabilities})
+    results = [guess.classification for guess in classified if guess.classification]
+    names = sorted({name for result in results for name in result.probabilities})
     figure = Figure(figsize=(10, 5.6), layout="constrained")
     top, bottom = figure.subplots(2, 1, height_ratios=(3, 1), sharex=True)
-    times = np.array([guess.time_s for guess in judged])
+    times = np.array([guess.time_s for guess in classified])
     edges = np.concatenate([[times[0] - np.median(np.diff(times))], times])
-    shares = np.array([[g.heard.probabilities[name] for g in judged if g.heard] for name in names])
+    shares = np.array([[result.probabilities[name] for result in results] for name in names])
     mesh = top.pcolormesh(edges, np.arange(len(names) + 1) - 0.5, shares, cmap="Blues", vmin=0, vmax=1)
     figure.colorbar(mesh, ax=[top, bottom], label="probability", shrink=0.6)
     top.set_yticks(range(len(names)), names)
-    odd = [guess.time_s for guess in judged if guess.heard and guess.heard.none_of_these]
+    odd = [
+        guess.time_s for guess in classified if guess.classification and guess.classification.none_of_these
+    ]
     top.plot(odd, np.full(len(odd), len(names) - 0.25), "|", color="tab:red", markersize=7)
     top.set_ylim(-0.5, len(names) + 0.1)
     top.text(
         edges[0], len(names) - 0.25, "none of these ", ha="right", va="center", color="tab:red", fontsize=9
     )
     for name, group in groupby(zip(found, truth, strict=True), key=lambda pair: pair[1]):
-        held = [guess.time_s for guess, _ in group]
-        begin, end = held[0], held[-1]
+        times_s = [guess.time_s for guess, _ in group]
+        begin, end = times_s[0], times_s[-1]
         known = name in names
         if known:
             row = names.index(name)

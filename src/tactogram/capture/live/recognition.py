@@ -1,7 +1,7 @@
-"""Live recognition: a classifier on a window that slides over a source, and how long the answer takes.
+"""Live recognition: a classifier on a window that slides over a source, and its latency.
 
-The classifier comes in as a function of a Signal. A window is judged by what came last: where more has come than can be
-judged, windows are skipped, not queued, so that what is shown is never old.
+The classifier is passed in as a function of a Signal. It gets the latest samples: if they arrive faster than it
+can classify them, windows are skipped rather than queued, so that the result is never old.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 
 MOST_LOST = 0.25
-"""Share of a window that may be lost for it to be judged: what is bridged by straight lines is not what was felt."""
+"""Largest lost share of a window that is classified: bridged samples are not measured ones."""
 LIVE_S = 60.0
-"""An arrival that is further away is by another clock: a log's. It has no latency, and nothing of it is skipped."""
+"""Older arrivals are on another clock, that of a log: they have no latency, and no window is skipped."""
 RATE_STEP = 0.1
-"""Hz to which a measured rate is rounded: an estimate that moves in its last digits must not change the resampler."""
+"""Step of the rate, Hz: small changes of the estimate must not change the resampler."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Classification:
     probabilities : mapping from str to float
         By material; sum 1.
     none_of_these : bool or None
-        Whether it is unlike all that the classifier knows; None where that cannot be told.
+        Whether it is too far from all materials of the classifier; None if unknown.
     """
 
     probabilities: Mapping[str, float]
@@ -46,45 +46,52 @@ class Classification:
 
 
 ClassifyWindow = Callable[[Signal], Classification]
-"""Judges a window as it was recorded; preparing it is its business."""
+"""Function that prepares and classifies a window as recorded."""
 
 
 @dataclass(frozen=True)
 class WindowClassification:
-    """One judged window.
+    """One window and its classification.
 
     Parameters
     ----------
     end_index : int
-        Place of the sample after its last, counted from the source's first.
+        Position of the sample after its last, counted from the source's first.
     time_s : float
-        When its last sample arrived, s after the first block.
-    heard : Heard or None
+        Arrival of its last sample, s after the first block.
+    classification : Classification or None
         None if too much of the window was lost.
     lost : float
-        Share of its samples that did not come.
+        Lost share of its samples.
     level : float
         rms about the mean, root of the sum of squares over axes, the source's unit.
     latency_s : float or None
         From the arrival of its last sample to the probabilities; None for a source without a clock.
     skipped : int
-        Windows that were due since the one before and were not judged.
+        Windows skipped since the preceding one.
     """
 
     end_index: int
     time_s: float
-    heard: Classification | None
+    classification: Classification | None
     lost: float
     level: float
     latency_s: float | None
     skipped: int
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON knows it."""
+        """Return it as JSON values."""
         facts = asdict(self)
-        heard = facts.pop("heard") or {"probabilities": None, "none_of_these": None}
-        named = self.heard and max(self.heard.probabilities, key=self.heard.probabilities.__getitem__)
-        return {"material": named, **heard, **facts}
+        classification = facts.pop("classification") or {"probabilities": None, "none_of_these": None}
+        return {"material": self.material, **classification, **facts}
+
+    @property
+    def material(self) -> str | None:
+        """The most probable material; None if the window was not classified."""
+        if self.classification is None:
+            return None
+        probabilities = self.classification.probabilities
+        return max(probabilities, key=probabilities.__getitem__)
 
 
 @dataclass
@@ -99,7 +106,7 @@ class Latencies:
             self.seconds.append(guess.latency_s)
 
     def facts(self) -> dict[str, Any]:
-        """Return ``p50_ms``, ``p99_ms``, ``max_ms`` and ``windows``; None where no window had a clock."""
+        """Return ``p50_ms``, ``p99_ms``, ``max_ms`` and ``windows``; None if no window had a clock."""
         if not self.seconds:
             return {"windows": 0, "p50_ms": None, "p99_ms": None, "max_ms": None}
         p50, p99 = np.percentile(self.seconds, [50, 99]) * 1e3
@@ -107,9 +114,9 @@ class Latencies:
         return {"windows": len(self.seconds), "p50_ms": float(p50), "p99_ms": float(p99), "max_ms": worst}
 
 
-def guesses(
+def classify_windows(
     feed: Feed,
-    listen: ClassifyWindow,
+    classify: ClassifyWindow,
     *,
     window_s: float,
     hop_s: float,
@@ -117,34 +124,31 @@ def guesses(
     most_lost: float = MOST_LOST,
     clock: Callable[[], float] = monotonic,
 ) -> Iterator[WindowClassification]:
-    """Yield a `WindowClassification` each ``hop_s``, until the source ends or ``seconds`` of it were heard.
+    """Yield a `WindowClassification` every ``hop_s``, until the source ends or ``seconds`` of it have arrived.
 
     Parameters
     ----------
     feed : Feed
         Of an open source.
-    listen : callable
-        See `ClassifyWindow`.
-    window_s : float
-        What is judged: the last so many seconds.
-    hop_s : float
-        From one window to the next.
+    classify : ClassifyWindow
+    window_s, hop_s : float
+        Length of a window, and distance to the next one, s.
     most_lost : float
         See `MOST_LOST`.
     clock : callable
-        The one that the source's arrivals are by.
+        Clock of the source's arrivals.
 
     Raises
     ------
     ParameterError
         If window or hop is not > 0.
     SourceLost
-        If the source goes away.
+        If the source disappears.
     """
     if not (window_s > 0 and hop_s > 0):
         raise ParameterError(f"window and hop must be > 0 s, got {window_s:g} and {hop_s:g}")
     feed.keep_s = window_s
-    first = judged = None
+    first = classified = None
     while True:
         try:
             block = feed.poll()
@@ -156,25 +160,25 @@ def guesses(
         if block is None or rate is None:
             continue
         first = feed.first_arrival_s if first is None else first
-        heard_s = feed.next_index / rate
-        due = feed.next_index - (judged if judged is not None else feed.next_index - hop_s * rate)
+        received_s = feed.next_index / rate
+        due = feed.next_index - (classified if classified is not None else feed.next_index - hop_s * rate)
         if feed.next_index >= window_s * rate and due >= hop_s * rate:
             samples = feed.recent(window_s)
             signal, lost = window_signal(samples, rate, feed.source.unit, feed.source.axes)
-            heard = listen(signal) if signal is not None and lost <= most_lost else None
+            result = classify(signal) if signal is not None and lost <= most_lost else None
             age = _age(block, clock)
-            skipped = 0 if judged is None else max(0, int(due / (hop_s * rate)) - 1)
-            judged = feed.next_index
+            skipped = 0 if classified is None else max(0, int(due / (hop_s * rate)) - 1)
+            classified = feed.next_index
             latency = age if np.isfinite(age) else None
             yield WindowClassification(
-                feed.next_index, block.arrival_s - first, heard, lost, level(samples), latency, skipped
+                feed.next_index, block.arrival_s - first, result, lost, level(samples), latency, skipped
             )
-        if seconds is not None and heard_s >= seconds:
+        if seconds is not None and received_s >= seconds:
             return
 
 
 def _age(block: Block, clock: Callable[[], float]) -> float:
-    """Return how long ago a block arrived, s; NaN where its time is by another clock."""
+    """Return the time since a block arrived, s; NaN if its arrival is on another clock."""
     age = clock() - block.arrival_s
     return age if 0 <= age < LIVE_S else float("nan")
 
@@ -182,7 +186,7 @@ def _age(block: Block, clock: Callable[[], float]) -> float:
 def window_signal(
     samples: NDArray[np.float32], rate: float, unit: str, axes: Sequence[str]
 ) -> tuple[Signal | None, float]:
-    """Return a window as a Signal, losses bridged, and the share that was lost; None if nothing came.
+    """Return a window as a Signal with losses bridged (None if all was lost), and the lost share.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Live recognition on a terminal: a bar per material, "none of these", the level, and how long answers take."""
+"""Live recognition on a terminal: a bar per material, "none of these", level and latency."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from rich.text import Text
 from tactogram.capture.live.recognition import Latencies, WindowClassification
 
 MOST_SHOWN = 8
-"""Materials that have a bar, likeliest first."""
+"""Materials with a bar, most probable first."""
 WIDTH = 40
 
 
 def panel(guess: WindowClassification, latencies: Latencies, *, title: str, unit: str = "") -> RenderableType:
-    """Return what is shown of one window."""
+    """Return the panel of one window."""
     parts: list[RenderableType] = [_head(guess)]
-    if guess.heard is not None:
+    if guess.classification is not None:
         table = Table.grid(padding=(0, 1))
-        ranked = sorted(guess.heard.probabilities.items(), key=lambda entry: -entry[1])
-        style = "dim" if guess.heard.none_of_these else "cyan"
+        ranked = sorted(guess.classification.probabilities.items(), key=lambda entry: -entry[1])
+        style = "dim" if guess.classification.none_of_these else "cyan"
         for name, probability in ranked[:MOST_SHOWN]:
             bar = ProgressBar(
                 total=1.0, completed=probability, width=WIDTH, complete_style=style, finished_style=style
@@ -35,21 +35,20 @@ def panel(guess: WindowClassification, latencies: Latencies, *, title: str, unit
 def line(guess: WindowClassification) -> str:
     """Return one window as a line."""
     head = f"{guess.time_s:8.2f} s  "
-    if guess.heard is None:
-        return f"{head}not judged: {100 * guess.lost:.0f} % of the window was lost"
-    name = max(guess.heard.probabilities, key=guess.heard.probabilities.__getitem__)
-    odd = "  none of these?" if guess.heard.none_of_these else ""
+    if guess.classification is None:
+        return f"{head}not classified: {100 * guess.lost:.0f} % of the window was lost"
+    name = guess.material or ""
+    odd = "  none of these?" if guess.classification.none_of_these else ""
     late = "" if guess.latency_s is None else f"  {1e3 * guess.latency_s:.0f} ms"
-    return f"{head}{name:24} {guess.heard.probabilities[name]:.3f}{late}{odd}"
+    return f"{head}{name:24} {guess.classification.probabilities[name]:.3f}{late}{odd}"
 
 
 def _head(guess: WindowClassification) -> Text:
-    if guess.heard is None:
-        return Text(f"not judged: {100 * guess.lost:.0f} % of the window was lost", style="bold red")
-    if guess.heard.none_of_these:
+    if guess.classification is None:
+        return Text(f"not classified: {100 * guess.lost:.0f} % of the window was lost", style="bold red")
+    if guess.classification.none_of_these:
         return Text("none of these", style="bold yellow")
-    name = max(guess.heard.probabilities, key=guess.heard.probabilities.__getitem__)
-    return Text(name, style="bold green")
+    return Text(guess.material or "", style="bold green")
 
 
 def _foot(guess: WindowClassification, latencies: Latencies, unit: str) -> str:

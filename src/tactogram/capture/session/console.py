@@ -15,18 +15,18 @@ from tactogram.capture.session.feed import MeterReading
 
 @dataclass(frozen=True)
 class CaptureStatus:
-    """Status of a recording session, for whoever watches.
+    """Status of a recording session.
 
     Parameters
     ----------
     place : str
-        Which take of how many, and what is to be done.
+        The take, its number and the total.
     phase : str
         ``"countdown"``, ``"recording"``, ``"question"``.
     text : str
-        The question, or how long it takes yet.
+        The question, or the remaining time.
     share : float
-        How much of the phase is over, 0 to 1.
+        Finished share of the phase, 0 to 1.
     """
 
     place: str
@@ -37,29 +37,29 @@ class CaptureStatus:
 
 
 class Console(Protocol):
-    """Console on which a session is shown and its questions are answered."""
+    """Console that shows a session and answers its questions."""
 
     def show(self, status: CaptureStatus) -> None:
-        """Show how it goes; called many times a second."""
+        """Show the status; called many times a second."""
         ...
 
     def say(self, text: str) -> None:
-        """Write a line that stays."""
+        """Write a permanent line."""
         ...
 
     def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
-        """Return one of ``keys`` (what each means is its value); ``idle`` is called while nobody answers."""
+        """Return one of ``keys``, whose values are their meanings; ``idle`` is called while waiting."""
         ...
 
 
 class LineConsole:
-    """Lines out on stderr; answers from a script, from lines of a pipe, or always the default.
+    """Lines on stderr; answers from the lines of a file or pipe, or always the default.
 
     Parameters
     ----------
     answers : text file or None
-        One answer a line, of which the first letter counts; an empty line is the default, the end of the file is
-        ``q``. None answers with the default (``--yes``).
+        One answer per line, by its first letter; an empty line is the default, the end of the file is
+        ``q``. None always gives the default.
     """
 
     def __init__(self, answers: TextIO | None, out: TextIO | None = None) -> None:
@@ -110,7 +110,7 @@ class LineConsole:
         if self._answers is None or number is None:
             line = self._answers.readline() if self._answers is not None else ""
             return line or None
-        # Not by readline: what it has read ahead, select would not know of.
+        # readline would read ahead, which select does not notice.
         while b"\n" not in self._read:
             if not select.select([number], [], [], 0)[0]:
                 idle()
@@ -124,7 +124,7 @@ class LineConsole:
 
 
 def _handle(answers: TextIO | None) -> int | None:
-    """Return what the system calls a file by; None for a text in memory, and where only sockets can be waited for."""
+    """Return a file's descriptor; None for text in memory, and where select waits for sockets only."""
     if sys.platform == "win32":
         return None
     try:

@@ -1,4 +1,4 @@
-"""A source being read: its blocks of the last while, and what a level meter shows of them."""
+"""Feed of a source: its recent blocks, and the level meter."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tactogram.capture.source import Block, Source, SourceLost
 from tactogram.errors import DataError
 
 METER_S = 0.25
-"""What a level meter looks at: the last quarter of a second, as long as a glance."""
+"""Interval of the level meter, s."""
 
 MEASURED_S = 0.5
-"""How often the measured rate is looked at."""
+"""Interval between updates of the measured rate, s."""
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,9 @@ class MeterReading:
     rms : float
         Of the last `METER_S`, about the mean, root of the sum of squares over axes, source's unit.
     peak : float
-        Largest magnitude of any axis, gravity and offsets included: it is what clips.
+        Largest magnitude of any axis, gravity and offsets included, since these clip, too.
     full_scale : float or None
-        Where the sensor clips.
+        Of the sensor.
     clipped : bool
         Whether ``peak`` reached it.
     lost : int
@@ -51,18 +51,18 @@ class MeterReading:
 
 
 class Feed:
-    """Reads a source and keeps what may be needed.
+    """Reader of a source with a buffer.
 
     Parameters
     ----------
     source : Source
         Open.
     reference_rate : float, optional
-        What the rate should be, Hz; by default what the source says.
+        Nominal rate, Hz; by default the source's.
     full_scale : float, optional
-        Where it clips; by default what the source says, if it says so.
+        By default the source's.
     silence_s : float
-        How long nothing may come before the source counts as lost.
+        Time without samples after which the source counts as lost.
     clock : callable
         As ``time.monotonic``.
     """
@@ -78,26 +78,25 @@ class Feed:
     ) -> None:
         self.source = source
         self._reference = reference_rate
-        said = getattr(source, "full_scale", None)
-        self.full_scale = full_scale if full_scale is not None else said
+        self.full_scale = full_scale if full_scale is not None else getattr(source, "full_scale", None)
         self.lost = 0
         """Samples lost so far."""
         self.next_index = 0
-        """Place of the sample that comes next."""
+        """Position of the next sample."""
         self._silence_s, self._clock = silence_s, clock
-        self._last_came = clock()
-        self._kept: deque[Block] = deque()
+        self._last_arrival_s = clock()
+        self._buffer: deque[Block] = deque()
         self._from: int | None = None
         self.keep_s = METER_S
-        """How much of the past is kept besides, s."""
+        """Minimum length of the buffer, s."""
         self.first_arrival_s = float("nan")
-        """When the first block came."""
+        """Arrival of the first block."""
         self._measured: Mapping[str, float] | None = None
         self._measured_at = -1
 
     @property
     def reference_rate(self) -> float | None:
-        """What the rate should be, Hz."""
+        """Nominal rate, Hz."""
         return self._reference if self._reference is not None else self.source.rate
 
     @reference_rate.setter
@@ -106,8 +105,8 @@ class Feed:
 
     @property
     def measured_rate(self) -> Mapping[str, float] | None:
-        """What the source measured: ``hz``, ``low``, ``high``; None while unknown."""
-        # A robust line through hundreds of arrivals is no thing to ask for at every glance at the meter.
+        """Rate measured by the source: ``hz``, ``low``, ``high``; None while unknown."""
+        # A robust fit to hundreds of arrivals is too slow for every update of the meter.
         if self.next_index != self._measured_at and (
             self._measured is None or self.next_index >= self._measured_at + MEASURED_S * self._measured["hz"]
         ):
@@ -117,79 +116,81 @@ class Feed:
 
     @property
     def rate(self) -> float | None:
-        """What a take would be written with, Hz; None while unknown."""
+        """Rate to write a take with, Hz; None while unknown."""
         return rate_of(self.measured_rate, self.reference_rate)
 
     def poll(self, timeout_s: float = 0.1, *, patient: bool = False) -> Block | None:
-        """Read one block, or None if none came in time; ``patient`` where it does not matter how long nothing comes.
+        """Read one block, or None if none arrived in time; ``patient`` tolerates any silence.
 
         Raises
         ------
         SourceEnded, SourceLost
-            As `Source.read`; also `SourceLost` when nothing came for ``silence_s``.
+            As `Source.read`; also `SourceLost` after ``silence_s`` without samples.
         """
         block = self.source.read(timeout_s)
         now = self._clock()
         if block is None:
-            silent = now - self._last_came
+            silent = now - self._last_arrival_s
             if patient:
-                self._last_came = now
+                self._last_arrival_s = now
             elif silent > self._silence_s:
                 raise SourceLost(
-                    f"{self.source.name}: nothing came for {silent:.1f} s; is it switched on, and in reach?"
+                    f"{self.source.name}: no samples for {silent:.1f} s; is it switched on and within range?"
                 )
             return None
-        self._last_came = now
+        self._last_arrival_s = now
         if not self.next_index:
             self.first_arrival_s = block.arrival_s
-        self._kept.append(block)
+        self._buffer.append(block)
         self.lost += block.lost
         self.next_index = block.first_index + len(block)
         self._forget()
         return block
 
     def mark(self) -> int:
-        """Keep everything from the next sample on, and return its place."""
+        """Keep all samples from the next one on, and return its position."""
         self._from = self.next_index
         return self.next_index
 
     def take(self, start: int, stop: int) -> Take:
-        """Return samples ``start`` to ``stop`` (exclusive), which must have been kept since `mark`.
+        """Return samples ``start`` to ``stop`` (exclusive), kept since `mark`.
 
         Raises
         ------
         DataError
-            If nothing came, or the rate is not known yet.
+            If there are none, or the rate is still unknown.
         """
         self._measured, self._measured_at = None, -1
         measured, rate = self.measured_rate, self.rate
         if rate is None:
-            raise DataError(f"{self.source.name}: the rate is not known yet; let it run for some seconds")
-        samples = joined(self._kept, start=start, stop=stop)
+            raise DataError(
+                f"{self.source.name}: the rate is still unknown; let the source run for some seconds"
+            )
+        samples = joined(self._buffer, start=start, stop=stop)
         hz = None if measured is None else measured["hz"]
         return Take(samples, self.source.axes, self.source.unit, rate, hz, start)
 
     def release(self) -> None:
-        """Keep no more than the meter needs."""
+        """Stop keeping samples since `mark`."""
         self._from = None
         self._forget()
 
     def levels(self) -> MeterReading:
-        """Return what a level meter shows."""
+        """Return the reading of the level meter."""
         recent = self.recent(METER_S)
-        came = recent[:, np.isfinite(recent).all(axis=0)]
-        peak = float(np.abs(came).max()) if came.size else 0.0
+        received = recent[:, np.isfinite(recent).all(axis=0)]
+        peak = float(np.abs(received).max()) if received.size else 0.0
         clipped = self.full_scale is not None and peak >= 0.999 * self.full_scale
         measured = self.measured_rate
         hz = None if measured is None else measured["hz"]
         return MeterReading(level(recent), peak, self.full_scale, clipped, self.lost, hz)
 
     def recent(self, seconds: float) -> NDArray[np.float32]:
-        """Return what came last, float32, (axis, time), NaN where it was lost; no samples while the rate is unknown."""
+        """Return the latest samples, float32, shape (axis, time), NaN where lost; none while the rate is unknown."""
         rate = self.rate
         count = 0 if rate is None else round(seconds * rate)
         parts: list[NDArray[np.float32]] = []
-        for block in reversed(self._kept):
+        for block in reversed(self._buffer):
             if count <= 0:
                 break
             parts.append(block.samples[:, -count:])
@@ -201,10 +202,9 @@ class Feed:
     def _forget(self) -> None:
         rate = self.rate
         if rate is None:
-            # Until it is known, nobody can say how much that is.
-            return
+            return  # the length of the buffer depends on it
         oldest = self.next_index - 2 * max(METER_S, self.keep_s) * rate
         if self._from is not None:
             oldest = min(oldest, self._from)
-        while len(self._kept) > 1 and self._kept[0].first_index + len(self._kept[0]) <= oldest:
-            self._kept.popleft()
+        while len(self._buffer) > 1 and self._buffer[0].first_index + len(self._buffer[0]) <= oldest:
+            self._buffer.popleft()

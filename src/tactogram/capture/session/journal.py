@@ -1,8 +1,8 @@
-"""The diary of a session: one line of JSON per event, on the disk before the session goes on.
+"""Journal of a session: one line of JSON per event, on the disk before the session continues.
 
-What was *accepted* stands in the store, which is the truth; the diary says in which order it was to be, what was
-redone, skipped and found, and which raw log holds it. A kill may cut its last line short: that line is dropped, as what
-it would have said did not come to be, or stands in the store.
+Accepted takes are in the store, which is authoritative; the journal records their order, redone and skipped takes,
+check results and raw logs. An incomplete last line, as after a crash, is dropped: its event did not
+happen, or is in the store.
 """
 
 from __future__ import annotations
@@ -24,17 +24,12 @@ FILE = "session.jsonl"
 
 
 class Journal:
-    """The diary in ``folder``; a context manager that keeps other processes from the same session.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is not there.
+    """The journal in ``folder``, which is created; a context manager that locks the session.
 
     Attributes
     ----------
     events : list of dict
-        All that was written, those of earlier runs too. Each has ``event`` and ``time`` (UTC).
+        Of all runs. Each has ``event`` and ``time`` (UTC).
     """
 
     def __init__(self, folder: Path) -> None:
@@ -43,12 +38,12 @@ class Journal:
         self._file: TextIO | None = None
 
     def __enter__(self) -> Self:
-        """Open it, and read what is there.
+        """Open and read it.
 
         Raises
         ------
         DataError
-            If another process is at this session, or a line that is not the last is broken.
+            If another process uses this session, or a line other than the last is damaged.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         file = self.path.open("a+", encoding="utf-8")
@@ -60,32 +55,32 @@ class Journal:
             raise
         if not free:
             file.close()
-            raise DataError(f"{self.folder}: another process is at this session; end it first")
+            raise DataError(f"{self.folder}: another process uses this session; end it first")
         self._file = file
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Close it, and let others at the session; of a session that never began nothing stays."""
+        """Close it and release the lock; remove the journal of a session that never began."""
         if self._file is None:
             return
         if not self.events:
             self.path.unlink(missing_ok=True)
             for folder in (self.folder, self.folder.parent):
-                # What else lies there keeps its folder.
+                # A folder with other files remains.
                 with suppress(OSError):
                     folder.rmdir()
         self._file.close()
         self._file = None
 
     def write(self, event: str, facts: Mapping[str, Any] | None = None) -> None:
-        """Add one event; it is on the disk when this returns.
+        """Add an event; it is on the disk when this returns.
 
         Raises
         ------
         OSError
-            If the disk is full; nothing of the event stays then.
+            If the disk is full; the event is then removed.
         """
         if self._file is None:
             raise DataError(f"{self.path} is not open")

@@ -1,8 +1,8 @@
-"""A recording session: what the plan asks for, take by take, each in the store before the next one begins.
+"""Recording session: the takes of a plan, each in the store before the next one begins.
 
-The store is the session's memory. A take is accepted when it stands there, on the disk; what the session's diary says
-besides (order, redone and skipped takes, verdicts) is of use, but nothing that was accepted depends on it. So a session
-may end at any instant, a pulled plug included, and goes on where it stopped.
+The store is the session's memory. A take is accepted once it is in the store, on the disk; the session's journal adds
+order, redone and skipped takes, and verdicts, but no accepted take depends on it. A session can therefore
+be interrupted at any moment, even by a pulled plug, and continues where it stopped.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tactogram.capture.session.journal import Journal
 from tactogram.capture.session.metronome import Metronome, SilentMetronome, interval_s
 from tactogram.capture.session.plan import PlannedTake, SessionPlan
 from tactogram.capture.session.take import RECEIVED, Take, bridged, recording_of
-from tactogram.capture.session.take_checks import TakeAssessment, checked
+from tactogram.capture.session.take_checks import TakeAssessment, check_take
 from tactogram.capture.source import Source, SourceEnded, SourceLost
 from tactogram.datasets import Store
 from tactogram.datasets.store.appending import append_recording, recovered
@@ -28,9 +28,9 @@ from tactogram.errors import DataError, ParameterError, TactogramError, one_line
 from tactogram.signal import Signal
 
 MOST_REDONE = 3
-"""Takes of one trial that are made without anybody there, before it is skipped."""
+"""Attempts at one trial in an unattended session, before it is skipped."""
 SLOWEST = 1.5
-"""A take that has not come together after so many times its length is stopped, and is too short."""
+"""A take is stopped after this multiple of its length, and is then too short."""
 
 BEGIN = {"b": "begin", "s": "skip", "q": "stop"}
 DECIDE = {"a": "accept", "r": "redo", "s": "skip", "q": "stop"}
@@ -38,11 +38,11 @@ DECIDE = {"a": "accept", "r": "redo", "s": "skip", "q": "stop"}
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
 
 Recognise = Callable[[Signal], Mapping[str, float]]
-"""What a trained classifier makes of a signal: probabilities by material. Handed in; nothing here knows networks."""
+"""Function from a signal to the probabilities of materials. Passed in, so that this package needs no networks."""
 
 
 def session_folder(store: Path, session: str) -> Path:
-    """Return where the diary and the raw logs of a session are: ``STORE.sessions/SESSION``, beside the store.
+    """Return the folder of a session's journal and raw logs: ``STORE.sessions/SESSION``, next to the store.
 
     Raises
     ------
@@ -72,14 +72,14 @@ class SessionProgress:
 
     @property
     def left(self) -> tuple[PlannedTake, ...]:
-        """What is still to be made."""
+        """Trials that remain."""
         return tuple(t for t in self.trials if t.number not in self.accepted | self.skipped)
 
 
 def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store | None) -> SessionProgress:
-    """Return how far a session is, out of its diary and the store.
+    """Return a session's progress, from its journal and the store.
 
-    A session of which nothing was kept may be begun anew with another plan.
+    A session without accepted or skipped trials may be restarted with another plan.
 
     Raises
     ------
@@ -93,10 +93,10 @@ def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store 
             if not taken and not journal.of("skipped"):
                 return SessionProgress(trials, frozenset(), frozenset())
             raise DataError(
-                f"{journal.folder}: session {session!r} was begun with another plan; go on with that one "
-                f"(it stands in {journal.path}), or give --session another name"
+                f"{journal.folder}: session {session!r} was begun with another plan; continue with that plan "
+                f"(recorded in {journal.path}), or choose another name for the session"
             )
-        # As it was drawn then: another numpy may draw another order from the same seed.
+        # The recorded order: another version of numpy may draw another order from the same seed.
         trials = tuple(PlannedTake(**entry) for entry in begun[-1]["order"])
     accepted = {int(info.labels["trial"]) for info in taken if info.labels.get("plan") == plan.sha256[:16]}
     skipped = {int(entry["trial"]) for entry in journal.of("skipped")} - accepted
@@ -104,26 +104,24 @@ def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store 
 
 
 class RecordingSession:
-    """Runs a plan.
+    """Run of a plan.
 
     Parameters
     ----------
     store : Path
-        Where takes go; made with the first one.
+        Created with the first take.
     name : str
-        What the session is called.
+        Of the session.
     source : Source
         Open.
-    console : Console
-        Where it is shown and asked.
     journal : Journal
         Open.
     recognise : callable, optional
-        See `Recognise`; each take is shown with what it sounds like.
+        See `Recognise`; each take is shown with its most probable material.
     on_trial : callable, optional
-        Called with each trial before it is asked for: a simulated device then plays what is to be stroked.
+        Called with each trial before it begins, so that a simulated device plays its material.
     log : str
-        Name of the raw log that the source writes, in the session's folder.
+        Name of the source's raw log in the session's folder.
     clock : callable
         As ``time.monotonic``.
     """
@@ -149,17 +147,17 @@ class RecordingSession:
         self._recognise, self._on_trial, self._log, self._clock = recognise, on_trial, log, clock
         self._feed = Feed(source, reference_rate=plan.rate, full_scale=plan.limits.full_scale, clock=clock)
         self._place = ""
-        self._gone: TactogramError | None = None
+        self._lost: TactogramError | None = None
         opened, removed = recovered(store)
         if removed:
-            console.say(f"{store}: removed what an interrupted session left ({', '.join(removed)})")
+            console.say(f"{store}: removed leftovers of an interrupted session ({', '.join(removed)})")
         self.progress = progress_of(plan, name, journal, opened)
         if opened is not None and self._feed.reference_rate is None:
             self._feed.reference_rate = self._earlier_rate(opened)
         self.counts = {"accepted": 0, "redone": 0, "skipped": 0}
 
     def run(self) -> dict[str, Any]:
-        """Make what is left of the plan, or until somebody stops it or the source ends.
+        """Record the remaining trials, until the experimenter stops or the source ends.
 
         Returns
         -------
@@ -169,7 +167,7 @@ class RecordingSession:
         Raises
         ------
         SourceLost
-            If the source went away. What was accepted is in the store.
+            If the source disappeared. Accepted takes are in the store.
         """
         begun = self._journal.of("begun")
         if not begun or begun[-1]["plan"] != self.plan.sha256:
@@ -179,7 +177,7 @@ class RecordingSession:
         done = len(self.progress.accepted)
         if done or self.progress.skipped:
             self._console.say(
-                f"going on with session {self.name}: {done} of {len(self.progress.trials)} takes are in the store, "
+                f"continuing session {self.name}: {done} of {len(self.progress.trials)} takes are in the store, "
                 f"{len(self.progress.skipped)} skipped"
             )
         self._journal.write("opened", {"source": self._source.name, "log": self._log})
@@ -197,7 +195,7 @@ class RecordingSession:
             self._note("lost", {"error": str(error)})
             raise SourceLost(
                 f"{error}; {self.counts['accepted']} takes of this run are in {self.store_path}: connect it again and "
-                "run the same command to go on"
+                "run the same command to continue"
             ) from error
         finally:
             self._metronome.stop()
@@ -206,14 +204,14 @@ class RecordingSession:
         return {**self.counts, "left": left, "stopped": stopped}
 
     def _earlier_rate(self, store: Store) -> float | None:
-        """Return the rate of what this session put into the store before, None if it did not."""
+        """Return the rate of this session's takes in the store, None if there are none."""
         for info in store.index:
             if info.session == self.name:
                 return store.rate(info.id, next(s for s in store.streams_of(info.id) if s != RECEIVED))
         return None
 
     def _trial(self, trial: PlannedTake) -> bool:
-        """Make one trial; False if somebody wants to stop."""
+        """Record one trial; return False to stop the session."""
         force = f", {self.plan.force_n:g} N" if self.plan.force_n is not None else ""
         self._place = f"take {trial.number} of {len(self.progress.trials)}: {trial}{force}"
         if self._on_trial is not None:
@@ -223,17 +221,17 @@ class RecordingSession:
         begun = self._ask(self._place, BEGIN, default="b")
         while begun == "b":
             take = self._record(trial)
-            verdict = self._judge(take)
+            verdict = self._check(take)
             facts = {"trial": trial.number, "attempt": attempt, "first_index": take.first_index}
             facts |= {"samples": len(take), "lost": take.lost, "rate": take.rate, "verdict": verdict.facts()}
             default = "a" if verdict.good else "r" if automatic < MOST_REDONE else "s"
-            found = f"{self._place}: {verdict}{self._heard(take)}"
-            decision = self._decide(trial, take, verdict, question=found, default=default)
-            self._console.say(f"{found} -> {DECIDE[decision]}")
+            question = f"{self._place}: {verdict}{self._recognised(take)}"
+            decision = self._decide(trial, take, verdict, question=question, default=default)
+            self._console.say(f"{question} -> {DECIDE[decision]}")
             self._note("take", facts | {"decision": DECIDE[decision], "log": self._log})
             if decision == "a":
                 self.counts["accepted"] += 1
-                # All takes of a session are called by one rate: a crystal changes less than its measurement does.
+                # All takes of a session have one nominal rate: a crystal varies less than its measurement.
                 self._feed.reference_rate = self._feed.reference_rate or take.rate
                 return True
             if decision == "r":
@@ -248,16 +246,16 @@ class RecordingSession:
         return False
 
     def _record(self, trial: PlannedTake) -> Take:
-        """Count down, record, and return what came."""
+        """Count down, then record a take."""
         plan, feed = self.plan, self._feed
-        if self._gone is not None:
-            raise self._gone
+        if self._lost is not None:
+            raise self._lost
         feed.release()
         end = self._clock() + plan.countdown_s
         while (remaining := end - self._clock()) > 0:
             feed.poll(min(0.1, remaining))
             self._show("countdown", f"{remaining:.1f} s", 1 - remaining / max(plan.countdown_s, 1e-9))
-        # Without a rate nobody knows how many samples a take has.
+        # The number of samples in a take depends on the rate.
         while feed.rate is None:
             feed.poll()
             self._show("waiting", "for the source's rate", 0.0)
@@ -279,34 +277,33 @@ class RecordingSession:
         return feed.take(start, stop)
 
     def _wanted(self) -> int:
-        """How many samples a take has."""
+        """Return the number of samples in a take."""
         return max(1, round(self.plan.seconds * (self._feed.rate or 1.0)))
 
-    def _judge(self, take: Take) -> TakeAssessment:
-        nominal = self._feed.reference_rate
-        return checked(
+    def _check(self, take: Take) -> TakeAssessment:
+        return check_take(
             take,
             self.plan.limits,
             seconds=self.plan.seconds,
-            nominal=nominal,
+            nominal=self._feed.reference_rate,
             full_scale=self._feed.full_scale,
         )
 
-    def _heard(self, take: Take) -> str:
-        """Return what a classifier makes of a take, as the end of a line."""
+    def _recognised(self, take: Take) -> str:
+        """Return the most probable material of a take, as the end of a line."""
         if self._recognise is None or take.lost == len(take):
             return ""
         try:
-            found = self._recognise(Signal(bridged(take.samples)[0], take.rate, take.unit, take.axes))
+            shares = self._recognise(Signal(bridged(take.samples)[0], take.rate, take.unit, take.axes))
         except TactogramError as error:
-            return f"; not recognised: {error}"
-        name = max(found, key=lambda material: found[material])
-        return f"; sounds like {name} ({found[name]:.2f})"
+            return f"; not classified: {error}"
+        name = max(shares, key=lambda material: shares[material])
+        return f"; classified as {name} ({shares[name]:.2f})"
 
     def _decide(
         self, trial: PlannedTake, take: Take, verdict: TakeAssessment, *, question: str, default: str
     ) -> str:
-        """Return what is decided about a take; ``"a"`` means that it is in the store."""
+        """Return the decision on a take; after ``"a"`` it is in the store."""
         while True:
             decision = self._ask(question, DECIDE, default=default)
             if decision != "a":
@@ -315,20 +312,22 @@ class RecordingSession:
                 self._accept(trial, take, verdict)
             except (OSError, DataError) as error:
                 why = one_line(error)
-                self._console.say(f"NOT stored: {why}; the store is as it was, and the take still at hand")
+                self._console.say(
+                    f"NOT stored: {why}; the store is unchanged, and the take is still available"
+                )
                 default = "q" if isinstance(error, OSError) else "r"
             else:
                 return decision
 
     def _accept(self, trial: PlannedTake, take: Take, verdict: TakeAssessment) -> None:
-        """Put a take into the store; it is on the disk when this returns.
+        """Write a take to the store; it is on the disk when this returns.
 
         Raises
         ------
         OSError
             If the disk is full.
         DataError
-            If it cannot stand there: no sample came, or the same samples are there already.
+            If all samples were lost, or the same samples are already in the store.
         """
         plan = self.plan
         labels = {
@@ -362,18 +361,18 @@ class RecordingSession:
         )
 
     def _ask(self, question: str, keys: Mapping[str, str], *, default: str) -> str:
-        """Ask, and read the source meanwhile: what nobody reads piles up in the cable."""
+        """Ask, and read the source meanwhile, since unread samples pile up in the cable."""
         self._console.show(CaptureStatus(self._place, "question", question, levels=self._feed.levels()))
 
         def read() -> None:
-            # A source that goes away now takes nothing with it: the take that is asked about is at hand.
-            if self._gone is not None:
+            # The take in question survives a source that disappears now: the error is raised before the next one.
+            if self._lost is not None:
                 sleep(0.05)
                 return
             try:
                 self._feed.poll(0.05, patient=True)
             except TactogramError as error:
-                self._gone = error
+                self._lost = error
             self._show("question", question, 0.0)
 
         return self._console.ask(question, keys, default=default, idle=read)
@@ -382,8 +381,8 @@ class RecordingSession:
         self._console.show(CaptureStatus(self._place, phase, text, share, self._feed.levels()))
 
     def _note(self, event: str, facts: Mapping[str, Any]) -> None:
-        """Write into the diary; where the disk is full the session goes on: the store says what matters."""
+        """Write to the journal; if the disk is full, the session continues, since only the store is essential."""
         try:
             self._journal.write(event, facts)
         except OSError as error:
-            self._console.say(f"the diary could not be written: {one_line(error)}")
+            self._console.say(f"the journal could not be written: {one_line(error)}")

@@ -1,4 +1,4 @@
-"""One take: the samples between go and stop as they came, and the recording that is made of them."""
+"""One take: the samples between start and stop, and its recording."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 
 RATE_TOLERANCE = 1e-3
-"""By how much a measured rate may differ from the reference, as a share, and still be called by it: what a crystal and
-the fit of a few seconds of arrivals are off together. A difference of 0.1 % moves 100 Hz by 0.1 Hz."""
+"""Largest relative difference between a measured rate and the reference: the joint error of a crystal and of
+the fit to a few seconds of arrivals. A difference of 0.1 % moves 100 Hz by 0.1 Hz."""
 
 RATE_KNOWN = 0.005
-"""Half the interval of a measured rate, as a share, from which on a take may begin: some seconds of arrivals."""
+"""Half the relative interval of a measured rate at which a take may begin: after some seconds of arrivals."""
 
 RECEIVED = "received"
-"""Stream beside a take with losses: 1 where a sample came, 0 where it was lost."""
+"""Stream of a take with losses: 1 for a received sample, 0 for a lost one."""
 
 STREAM_OF_UNIT = {"m/s^2": "acceleration", "m/s": "velocity", "m": "position", "N": "force"}
 
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """Samples between go and stop.
+    """Samples between start and stop.
 
     Parameters
     ----------
@@ -39,11 +39,11 @@ class Take:
         NaN in every axis where a sample was lost.
     unit : str
     rate : float, Hz
-        What the samples are taken to have; see `rate_of`.
+        See `rate_of`.
     measured : float or None, Hz
-        What the source measured, or None.
+        By the source.
     first_index : int
-        Place of the first sample since the source was opened, lost ones included: where it stands in the raw log.
+        Position of the first sample since the source was opened, lost ones included, as in the raw log.
     """
 
     samples: NDArray[np.float32]
@@ -64,48 +64,48 @@ class Take:
 
     @property
     def received(self) -> NDArray[np.bool_]:
-        """Where a sample came, bool, shape (time,)."""
+        """Whether each sample was received, bool, shape (time,)."""
         return np.asarray(~np.isnan(self.samples).any(axis=0))
 
     @property
     def lost(self) -> int:
-        """How many samples did not come."""
+        """Number of lost samples."""
         return int(len(self) - np.count_nonzero(self.received))
 
 
 def joined(blocks: Sequence[Block], *, start: int, stop: int) -> NDArray[np.float32]:
-    """Return samples ``start`` to ``stop`` (exclusive) of the source out of its blocks, float32, (axis, time).
+    """Return samples ``start`` to ``stop`` (exclusive) of a source's blocks, float32, shape (axis, time).
 
     Raises
     ------
     DataError
-        If there are none, or one block does not go on where the one before ended.
+        If there are none, or the blocks are not consecutive.
     """
-    held = [b for b in blocks if b.first_index < stop and b.first_index + len(b) > start]
-    if not held:
-        raise DataError("no sample came between go and stop")
-    for before, after in pairwise(held):
+    inside = [b for b in blocks if b.first_index < stop and b.first_index + len(b) > start]
+    if not inside:
+        raise DataError("no samples arrived between start and stop")
+    for before, after in pairwise(inside):
         if after.first_index != before.first_index + len(before):
             raise DataError(
-                f"blocks must follow each other, got one at sample {after.first_index} after one that ended at "
+                f"blocks must be consecutive, got one at sample {after.first_index} after one that ended at "
                 f"{before.first_index + len(before)}"
             )
-    samples = np.concatenate([b.samples for b in held], axis=1)
-    first = held[0].first_index
+    samples = np.concatenate([b.samples for b in inside], axis=1)
+    first = inside[0].first_index
     return samples[:, max(0, start - first) : stop - first]
 
 
 def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> float | None:
-    """Return the rate that a take is written with, Hz; None while it is not known.
+    """Return the rate to write a take with, Hz; None while unknown.
 
-    ``reference`` until a measurement contradicts it: one that is known to `RATE_KNOWN`, whose interval does not hold
-    the reference, and that differs by more than `RATE_TOLERANCE`. A few arrivals on a busy computer contradict nothing.
-    Without a reference the measured one once it is known so well.
+    It is ``reference`` until a measurement contradicts it: one with an interval within `RATE_KNOWN` that excludes
+    the reference, and a difference of more than `RATE_TOLERANCE`. A few arrivals on a busy computer are not enough.
+    Without a reference it is the measured rate, once its interval is as narrow.
 
     Parameters
     ----------
     measured : mapping or None
-        ``hz``, ``low``, ``high``, as a source's facts have them.
+        ``hz``, ``low``, ``high``, as in a source's facts.
     reference : float or None, Hz
     """
     if measured is None:
@@ -118,10 +118,10 @@ def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> fl
 
 
 def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tuple[int, int]]]:
-    """Return ``samples`` with straight lines over what was lost, and where that is.
+    """Return ``samples`` with losses bridged by straight lines, and the positions of the losses.
 
-    Ten samples on either side say nothing band-limited about the ten between them, so nothing more clever is tried; at
-    an end the nearest sample is held.
+    A packet of ten lost samples cannot be reconstructed from its neighbours, so nothing more elaborate is tried; at
+    an end the nearest sample is repeated.
 
     Parameters
     ----------
@@ -138,26 +138,26 @@ def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tup
     Raises
     ------
     DataError
-        If no sample came at all.
+        If all samples were lost.
     """
-    came = ~np.isnan(samples).any(axis=0)
-    if not came.any():
+    received = ~np.isnan(samples).any(axis=0)
+    if not received.any():
         raise DataError(f"all {samples.shape[1]} samples were lost")
     lost = gaps(samples)
     if not lost:
         return samples, lost
-    places, known = np.arange(samples.shape[1]), np.flatnonzero(came)
+    places, valid = np.arange(samples.shape[1]), np.flatnonzero(received)
     filled = samples.copy()
     for axis in filled:
-        axis[~came] = np.interp(places[~came], known, axis[known])
+        axis[~received] = np.interp(places[~received], valid, axis[valid])
     return filled, lost
 
 
 def recording_of(take: Take, *, stream: str = "", what: Mapping[str, Any], simulated: bool) -> Recording:
     """Return ``take`` as a recording for the store.
 
-    A store holds finite samples. Losses are bridged by straight lines, `RECEIVED` stands beside them, and ``history``
-    says how many and where, so that whoever uses the recording can leave them out, and no one takes them for measured.
+    A store holds finite samples. Losses are bridged by straight lines and marked in `RECEIVED`, and ``history``
+    gives their number and positions, so that users can exclude them.
 
     Parameters
     ----------
@@ -182,10 +182,7 @@ def recording_of(take: Take, *, stream: str = "", what: Mapping[str, Any], simul
 
 
 def restored(recording: Recording, *, stream: str = "") -> NDArray[np.float32]:
-    """Return the samples of a recording as they came: NaN where they were lost, float32, (axis, time).
-
-    The way back from `recording_of`.
-    """
+    """Return the samples of a `recording_of` a take with NaN for the lost ones, float32, shape (axis, time)."""
     name = stream or next(name for name in recording.streams if name != RECEIVED)
     samples = np.array(recording.stream(name).samples)
     if RECEIVED in recording.streams:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -14,18 +13,18 @@ from tactogram.capture.session.take import Take
 from tactogram.capture.stream.gaps import gaps
 
 LEAST_RMS = {"m/s^2": 0.12}
-"""`TakeLimits.least_rms` by unit, where the plan says nothing."""
+"""Default of `TakeLimits.least_rms` by unit."""
 STUCK_SAMPLES = 3
-"""Samples in a row at the take's own extreme that look like clipping where full scale is not known."""
+"""Consecutive samples at a take's extreme that count as clipping if full scale is unknown."""
 COARSE_STEPS = 16
-"""Steps of a sensor within which a signal stays at one value by rounding alone."""
+"""Range in a sensor's steps within which rounding alone repeats a value."""
 FLAT_S = 0.5
-"""An axis that does not change for so long is broken: quantised noise of a working sensor does."""
+"""An axis that does not change for this time is broken: even the noise of a working sensor changes."""
 
 
 @dataclass(frozen=True)
 class TakeCheck:
-    """One thing that was looked at.
+    """Result of one check.
 
     Parameters
     ----------
@@ -33,7 +32,7 @@ class TakeCheck:
         ``length``, ``losses``, ``clipping``, ``flat``, ``level`` or ``rate``.
     verdict : {"good", "note", "bad"}
     text : str
-        What was found, and against which limit, in a few words.
+        The value, and the limit if it is exceeded.
     """
 
     name: str
@@ -53,7 +52,7 @@ class TakeAssessment:
         return all(finding.verdict != "bad" for finding in self.findings)
 
     def __str__(self) -> str:
-        """Return what is bad, or else what is worth noting, in a line."""
+        """Return the failed checks, or else the notes, in a line."""
         bad = [f.text for f in self.findings if f.verdict == "bad"]
         notes = [f.text for f in self.findings if f.verdict == "note"]
         if bad:
@@ -61,11 +60,11 @@ class TakeAssessment:
         return "good" + (": " + "; ".join(notes) if notes else "")
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON knows it."""
+        """Return it as JSON values."""
         return {"good": self.good} | {f.name: {"verdict": f.verdict, "text": f.text} for f in self.findings}
 
 
-def checked(
+def check_take(
     take: Take,
     limits: TakeLimits,
     *,
@@ -73,16 +72,16 @@ def checked(
     nominal: float | None = None,
     full_scale: float | None = None,
 ) -> TakeAssessment:
-    """Return whether ``take`` is any good.
+    """Return the quality of ``take``.
 
     Parameters
     ----------
     seconds : float
-        How long it should be.
+        Planned length.
     nominal : float, optional
-        Rate that the source or the plan says, Hz.
+        Rate of the source or the plan, Hz.
     full_scale : float, optional
-        Where the source says that it clips; ``limits.full_scale`` comes before it.
+        Of the source; ``limits.full_scale`` overrides it.
     """
     found = [_length(take, limits, seconds), *_losses(take, limits), _rate(take, limits, nominal)]
     if take.lost < len(take):
@@ -114,7 +113,7 @@ def _losses(take: Take, limits: TakeLimits) -> list[TakeCheck]:
 
 def _rate(take: Take, limits: TakeLimits, nominal: float | None) -> TakeCheck:
     if take.measured is None:
-        return TakeCheck("rate", "note", f"rate not measured, taken for {take.rate:g} Hz")
+        return TakeCheck("rate", "note", f"rate not measured, assumed {take.rate:g} Hz")
     text = f"measured {take.measured:.5g} Hz"
     if nominal is None:
         return TakeCheck("rate", "good", text)
@@ -125,11 +124,10 @@ def _rate(take: Take, limits: TakeLimits, nominal: float | None) -> TakeCheck:
 
 
 def clipped(samples: NDArray[np.float32], full_scale: float | None) -> int:
-    """Return how many of ``samples`` (axis, time) are clipped in any axis.
+    """Return the number of ``samples``, shape (axis, time), that are clipped in any axis.
 
-    Where full scale is not known: those that stay at their axis's own largest or smallest value for at least
-    `STUCK_SAMPLES` in a row, unless that is 0 (a force before contact) or so near the median that the sensor's steps
-    are what is seen.
+    If full scale is unknown, these are runs of at least `STUCK_SAMPLES` at an axis's largest or smallest value,
+    unless that is 0 (a force before contact) or so close to the median that only the sensor's steps show.
     """
     if full_scale is not None:
         return int(np.count_nonzero((np.abs(samples) >= 0.999 * full_scale).any(axis=0)))
@@ -158,19 +156,19 @@ def _flat(take: Take) -> TakeCheck:
     longest = round(FLAT_S * take.rate)
     flat = []
     for name, axis in zip(take.axes, take.samples, strict=True):
-        came = axis[np.isfinite(axis)]
-        if len(came) > 1 and _in_runs(np.diff(came) == 0, min(longest, len(came) - 1)).any():
+        received = axis[np.isfinite(axis)]
+        if len(received) > 1 and _in_runs(np.diff(received) == 0, min(longest, len(received) - 1)).any():
             flat.append(name)
     if not flat:
-        return TakeCheck("flat", "good", "every axis moves")
-    text = f"axis {', '.join(flat)} stands still for {min(FLAT_S, take.seconds):.2g} s"
+        return TakeCheck("flat", "good", "every axis changes")
+    text = f"axis {', '.join(flat)} is constant for {min(FLAT_S, take.seconds):.2g} s"
     return TakeCheck("flat", "bad", text)
 
 
 def level(samples: NDArray[np.float32]) -> float:
-    """Return the rms about the mean, root of the sum of squares over axes; lost samples are left out."""
-    came = samples[:, np.isfinite(samples).all(axis=0)].astype(np.float64)
-    return float(np.sqrt(came.var(axis=1).sum())) if came.size else 0.0
+    """Return the rms about the mean, root of the sum of squares over axes, without lost samples."""
+    received = samples[:, np.isfinite(samples).all(axis=0)].astype(np.float64)
+    return float(np.sqrt(received.var(axis=1).sum())) if received.size else 0.0
 
 
 def _level(take: Take, limits: TakeLimits) -> TakeCheck:
@@ -183,13 +181,9 @@ def _level(take: Take, limits: TakeLimits) -> TakeCheck:
 
 
 def _in_runs(hits: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
-    """Return where ``hits`` lies in a run of at least ``shortest``."""
+    """Return the elements of ``hits`` in runs of at least ``shortest``."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], hits.astype(np.int8), [0]])))
-    kept = np.zeros(len(hits), bool)
-    for begin, end in _pairs(edges.tolist()):
-        kept[begin:end] = end - begin >= shortest
-    return kept
-
-
-def _pairs(edges: Sequence[int]) -> list[tuple[int, int]]:
-    return list(zip(edges[::2], edges[1::2], strict=True))
+    inside = np.zeros(len(hits), bool)
+    for begin, end in edges.reshape(-1, 2):
+        inside[begin:end] = end - begin >= shortest
+    return inside

@@ -1,4 +1,4 @@
-"""Sequence numbers: numbered packets joined to one timeline in which lost samples keep their place."""
+"""Sequence numbers: packets joined to one timeline in which lost samples keep their place."""
 
 from __future__ import annotations
 
@@ -13,26 +13,19 @@ from tactogram.capture.stream.rate_estimate import RateEstimate, RateMeter
 from tactogram.capture.twelite.messages import AXES, SUMMARY_AXES, Mode, Packet
 
 SEQUENCE = 65536
-"""Packets after which their numbers begin again."""
+"""Packets until their numbers start again."""
 MOST_LOST = 100
-"""Packets in a row (3 s at 33 a second) that may be missing without another packet that says so, too. A number that
-leaps further may be a damaged digit (three of the five forms have no checksum) or a sensor that was switched on again.
-"""
+"""Consecutive packets (3 s at 33 a second) that may be missing without a second packet to confirm it. A larger jump
+may be a damaged digit (three of the five forms have no checksum) or a restarted sensor."""
 CONFIRMED_AHEAD, CONFIRMED_BEHIND = 2, 5
-"""Packets that must follow each other before a leap is believed; of numbers just gone by more, since a relay brings
-some of them late."""
+"""Consecutive packets that confirm a jump; more of them backwards, since a relay may deliver some packets late."""
 LONGEST_GAP_S, LONGEST_GAP = 3600.0, 2_000_000
-"""A longer silence is entered as this long, in s and in samples: what is an hour apart is no recording any more."""
+"""Largest gap inserted for a silence, in s and in samples."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TimelineSegment:
-    """Samples that come next on the line of a sensor, behind NaN for those that are missing before them.
-
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, n), m/s^2
-    """
+    """Next samples of a sensor, float32, shape (axis, n), m/s^2, after NaN for the missing ones before them."""
 
     samples: NDArray[np.float32]
     first_index: int
@@ -40,20 +33,20 @@ class TimelineSegment:
 
 
 class Timeline:
-    """The samples of one sensor in their order. What is lost is NaN; nothing is made up for it.
+    """The samples of one sensor in order, NaN where lost.
 
     Attributes
     ----------
     mode : str or None
-        That of the first packet. Packets of another one have another unit, and are counted instead.
+        Of the first packet. Packets of other modes have other units and are only counted.
     received, lost : int
-        Samples that came, and samples known not to have.
+        Samples received, and known to be lost.
     dropped : Counter
-        Packets that were not used: ``duplicate`` (two relays), ``late`` (behind one that came after it), ``stray`` (a
-        number that fits nowhere), ``another mode``.
+        Unused packets: ``duplicate`` (two relays), ``late`` (after a later packet), ``stray`` (with an
+        inconsistent number), ``another mode``.
     restarts : int
-        Leaps that a count of packets does not explain: the sensor began anew. The gap is as long as it took, if the
-        times of arrival are known, else one packet; it is not in ``lost_packets``.
+        Jumps that are not losses: the sensor restarted. The gap lasts as long as the silence if arrival times are
+        known, else one packet; it is not in ``lost_packets``.
     """
 
     def __init__(self, sender: str) -> None:
@@ -66,7 +59,7 @@ class Timeline:
         self._next = 0
         self._last: int | None = None
         self._last_arrival = float("nan")
-        self._held: list[Packet] = []
+        self._suspects: list[Packet] = []
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -75,11 +68,11 @@ class Timeline:
 
     @property
     def length(self) -> int:
-        """Samples so far, those that are missing included."""
+        """Samples so far, including missing ones."""
         return self._next
 
     def add(self, packet: Packet) -> list[TimelineSegment]:
-        """Return what ``packet`` adds to the line: mostly one piece, none or several where a leap is in question."""
+        """Return the segments that ``packet`` adds: usually one, none or several around an unconfirmed jump."""
         if self.mode is None:
             self.mode = packet.mode
         if packet.mode != self.mode:
@@ -92,12 +85,12 @@ class Timeline:
             self.dropped["duplicate"] += 1
             return []
         if ahead <= MOST_LOST:
-            self._give_up_held()
+            self._drop_suspects()
             return [self._append(packet, ahead - 1)]
-        return self._hold(packet, ahead)
+        return self._suspect(packet, ahead)
 
     def facts(self) -> dict[str, Any]:
-        """Return what is known of it, as JSON knows it."""
+        """Return the facts so far, as JSON values."""
         estimate = self.estimate()
         return {
             "sender": self.sender,
@@ -117,7 +110,7 @@ class Timeline:
         return self.meter.estimate()
 
     def _ahead(self, packet: Packet) -> int:
-        """Return by how many packets the sensor's count has gone on since the last one, modulo 65536."""
+        """Return the increase of the sensor's count since the last packet, modulo 65536."""
         return (packet.sequence - (self._last or 0)) % SEQUENCE
 
     def _append(
@@ -139,26 +132,26 @@ class Timeline:
         self.meter.add(self._next, self._last_arrival)
         return TimelineSegment(samples, first, packet.arrival_s)
 
-    def _hold(self, packet: Packet, ahead: int) -> list[TimelineSegment]:
-        """Keep a packet whose number leaps until the next ones follow it, or do not."""
-        if self._held:
-            step = (packet.sequence - self._held[-1].sequence) % SEQUENCE
+    def _suspect(self, packet: Packet, ahead: int) -> list[TimelineSegment]:
+        """Keep a packet whose number jumps until the next ones confirm it or not."""
+        if self._suspects:
+            step = (packet.sequence - self._suspects[-1].sequence) % SEQUENCE
             if step == 0:
                 self.dropped["duplicate"] += 1
                 return []
             if step > MOST_LOST:
-                self._give_up_held()
-        self._held.append(packet)
+                self._drop_suspects()
+        self._suspects.append(packet)
         behind = SEQUENCE - ahead <= MOST_LOST
-        if len(self._held) < (CONFIRMED_BEHIND if behind else CONFIRMED_AHEAD):
+        if len(self._suspects) < (CONFIRMED_BEHIND if behind else CONFIRMED_AHEAD):
             return []
-        first, *rest = self._held
-        self._held = []
-        # One after the other: each counts from the one before it.
-        return [self._leap(first), *(self._append(held, self._ahead(held) - 1) for held in rest)]
+        first, *rest = self._suspects
+        self._suspects = []
+        # In order: each is counted from the preceding one.
+        return [self._jump(first), *(self._append(packet, self._ahead(packet) - 1) for packet in rest)]
 
-    def _leap(self, packet: Packet) -> TimelineSegment:
-        """Take a packet after a leap: losses where the time agrees with their number, else a restart."""
+    def _jump(self, packet: Packet) -> TimelineSegment:
+        """Append a packet after a jump: losses if the time agrees with their number, else a restart."""
         n = packet.samples.shape[1]
         ahead = self._ahead(packet) - 1
         elapsed = _time(packet) - self._last_arrival
@@ -169,7 +162,7 @@ class Timeline:
                 return self._append(packet, ahead)
             gap = max(1, round(min(max(packets, 0.0) * n, LONGEST_GAP_S * estimate.hz, LONGEST_GAP)))
         elif ahead < SEQUENCE // 2 and packet.sequence > MOST_LOST:
-            # Without times, only numbers that begin again tell a restart.
+            # Without times, only numbers that start again reveal a restart.
             return self._append(packet, ahead)
         else:
             gap = n
@@ -177,19 +170,19 @@ class Timeline:
         self.meter.restart()
         return self._append(packet, 0, gap)
 
-    def _give_up_held(self) -> None:
+    def _drop_suspects(self) -> None:
         last = self._last or 0
-        for held in self._held:
-            behind = (last - held.sequence) % SEQUENCE <= 2 * MOST_LOST
+        for packet in self._suspects:
+            behind = (last - packet.sequence) % SEQUENCE <= 2 * MOST_LOST
             self.dropped["late" if behind else "stray"] += 1
-        self._held = []
+        self._suspects = []
 
     def finish(self) -> None:
-        """Count what was still in question, and measure the rate over everything: nothing more will come."""
-        self._give_up_held()
+        """End the timeline: drop unconfirmed packets, and measure the rate over all others."""
+        self._drop_suspects()
         self.meter.estimate(fresh=True)
 
 
 def _time(packet: Packet) -> float:
-    """Return when a packet arrived: by the computer's clock, else by the receiver's, if it printed one."""
+    """Return the arrival of a packet by the computer's clock, else by the receiver's, if it printed one."""
     return packet.arrival_s if np.isfinite(packet.arrival_s) else packet.receiver_s

@@ -57,7 +57,9 @@ NEIGHBOURS = 5
 class PartCallback(Protocol):
     """Callback for progress: a task, the number of finished parts, and their total."""
 
-    def __call__(self, task: str, done: int, total: int, /) -> None: ...
+    def __call__(self, task: str, done: int, total: int, /) -> None:
+        """Report progress."""
+        ...
 
 
 def evaluate_generation(

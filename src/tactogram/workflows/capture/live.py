@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.capture import open_source
-from tactogram.capture.live.recognition import Classification, Latencies, guesses
+from tactogram.capture.live.recognition import Classification, Latencies, classify_windows
 from tactogram.capture.session.feed import Feed
 from tactogram.capture.stream.monitor import TappedSource
 from tactogram.errors import ParameterError, RunError
@@ -149,14 +149,16 @@ def live(request: LiveRequest) -> dict[str, Any]:
         if request.begin is not None:
             request.begin(classifier)
         try:
-            for guess in guesses(feed, classifier, window_s=span_s, hop_s=hop_s, seconds=request.seconds):
+            for guess in classify_windows(
+                feed, classifier, window_s=span_s, hop_s=hop_s, seconds=request.seconds
+            ):
                 latencies.add(guess)
                 counts["windows"] += 1
                 counts["skipped"] += guess.skipped
-                if guess.heard is not None:
+                if guess.classification is not None and guess.material is not None:
                     counts["judged"] += 1
-                    counts["none"] += bool(guess.heard.none_of_these)
-                    named[max(guess.heard.probabilities, key=guess.heard.probabilities.__getitem__)] += 1
+                    counts["none"] += bool(guess.classification.none_of_these)
+                    named[guess.material] += 1
                 if request.show is not None:
                     request.show(guess)
         except KeyboardInterrupt:
