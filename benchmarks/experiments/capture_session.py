@@ -209,9 +209,9 @@ def _delays(found: Sequence[WindowClassification], truth: Sequence[str]) -> dict
     """Return the delay from the first stroke to the first correct classification, for each known surface."""
     delays: dict[str, float | None] = {}
     for guess, name in zip(found, truth, strict=True):
-        if name in KNOWN and guess.classification is not None and delays.setdefault(name, None) is None:
-            if guess.material == name:
-                delays[name] = guess.time_s % EACH_S
+        waiting = name in KNOWN and guess.material is not None and delays.setdefault(name, None) is None
+        if waiting and guess.material == name:
+            delays[name] = guess.time_s % EACH_S
     return delays
 
 
