@@ -202,7 +202,7 @@ BROKEN = {
     ),
     "no column of raters": (
         LONG.replace("rater", "age"),
-        "column 1 'age' is no word and none of rater, item.*ignore=HEADING",
+        "column 1 'age' is neither a word nor one of rater, item.*ignore=HEADING",
     ),
     "no column of scores": (
         "rater,item,word\nr,p,dry\n",

@@ -198,3 +198,11 @@ def test_formats_have_limits(tmp_path, name, signal, line):
     with pytest.raises(ParameterError, match=line):
         write_signal(tmp_path / name, signal)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_worksheet_over_displacement_may_have_coarse_steps(tmp_path):
+    signal = Signal(np.arange(6.0), 5.0, "1", domain="displacement")
+    write_signal(tmp_path / "a.xlsx", signal)
+    back = read_signal(tmp_path / "a.xlsx")
+    assert (back.rate, back.domain) == (5.0, "displacement")
+    np.testing.assert_array_equal(back.samples, signal.samples)

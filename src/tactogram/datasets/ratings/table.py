@@ -1,12 +1,12 @@
-"""Tables of ratings as people keep them: CSV, TSV or Parquet, a row per score or a row per rater and item.
+"""Tables of ratings: CSV, TSV or Parquet, with a row per score or a row per rater and item.
 
-*Long*: columns ``rater``, ``item``, ``word``, ``score``. *Wide*: ``rater``, ``item``, and a column per word. ``order``
-and ``session`` may stand beside them, in any order of columns. The ten words of [1] and [2] are known in English,
-Japanese and romaji (`words.word_of`).
+*Long*: columns ``rater``, ``item``, ``word``, ``score``. *Wide*: ``rater``, ``item``, and a column per word. Columns
+``order`` and ``session`` are optional; the order of columns is free. The ten words of [1] and [2] are recognised in
+English, Japanese and romaji (`words.word_of`).
 
-The tables of the published study (IEEE DataPort, DOI 10.21227/5jwn-qx81) were not at hand. What the paper says of them
-([1], Sec. III-A and III-C): 384 instances of ten scores for 12 plates by 32 people, and 1,248 for 39 signals. Expected
-is therefore the wide form, once per table; whatever the columns are called, `RatingColumns.named` says so.
+The tables of the published study (IEEE DataPort, DOI 10.21227/5jwn-qx81) were not at hand. The paper describes them as
+384 instances of ten scores for 12 plates by 32 people, and 1,248 for 39 signals ([1], Sec. III-A and III-C), hence
+probably one wide table each; `RatingColumns.named` maps their headings.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ class _Reader:
             name = theirs.get(heading) or self._standard(heading)
             if name is None:
                 raise DataError(
-                    f"{path}: column {number + 1} {heading!r} is no word and none of {', '.join(NAMED)}; "
+                    f"{path}: column {number + 1} {heading!r} is neither a word nor one of {', '.join(NAMED)}; "
                     "column.NAME=HEADING names it, ignore=HEADING leaves it out"
                 )
             if name in self.place:

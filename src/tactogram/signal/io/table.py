@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.io.columns import TableColumns, choose, table_content
+from tactogram.signal.io.columns import choose, table_content
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.signal import Signal
@@ -38,19 +39,20 @@ def read(
     first other line is a heading if it is not all numbers. Decimal points only. A `DataError` names the line, counted
     from 1, and the column.
     """
-    headings, rows, kept, comments, separator = _rows(path)
-    descriptions = [found for line in comments[:3] if (found := decode(line, str(path)))]
-    description = descriptions[0] if descriptions else None
+    table = _read_table(path)
+    headings = table.headings
+    descriptions = (decode(line, str(path)) for line in table.comments[:3])
+    description = next((found for found in descriptions if found), None)
     stamps = headings[0] if description is not None else time
     chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
-    numbers = _numbers(rows, kept, headings, chosen, separator, path)
     named = not (headings[0] == "1" and headings[-1] == str(len(headings)))
-    return table_content(numbers, chosen, kept, headings, description, path, named=named)
+    numbers = table.numbers(chosen.used)
+    return table_content(numbers, chosen, table.lines, headings, description, path, named=named)
 
 
 def headings(path: Path) -> list[str]:
     """Return the names of the columns of a text table without units; ``"1"``, ``"2"``, … if it has no heading."""
-    return [split_heading(name)[0] for name in _rows(path)[0]]
+    return [split_heading(name)[0] for name in _read_table(path).headings]
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -77,10 +79,55 @@ def heading(signal: Signal) -> list[str]:
     return [first, *(f"{name} [{signal.unit}]" for name in signal.axes)]
 
 
-def _rows(path: Path) -> tuple[list[str], list[str], list[int], list[str], str]:
-    """Return headings, the rows below them and their line numbers, comments, and the separator."""
-    text = _text(path)
-    lines = text.split("\n")
+@dataclass(frozen=True)
+class _TextTable:
+    path: Path
+    headings: list[str]
+    rows: list[str]  # below the heading
+    lines: list[int]  # their numbers in the file, from 1
+    comments: list[str]
+    separator: str
+
+    def numbers(self, used: Sequence[int]) -> NDArray[np.float64]:
+        """Return the used columns as float64, shape (row, used column)."""
+        quoted = any('"' in row for row in self.rows)
+        count = len(self.headings)
+        if self.separator == " " or quoted:
+            complete = all(len(_cells(row, self.separator, self.path)) == count for row in self.rows)
+        else:
+            complete = all(row.count(self.separator) == count - 1 for row in self.rows)
+        with suppress(ValueError):
+            if complete:
+                return np.loadtxt(
+                    self.rows,
+                    delimiter=None if self.separator == " " else self.separator,
+                    usecols=used,
+                    comments=None,
+                    quotechar='"' if quoted else None,
+                    ndmin=2,
+                )
+        raise DataError(f"{self.path}: {self._problem(used)}")
+
+    def _problem(self, used: Sequence[int]) -> str:
+        """Return what is wrong with the first invalid row."""
+        for number, row in zip(self.lines, self.rows, strict=True):
+            cells = _cells(row, self.separator, self.path)
+            if len(cells) != len(self.headings):
+                comma = self.separator == "," and len(cells) == 2 * len(self.headings)
+                hint = "; write decimal points, not commas" if comma else ""
+                return f"row {number}: expected {len(self.headings)} columns, got {len(cells)}{hint}"
+            for i in used:
+                if _is_number(cells[i]):
+                    continue
+                comma = re.fullmatch(r"[-+]?\d*,\d+([eE][-+]?\d+)?", cells[i]) is not None
+                hint = "write decimal points, not commas" if comma else "choose the columns to read"
+                got = repr(cells[i]) if cells[i] else "nothing"
+                return f"row {number}, column {self.headings[i]!r}: expected a number, got {got}; {hint}"
+        return "not a table of numbers"
+
+
+def _read_table(path: Path) -> _TextTable:
+    lines = _text(path).split("\n")
     comments = [line[1:].strip() for line in lines if line.startswith(COMMENTS)]
     kept = [
         n for n, line in enumerate(lines, 1) if line and not line.isspace() and not line.startswith(COMMENTS)
@@ -99,7 +146,7 @@ def _rows(path: Path) -> tuple[list[str], list[str], list[int], list[str], str]:
     if not rows:
         raise DataError(f"{path}: no rows below the heading")
     rows, headings = _without_last_separator(rows, headings, separator)
-    return headings, rows, kept, comments, separator
+    return _TextTable(path, headings, rows, kept, comments, separator)
 
 
 def _text(path: Path, length: int = -1) -> str:
@@ -153,62 +200,6 @@ def _without_last_separator(
     if not headings[-1] or headings[-1].isdigit():
         headings = headings[:-1]
     return [row.rstrip(" ")[:-1] for row in rows], headings
-
-
-def _numbers(
-    rows: Sequence[str],
-    kept: Sequence[int],
-    headings: Sequence[str],
-    chosen: TableColumns,
-    separator: str,
-    path: Path,
-) -> NDArray[np.float64]:
-    """Return the used columns as float64, shape (row, used column)."""
-    quoted = any('"' in row for row in rows)
-    if separator != " " and not quoted:
-        wanted = len(headings) - 1
-        if any(row.count(separator) != wanted for row in rows):
-            _explain(rows, kept, headings, chosen, separator, path)
-    elif any(len(_cells(row, separator, path)) != len(headings) for row in rows):
-        _explain(rows, kept, headings, chosen, separator, path)
-    try:
-        return np.loadtxt(
-            rows,
-            delimiter=None if separator == " " else separator,
-            usecols=chosen.used,
-            comments=None,
-            quotechar='"' if quoted else None,
-            ndmin=2,
-        )
-    except ValueError:
-        _explain(rows, kept, headings, chosen, separator, path)
-
-
-def _explain(
-    rows: Sequence[str],
-    kept: Sequence[int],
-    headings: Sequence[str],
-    chosen: TableColumns,
-    separator: str,
-    path: Path,
-) -> NoReturn:
-    """Raise the error of the first invalid row."""
-    for number, row in zip(kept, rows, strict=True):
-        cells = _cells(row, separator, path)
-        if len(cells) != len(headings):
-            comma = separator == "," and len(cells) == 2 * len(headings)
-            hint = "; write decimal points, not commas" if comma else ""
-            raise DataError(f"{path}: row {number}: expected {len(headings)} columns, got {len(cells)}{hint}")
-        for i in chosen.used:
-            if _is_number(cells[i]):
-                continue
-            comma = re.fullmatch(r"[-+]?\d*,\d+([eE][-+]?\d+)?", cells[i]) is not None
-            hint = "write decimal points, not commas" if comma else "choose the columns to read"
-            got = repr(cells[i]) if cells[i] else "nothing"
-            raise DataError(
-                f"{path}: row {number}, column {headings[i]!r}: expected a number, got {got}; {hint}"
-            )
-    raise DataError(f"{path}: not a table of numbers")
 
 
 def _is_number(cell: str) -> bool:
