@@ -104,7 +104,7 @@ def make_parser(argv: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """
     parser = argparse.ArgumentParser(
         prog="tactogram",
-        description="Learn, generate, judge and render touch.",
+        description="Learn, generate, evaluate and render touch.",
         epilog="Results are on stdout, progress on stderr. `tactogram VERB --help` lists a verb's options.",
     )
     parser.add_argument("--version", action=_Version, help="show the version and exit")

@@ -101,9 +101,9 @@ class MultiScaleDiscriminator(nn.Module):
         return found
 
 
-def scores(judged: Sequence[Sequence[Tensor]]) -> list[Tensor]:
+def scores(outputs: Sequence[Sequence[Tensor]]) -> list[Tensor]:
     """Return the scores in the output of a `MultiScaleDiscriminator`."""
-    return [features[-1] for features in judged]
+    return [features[-1] for features in outputs]
 
 
 def _norm(norm: Norm, width: int) -> nn.Module:

@@ -16,8 +16,8 @@ from tactogram.errors import ParameterError
 from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredPairs, scaled
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
 from tactogram.models.frictgan.config import Config
+from tactogram.models.frictgan.fabric_evaluation import evaluate_fabrics, summary
 from tactogram.models.frictgan.journey import journey, spliced
-from tactogram.models.frictgan.judging import evaluate_fabrics, summary
 from tactogram.models.frictgan.networks import Critic, Generator
 from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.signal import Image, Signal
@@ -27,7 +27,7 @@ from tactogram.training.seeds import child_generator, child_rng, torch_seeded
 
 MEASURED = 512
 """Most windows that the scale of the magnitudes is measured on."""
-JUDGED = 64
+EVALUATED = 64
 """Most windows that `validate` uses."""
 LEAST = 0.01
 """Share of a frequency's mean above which ``scale = "log"`` is logarithmic."""
@@ -178,13 +178,13 @@ class FrictGANLearner:
         parts = inside.float().cpu()
         return self.scale * (LEAST * torch.expm1(parts) if self.config.scale == "log" else parts)
 
-    # -- judging -----------------------------------------------------------------------------------------
+    # -- evaluation --------------------------------------------------------------------------------------
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return ``l1`` of the magnitudes of unseen windows, and the paper's ``mse`` of friction.
 
         The ``l1`` is relative to each frequency's mean, with ``scale = "none"`` absolute. Both signals of the ``mse``
-        have the same initial phases; see `judging.FabricResult`.
+        have the same initial phases; see `fabric_evaluation.FabricResult`.
         """
         if not examples and self.config.protocol != "examples":
             examples = self.training_examples  # other windows of the same photographs
@@ -192,7 +192,7 @@ class FrictGANLearner:
             return {}
         part: Part | None = "validation" if self.config.shares[1] else "test"
         pairs = self.pairs(examples, part)
-        places = np.unique(np.linspace(0, len(pairs) - 1, JUDGED).astype(int)).tolist()
+        places = np.unique(np.linspace(0, len(pairs) - 1, EVALUATED).astype(int)).tolist()
         made, real = self.spectra(pairs.batch(places))
         squared = (self.spectrogram.decode(made) - self.spectrogram.decode(real)).square().mean()
         return {"l1": float(((made - real) / self.scale).abs().mean()), "mse": float(squared)}
@@ -244,7 +244,7 @@ class FrictGANLearner:
         return "" if self.config.protocol == "examples" else self.config.protocol
 
     def evaluate_as_published(self, examples: Sequence[Example]) -> dict[str, Any]:
-        """Return the paper's squared error per fabric, and distances independent of phase; see `judging`."""
+        """Return the paper's squared error per fabric, and distances independent of phase; see `fabric_evaluation`."""
         figures = evaluate_fabrics(self, examples, part="test" if self.window_protocol else None)
         return {
             "mean": summary(figures),

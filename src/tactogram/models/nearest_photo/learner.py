@@ -22,7 +22,7 @@ from tactogram.training.seeds import child_rng
 if TYPE_CHECKING:
     import torch
 
-SHORTEST_JUDGED_S = 0.25
+SHORTEST_EVALUATED_S = 0.25
 """Shorter recordings have no log-spectral distance."""
 
 
@@ -90,7 +90,7 @@ class NearestPhotoLearner(OneStepLearner):
             if example.material in self.materials:
                 correct.extend(self.material_of(image) == example.material for image in example.photographs)
             over_time = self.kind.domain == "time"
-            if len(example.photographs) and over_time and example.signal.seconds >= SHORTEST_JUDGED_S:
+            if len(example.photographs) and over_time and example.signal.seconds >= SHORTEST_EVALUATED_S:
                 made = self.generate(
                     {"image": example.photographs[0]}, seconds=example.signal.seconds, seed=number
                 )

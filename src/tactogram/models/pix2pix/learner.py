@@ -36,8 +36,8 @@ class Pix2PixLearner(PictureLearner[Config]):
         loss_d = (adversarial_loss(real, real=True) + adversarial_loss(fake, real=False)) / 2
         self.gan.descend_discriminator(loss_d)
         with self.gan.fixed_discriminator():
-            judged = self.gan.discriminator(torch.cat((photo, made), 1))[-1:]
-            adversarial, l1 = adversarial_loss(judged, real=True), F.l1_loss(made, picture)
+            outputs = self.gan.discriminator(torch.cat((photo, made), 1))[-1:]
+            adversarial, l1 = adversarial_loss(outputs, real=True), F.l1_loss(made, picture)
         self.gan.descend_generator(adversarial + self.config.l1 * l1)
         return {"discriminator": loss_d.item(), "adversarial": adversarial.item(), "l1": l1.item()}
 

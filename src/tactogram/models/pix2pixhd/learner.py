@@ -41,10 +41,10 @@ class Pix2PixHDLearner(PictureLearner[Config]):
         loss_d = adversarial_loss(scores(real), real=True, kind=kind)
         loss_d = (loss_d + adversarial_loss(scores(fake), real=False, kind=kind)) / 2
         with self.gan.fixed_discriminator():
-            judged = self.gan.discriminator(torch.cat((photo, made), 1))
-            adversarial = adversarial_loss(scores(judged), real=True, kind=kind)
+            outputs = self.gan.discriminator(torch.cat((photo, made), 1))
+            adversarial = adversarial_loss(scores(outputs), real=True, kind=kind)
             # The authors' code sums over a discriminator's layers with weights 4 / (L + 1).
-            matching = 4 * feature_matching_loss(judged, real)
+            matching = 4 * feature_matching_loss(outputs, real)
         loss_g = adversarial + self.config.feature_matching * matching
         figures = {"discriminator": loss_d, "adversarial": adversarial, "matching": matching}
         if self.perceptual:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import torch
 
 NAMES = ("speed_mm_s", "force_n")
-SHORTEST_JUDGED_S = 0.25
+SHORTEST_EVALUATED_S = 0.25
 """Shorter recordings have no log-spectral distance."""
 
 
@@ -103,7 +103,7 @@ class ReplayLearner(OneStepLearner):
             if (
                 example.material in self.segments
                 and over_time
-                and example.signal.seconds >= SHORTEST_JUDGED_S
+                and example.signal.seconds >= SHORTEST_EVALUATED_S
             ):
                 made = self.generate(
                     {"material": example.material}, seconds=example.signal.seconds, seed=number

@@ -75,8 +75,11 @@ class ResidueFusionLearner(PictureLearner[Config]):
         with self.gan.fixed_discriminator():
             with torch.no_grad():
                 real = self.gan.discriminator(torch.cat((photo, picture), 1))
-            judged = self.gan.discriminator(torch.cat((photo, made), 1))
-            figures = {"adversarial": -judged[-1].mean(), "matching": feature_matching_loss([judged], [real])}
+            outputs = self.gan.discriminator(torch.cat((photo, made), 1))
+            figures = {
+                "adversarial": -outputs[-1].mean(),
+                "matching": feature_matching_loss([outputs], [real]),
+            }
         loss = figures["adversarial"] + self.config.feature_matching * figures["matching"]
         if self.perceptual:
             figures["perceptual"] = self.perceptual.to(made.device)(made, picture)

@@ -30,7 +30,7 @@ from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.signal import Image
 from tactogram.training.seeds import child_rng, torch_seeded
 
-JUDGED = 64
+EVALUATED = 64
 """Most images whose distances measure the spread of real ones."""
 LABELS, NOISES = 12, 8
 """Pairings that measure the spread of generated images: as many labels as the paper has plates."""
@@ -78,7 +78,7 @@ class TactileImageLearner:
                 if example.item in place:
                     self.means[place[example.item]] = label
             count = len(images.pixels)
-            some = np.linspace(0, count - 1, min(count, JUDGED)).round().astype(int)
+            some = np.linspace(0, count - 1, min(count, EVALUATED)).round().astype(int)
             self.real_spread = mean_distance(as_floats(images.pixels[some]))
         return self._cached[1]
 
@@ -107,8 +107,8 @@ class TactileImageLearner:
         loss_d = _cross_entropy(real, 1.0) + _cross_entropy(fake, 0.0)
         gan.descend_discriminator(loss_d)
         with gan.fixed_discriminator():
-            judged = gan.discriminator(made, scores)  # B
-            loss_g = _cross_entropy(judged, 1.0)
+            outputs = gan.discriminator(made, scores)  # B
+            loss_g = _cross_entropy(outputs, 1.0)
         gan.descend_generator(loss_g)
         right = ((real > 0).float().mean() + (fake < 0).float().mean()) / 2
         return {"generator": loss_g.item(), "discriminator": loss_d.item(), "correct": right.item()}

@@ -80,5 +80,5 @@ class Discriminator(nn.Module):
         Real and generated images alike are weighted here (Sec. II-C).
         """
         planes = scores[:, :, None, None].expand(-1, -1, *images.shape[2:])  # B, W, S, S
-        judged: Tensor = self.layers(torch.cat((self.image_weight * images, planes), 1))  # B, 1, 1, 1
-        return judged.flatten()
+        outputs: Tensor = self.layers(torch.cat((self.image_weight * images, planes), 1))  # B, 1, 1, 1
+        return outputs.flatten()

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.model import Condition, SignalKind, check_condition, unit_scores
+from tactogram.models.ultrasonic_cgan.cluster_evaluation import clamped, distance
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.models.ultrasonic_cgan.judging import clamped, distance
 from tactogram.models.ultrasonic_cgan.spectra import WINDOW_S, sensor_spectra
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable, nearest
 from tactogram.models.ultrasonic_cgan.trained import TrainedCluster

@@ -14,10 +14,10 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, Stage, check_state
+from tactogram.models.ultrasonic_cgan.cluster_evaluation import figures_of
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.drive import GeneratedSpectrum, loop, make
 from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure
-from tactogram.models.ultrasonic_cgan.judging import figures_of
 from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks
 from tactogram.models.ultrasonic_cgan.spectra import (
     SideSpectra,

@@ -57,9 +57,9 @@ class VisualTactileLearner(PictureLearner[Config]):
         fake = self.gan.discriminator(torch.cat((photo, made.detach()), 1))
         loss_d = adversarial_loss(scores(real), real=True) + adversarial_loss(scores(fake), real=False)
         with self.gan.fixed_discriminator():
-            judged = self.gan.discriminator(torch.cat((photo, made), 1))
-            adversarial = adversarial_loss(scores(judged), real=True)
-            matching = feature_matching_loss(judged, real)
+            outputs = self.gan.discriminator(torch.cat((photo, made), 1))
+            adversarial = adversarial_loss(scores(outputs), real=True)
+            matching = feature_matching_loss(outputs, real)
             l1 = F.l1_loss(made, picture)
         self.gan.descend_generator(adversarial + config.l1 * l1 + config.feature_matching * matching)
         self.gan.descend_discriminator(loss_d)

@@ -19,8 +19,8 @@ def test_sizes_are_those_the_authors_code_counts():
         assert count(UNet(into=3, out=3, widths=config.widths, dropout=3)) == 54_413_955
         assert count(PatchDiscriminator(into=6, padding=1, bias=False)) == 2_768_705
         assert count(generator(config)) == 54_407_809
-        judged = discriminator(config)(torch.empty(1, 2, 256, 256))
-    assert [tuple(f.shape[1:]) for f in judged] == [
+        outputs = discriminator(config)(torch.empty(1, 2, 256, 256))
+    assert [tuple(f.shape[1:]) for f in outputs] == [
         (64, 128, 128), (128, 64, 64), (256, 32, 32), (512, 31, 31), (1, 30, 30)
     ]  # fmt: skip
 

@@ -31,9 +31,9 @@ def batch(number):
     return number, photo, picture, torch.tensor([0, 1, 1]), torch.arange(3), 1000
 
 
-def squares(judged, target):
+def squares(outputs, target):
     """Mean over patches of (score - target)^2, summed over the discriminators."""
-    return sum((features[-1] - target).square().mean() for features in judged)
+    return sum((features[-1] - target).square().mean() for features in outputs)
 
 
 def gradients(loss, network):
@@ -52,11 +52,11 @@ def test_an_update_is_least_squares_and_10_feature_matching_and_10_perceptual(pe
         given = _, photo, picture, *_ = batch(number)
         figures = ours.step(Stage("gan", STEPS), given)
         made = g(photo)
-        real, fake, judged = (d(torch.cat((photo, x), 1)) for x in (picture, made.detach(), made))
-        layers = [(judged[k][layer], real[k][layer]) for k in (0, 1) for layer in (0, 1, 2)]
+        real, fake, outputs = (d(torch.cat((photo, x), 1)) for x in (picture, made.detach(), made))
+        layers = [(outputs[k][layer], real[k][layer]) for k in (0, 1) for layer in (0, 1, 2)]
         losses = {
             "discriminator": (squares(real, 1) + squares(fake, 0)) / 2,
-            "adversarial": squares(judged, 1),
+            "adversarial": squares(outputs, 1),
             "matching": sum(4 / 3 * (a - b).abs().mean() for a, b in layers) / 2,
         }
         loss_g = losses["adversarial"] + 10 * losses["matching"]

@@ -59,10 +59,10 @@ class Plain:
 
     def update_generator(self, photo, picture, *, perceptual):
         made = self.g(photo, self.maps(photo))
-        judged, real = (self.d(torch.cat((photo, x), 1)) for x in (made, picture))
+        outputs, real = (self.d(torch.cat((photo, x), 1)) for x in (made, picture))
         losses = {
-            "adversarial": -judged[-1].mean(),
-            "matching": sum((a - b).abs().mean() for a, b in zip(judged[:3], real[:3], strict=True)) / 3,
+            "adversarial": -outputs[-1].mean(),
+            "matching": sum((a - b).abs().mean() for a, b in zip(outputs[:3], real[:3], strict=True)) / 3,
         }
         loss = losses["adversarial"] + 40 * losses["matching"]
         if perceptual:

@@ -32,20 +32,21 @@ def batch(number):
     return number, photo, picture, torch.tensor([0, 1, 1, 0]), torch.arange(4) + 4 * number, 1000
 
 
-def says_real(judged):
+def says_real(outputs):
     """-log D, mean over patches, summed over the discriminators."""
-    return sum(-torch.sigmoid(features[-1]).log().mean() for features in judged)
+    return sum(-torch.sigmoid(features[-1]).log().mean() for features in outputs)
 
 
-def says_made(judged):
+def says_made(outputs):
     """-log(1 - D), likewise."""
-    return sum(-(1 - torch.sigmoid(features[-1])).log().mean() for features in judged)
+    return sum(-(1 - torch.sigmoid(features[-1])).log().mean() for features in outputs)
 
 
-def feature_distance(judged, real):
+def feature_distance(outputs, real):
     """Mean over two discriminators of the mean over three layers of features, without the score."""
     return (
-        sum((a - b).abs().mean() for d in (0, 1) for a, b in zip(judged[d][:3], real[d][:3], strict=True)) / 6
+        sum((a - b).abs().mean() for d in (0, 1) for a, b in zip(outputs[d][:3], real[d][:3], strict=True))
+        / 6
     )
 
 
@@ -68,11 +69,11 @@ def test_an_update_is_adversarial_and_10_l1_and_40_feature_matching(label):
             place = ours.predictor.bare.eval()(photo).argmax(1)
             assert not torch.equal(place, true)  # else this would not notice whose label it is
         made = g(photo, one_hot(place, 2).double())
-        real, fake, judged = (d(torch.cat((photo, x), 1)) for x in (picture, made.detach(), made))
+        real, fake, outputs = (d(torch.cat((photo, x), 1)) for x in (picture, made.detach(), made))
         adversarial, l1, matching = (
-            says_real(judged),
+            says_real(outputs),
             (made - picture).abs().mean(),
-            feature_distance(judged, real),
+            feature_distance(outputs, real),
         )
         loss_d = says_real(real) + says_made(fake)
         expected = gradients(adversarial + 10 * l1 + 40 * matching, g), gradients(loss_d, d)

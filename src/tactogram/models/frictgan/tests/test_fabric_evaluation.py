@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.models.frictgan.judging import evaluate_fabrics, summary
+from tactogram.models.frictgan.fabric_evaluation import evaluate_fabrics, summary
 from tactogram.models.frictgan.tests.test_learner import EXAMPLES, learner
 
 FABRICS = (0.006, 0.005, 0.014, 0.005, 0.005)
