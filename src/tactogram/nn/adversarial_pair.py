@@ -14,7 +14,7 @@ from tactogram.features.photo_pairs import WeakPairs
 from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.nn.photo_translation import row_statistics_distance
 
-JUDGED = 256
+EVALUATED = 256
 """Most pairs of the validation part that weights are chosen by."""
 
 
@@ -90,7 +90,7 @@ class AdversarialPair:
 
     def validation_distance(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs) -> float:
         """Return the mean distance of the pictures that ``make`` makes of photographs from those of their pairs."""
-        count = min(len(pairs), JUDGED)
+        count = min(len(pairs), EVALUATED)
         places = torch.linspace(0, len(pairs) - 1, count).round().long().numpy()
         total = 0.0
         for begin in range(0, count, 32):

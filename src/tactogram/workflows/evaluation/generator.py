@@ -24,7 +24,7 @@ from tactogram.workflows.evaluation.reference_models import (
     BASELINES,
     FELT_RATE,
     HOLDING_RECORDINGS,
-    JUDGED_SPEED_MM_S,
+    EVALUATION_SPEED_MM_S,
     NEAREST_PHOTO,
     EvaluationSettings,
     ReferenceModels,
@@ -68,7 +68,7 @@ def evaluate_generator(
         )
     pieces = plan_pieces(compared, test, longest_s=settings.longest_s, most=settings.most)
     if loaded.kind.domain != "time":
-        notes.append(f"Signals over displacement were evaluated as met at {JUDGED_SPEED_MM_S:g} mm/s.")
+        notes.append(f"Signals over displacement were evaluated as met at {EVALUATION_SPEED_MM_S:g} mm/s.")
     rate = tactile_kind(loaded.kind).rate
     if rate < kind_in_time(loaded.kind).rate:
         notes.append(
@@ -156,7 +156,7 @@ class _ConditionedGenerator:
         """Return signal ``number`` for the conditions of ``example``; of its surface alone where they are unknown."""
         condition = self._condition(example, number)
         if self._over_displacement and not self._speed:
-            seconds *= JUDGED_SPEED_MM_S  # it gives recorded stretches, whose length is in mm
+            seconds *= EVALUATION_SPEED_MM_S  # it gives recorded stretches, whose length is in mm
         seed = child_seed(self.seed, "judge", str(example.material), number)
         try:
             signal = self.generator.generate(condition, seconds=seconds, seed=seed)
@@ -202,7 +202,7 @@ class _ConditionedGenerator:
     def _speed(self) -> dict[str, float]:
         """Speed condition of a generator over displacement, which is evaluated over time."""
         plays = self._over_displacement and self.facts.name not in HOLDING_RECORDINGS
-        return {"speed_mm_s": JUDGED_SPEED_MM_S} if plays else {}
+        return {"speed_mm_s": EVALUATION_SPEED_MM_S} if plays else {}
 
     def _note(self, text: str) -> None:
         if text not in self.notes:

@@ -30,7 +30,7 @@ from tactogram.workflows.training.train import run_training
 BASELINES = ("ar_texture", "replay")
 NEAREST_PHOTO = "nearest_photo"
 """Baseline of generators conditioned on a photograph."""
-JUDGED_SPEED_MM_S = 50.0
+EVALUATION_SPEED_MM_S = 50.0
 """Speed at which signals over displacement are evaluated, mm/s: our choice, a slow stroke."""
 JUDGES = "judges"
 """Folder of the reference models in the run."""
@@ -76,13 +76,17 @@ class EvaluationSettings(BaseModel):
 def felt(signal: Signal) -> Signal:
     """Return ``signal`` over time, at most at `FELT_RATE`."""
     if signal.domain != "time":
-        signal = played(signal, JUDGED_SPEED_MM_S, signal.rate * JUDGED_SPEED_MM_S)
+        signal = played(signal, EVALUATION_SPEED_MM_S, signal.rate * EVALUATION_SPEED_MM_S)
     return resample(signal, FELT_RATE) if signal.rate > FELT_RATE else signal
 
 
 def kind_in_time(kind: SignalKind) -> SignalKind:
-    """Return ``kind`` over time, met at `JUDGED_SPEED_MM_S` if it is over displacement."""
-    return kind if kind.domain == "time" else replace(kind, rate=kind.rate * JUDGED_SPEED_MM_S, domain="time")
+    """Return ``kind`` over time, met at `EVALUATION_SPEED_MM_S` if it is over displacement."""
+    return (
+        kind
+        if kind.domain == "time"
+        else replace(kind, rate=kind.rate * EVALUATION_SPEED_MM_S, domain="time")
+    )
 
 
 def tactile_kind(kind: SignalKind) -> SignalKind:
