@@ -22,9 +22,9 @@ from tactogram.signal.resampling import resample
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.evaluation.reference_models import (
     BASELINES,
+    EVALUATION_SPEED_MM_S,
     FELT_RATE,
     HOLDING_RECORDINGS,
-    EVALUATION_SPEED_MM_S,
     NEAREST_PHOTO,
     EvaluationSettings,
     ReferenceModels,
