@@ -24,13 +24,9 @@ def shipped() -> dict[str, Path]:
 def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) -> Display:
     """Return a display by the name of a shipped one, or by the path of its TOML file.
 
-    Raises `DataError` if there is no such file, or it is not TOML; `ParameterError` if a name is unknown, or a key or
-    value is not valid for a display or its family.
-
-    Parameters
-    ----------
-    changes : mapping, optional
-        Replacements of the file's values by dotted key, such as ``{"limit": 2.0, "linear.cap_db": 10}``.
+    ``changes`` replace the file's values by dotted key, such as ``{"limit": 2.0, "linear.cap_db": 10}``. Raises
+    `DataError` if there is no such file, or it is not TOML; `ParameterError` if a name is unknown, or a key or value
+    is not valid for a display or its family.
     """
     known = shipped()
     path = known.get(str(name), Path(name))

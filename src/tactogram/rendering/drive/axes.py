@@ -14,16 +14,13 @@ WAYS = ("dft321", "mean", "channels")
 def combined(signal: Signal, how: str) -> tuple[Signal, str]:
     """Return the axes of ``signal`` that a display renders, and a sentence on them.
 
-    Raises `ParameterError` if there is no such way or axis, or ``dft321`` is chosen for more than three axes.
+    - ``dft321``: three axes become one with their energy at every frequency; of two axes it has the mean power, with a
+      silent third; one axis stays.
+    - ``mean``: the mean of all axes; opposite signs on two of them cancel.
+    - ``channels``: all axes unchanged, one for each channel of the display.
+    - the name of an axis: that axis.
 
-    Parameters
-    ----------
-    how : str
-        - ``dft321``: three axes become one with their energy at every frequency; of two axes it has the mean power,
-          with a silent third; one axis stays.
-        - ``mean``: the mean of all axes; opposite signs on two of them cancel.
-        - ``channels``: all axes unchanged, one for each channel of the display.
-        - the name of an axis: that axis.
+    Raises `ParameterError` if there is no such way or axis, or ``dft321`` is chosen for more than three axes.
     """
     count = len(signal.axes)
     if how in signal.axes:

@@ -81,18 +81,10 @@ class Pulse:
 
 @dataclass(frozen=True, eq=False)
 class Envelope:
-    """Amplitude and frequency of a vibration over time, linear between the points.
+    """Amplitude and frequency (Hz) of a vibration over time (s), linear between points: float64 arrays, shape (point,).
 
-    Parameters
-    ----------
-    seconds : float
-        Length.
-    times, frequency_times : float64 array, shape (point,), s
-        Non-decreasing; the same time twice is a jump.
-    amplitude : float64 array, shape (point,), >= 0
-        Of the sine of equal power; 0 outside the times.
-    frequency : float64 array, shape (point,), Hz
-        Constant outside the times.
+    Times are non-decreasing, and the same time twice is a jump. The amplitude is that of the sine of equal power, 0
+    outside the times; the frequency is constant outside its times.
     """
 
     seconds: float

@@ -21,18 +21,10 @@ FLAT_ENVELOPE = 0.02
 class ConversionLoss:
     """Differences between a signal and its copy; None if undefined, such as the correlation with a constant.
 
-    Parameters
-    ----------
-    envelope_correlation, waveform_correlation : float, optional
-        Pearson's, of the envelopes (20 ms windows, every 5 ms) and of the samples.
-    envelope_error : float, optional
-        Root mean square of the envelopes' difference relative to the signal's.
-    level_db : float, optional
-        The copy's root mean square relative to the signal's, both up to 1000 Hz and without the constant.
-    frequency_octaves : float, optional
-        Mean difference of the momentary frequencies in octaves, weighted by the signal's power.
-    snr_db : float, optional
-        The samples' power relative to that of their difference.
+    Correlations are Pearson's, of the envelopes (20 ms windows, every 5 ms) and of the samples. ``envelope_error`` is
+    the root mean square of the envelopes' difference relative to the signal's; ``level_db`` compares root mean squares
+    up to 1000 Hz without the constant; ``frequency_octaves`` is the mean difference of the momentary frequencies in
+    octaves, weighted by the signal's power; ``snr_db`` the samples' power relative to that of their difference.
     """
 
     envelope_correlation: float | None

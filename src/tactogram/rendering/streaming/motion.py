@@ -86,20 +86,11 @@ class MixWeights:
 class MotionSettings:
     """Smoothing and expiry of motion.
 
-    Parameters
-    ----------
-    smoothing_s : float
-        Time constant of the velocity from positions, s; at least 1.5 intervals between positions are used.
-    late_s : float
-        Samples older than this when they could be used are dropped, s.
-    lost_s : float
-        After this time without motion the connection counts as lost and the output goes to rest, s.
-    contact_on_n, contact_off_n : float
-        The finger touches above the first force and lifts below the second, N.
-    rest_mm_s, moving_mm_s : float
-        Below the first speed the finger rests, above the second it slides; in between the output fades, mm/s.
-    jump_mm : float
-        A position this far from the expected one is a jump to another place, not a stroke, mm.
+    ``smoothing_s`` is the time constant of the velocity from positions; at least 1.5 intervals between positions are
+    used. Samples older than ``late_s`` when they could be used are dropped; after ``lost_s`` without motion the
+    connection counts as lost and the output goes to rest. The finger touches above ``contact_on_n`` and lifts below
+    ``contact_off_n``. It rests below ``rest_mm_s`` and slides above ``moving_mm_s``; in between the output fades. A
+    position ``jump_mm`` from the expected one is a jump to another place, not a stroke.
     """
 
     smoothing_s: float = 0.01

@@ -69,9 +69,8 @@ class _Resampler(NamedTuple):
 class AutoregressiveTexture:
     """A `TextureTable` as an endless signal at the engine's ``rate`` (Hz), in blocks of at most ``most`` samples.
 
-    The mean of the models is omitted: it is gravity, or the sensor's. ``seed`` determines the noise. ``half`` is the
-    number of samples at the table's rate on each side of the interpolated one, 0 if the rates are equal; ``kernel``
-    their weights.
+    The mean of the models is omitted: it is gravity, or the sensor's. ``half`` is the number of samples at the table's
+    rate on each side of the interpolated one, 0 if the rates are equal; ``kernel`` their weights.
     """
 
     holds_at_rest = False

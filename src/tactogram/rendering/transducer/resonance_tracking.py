@@ -127,8 +127,7 @@ class ResonanceTracker:
     def lock(self) -> TrackPoint:
         """Sweep coarsely, fit the circuit and go to its resonance; lost points are ignored.
 
-        Raises `TrackingError` if there is no distinct resonance between ``low_hz`` and ``high_hz``, or too many
-        measurements failed.
+        Raises `TrackingError` if there is no distinct resonance in the range, or too many measurements failed.
         """
         s = self.settings
         frequencies = np.linspace(s.low_hz, s.high_hz, s.sweep_points)
