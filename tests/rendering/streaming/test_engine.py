@@ -61,7 +61,7 @@ def test_between_its_nodes_a_table_is_the_map_to_a_fraction_of_a_db(table, slopi
     for _ in range(30):
         speed, force = (random.uniform(grid[0], grid[-1]) for grid in (table.grid.speeds, table.grid.forces))
         exact = sloping.at(
-            *(v if known else None for v, known in zip((speed, force), sloping.known, strict=True))
+            *(v if known else None for v, known in zip((speed, force), sloping.has_conditions, strict=True))
         )
         ratio = table.at(speed, force).power_spectrum(frequency) / exact.power_spectrum(frequency)
         found.append(np.sqrt(np.mean((10 * np.log10(ratio)) ** 2)))
