@@ -10,7 +10,7 @@ from tactogram.datasets.ratings.ratings import SEVEN_POINT as SEVEN_POINT
 from tactogram.datasets.ratings.ratings import Ratings as Ratings
 from tactogram.datasets.ratings.ratings import Scale as Scale
 from tactogram.datasets.ratings.ratings import item_of as item_of
-from tactogram.datasets.ratings.ratings import joined as joined
+from tactogram.datasets.ratings.ratings import join_ratings as join_ratings
 from tactogram.datasets.recording import Recording as Recording
 from tactogram.datasets.recording import RecordingInfo as RecordingInfo
 from tactogram.datasets.splits.part_photographs import PhotographRegions as PhotographRegions

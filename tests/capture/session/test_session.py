@@ -19,7 +19,7 @@ from tactogram.capture.session.session import RecordingSession, session_folder
 from tactogram.capture.session.take import restored
 from tactogram.capture.source import SourceLost
 from tactogram.datasets import open_store
-from tactogram.datasets.store.appending import append_recording, recovered
+from tactogram.datasets.store.appending import append_recording, recover_store
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
 
@@ -290,7 +290,7 @@ def test_killed_at_any_step_a_session_goes_on_and_nothing_is_half_written(tmp_pa
             run(store, played(), plan=plan)
 
         was_killed = killed(session)
-        found, _ = recovered(store)
+        found, _ = recover_store(store)
         accepted = [] if found is None else [(r.material, r.speed_mm_s) for r in stored(store)]
         assert accepted == order(plan)[: len(accepted)]
         result, _ = run(store, played(seed=1), plan=plan)

@@ -20,7 +20,7 @@ from tactogram.datasets import (
     add_recordings,
     create_store,
     item_of,
-    joined,
+    join_ratings,
     open_store,
 )
 from tactogram.datasets.ratings.files import read_ratings, write_ratings
@@ -152,11 +152,11 @@ class TestRatings:
 
     def test_tables_are_joined_if_they_are_of_one_kind(self):
         plates, signals = table(ROWS[:3]), table(ROWS[3:])
-        assert joined([plates, signals]).sha256 == table().sha256
+        assert join_ratings([plates, signals]).sha256 == table().sha256
         with pytest.raises(DataError, match="row 4 .*row 1 is the same"):
-            joined([plates, plates])
+            join_ratings([plates, plates])
         with pytest.raises(DataError, match="one scale and the same words"):
-            joined([plates, table(ROWS[3:], scale=Scale("x", 1, 7))])
+            join_ratings([plates, table(ROWS[3:], scale=Scale("x", 1, 7))])
 
     def test_words_are_brought_into_the_order_of_what_they_are_held_against(self):
         ratings = table(words=("rough", "sleek", "dry"))

@@ -6,13 +6,15 @@ from scipy.signal import welch
 
 from tactogram.datasets.simulate import RecordingTask, make, tasks
 from tactogram.datasets.simulate.metal_plates import PLATES, Plate, fine_heights
-from tactogram.datasets.simulate.strain_sensor import LAYERS, SENSOR, STABLE_S, traced
+from tactogram.datasets.simulate.strain_sensor import LAYERS, SENSOR, STABLE_S, trace_plate
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Grating, Surface
 from tactogram.datasets.simulate.touch import plate_touched
 
 
 def measured(plate, measurement=1, seed=0):
-    return traced(plate, RecordingTask("ultrasonic", seed, 0, SENSOR.name, 20.0, measurement, 2.5, 10_000.0))
+    return trace_plate(
+        plate, RecordingTask("ultrasonic", seed, 0, SENSOR.name, 20.0, measurement, 2.5, 10_000.0)
+    )
 
 
 GROOVED = PLATES[8]

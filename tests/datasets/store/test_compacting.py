@@ -18,7 +18,7 @@ from tactogram.datasets import Recording, RecordingInfo, add_ratings, add_record
 from tactogram.datasets.ratings.ratings import SEVEN_POINT, Ratings
 from tactogram.datasets.store import compacting, shard_writing
 from tactogram.datasets.store import pending as unfinished
-from tactogram.datasets.store.appending import append_recording, recovered
+from tactogram.datasets.store.appending import append_recording, recover_store
 from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.pending import host_name
 from tactogram.datasets.store.store import problems
@@ -176,7 +176,7 @@ def test_killed_at_any_step_nothing_is_lost(taken, monkeypatch, tmp_path):
         except Killed:
             left[0] = 10**6
         assert problems(open_store(folder)) == []
-        after, _ = recovered(folder)
+        after, _ = recover_store(folder)
         assert_holds(after, takes)
         assert after.sha256 == store.sha256
         names = {file.file for file in (*after.facts.shards, *after.facts.images)} | {

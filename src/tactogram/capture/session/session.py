@@ -23,7 +23,7 @@ from tactogram.capture.session.take import RECEIVED, Take, bridged, recording_of
 from tactogram.capture.session.take_checks import TakeAssessment, check_take
 from tactogram.capture.source import Source, SourceEnded, SourceLost
 from tactogram.datasets import Store
-from tactogram.datasets.store.appending import append_recording, recovered
+from tactogram.datasets.store.appending import append_recording, recover_store
 from tactogram.errors import DataError, ParameterError, TactogramError, one_line
 from tactogram.signal import Signal
 
@@ -148,7 +148,7 @@ class RecordingSession:
         self._feed = Feed(source, reference_rate=plan.rate, full_scale=plan.limits.full_scale, clock=clock)
         self._place = ""
         self._lost: TactogramError | None = None
-        opened, removed = recovered(store)
+        opened, removed = recover_store(store)
         if removed:
             console.say(f"{store}: removed leftovers of an interrupted session ({', '.join(removed)})")
         self.progress = progress_of(plan, name, journal, opened)

@@ -239,7 +239,7 @@ class Ratings:
         return replace(self, words=tuple(words))
 
 
-def joined(tables: Sequence[Ratings]) -> Ratings:
+def join_ratings(tables: Sequence[Ratings]) -> Ratings:
     """Return the rows of several tables as one, e.g. of those who rated surfaces and those who rated signals.
 
     Raises

@@ -16,7 +16,7 @@ from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.photo import photograph, photographs
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
-from tactogram.datasets.simulate.strain_sensor import SENSOR, traced
+from tactogram.datasets.simulate.strain_sensor import SENSOR, trace_plate
 from tactogram.datasets.simulate.stroke import RecordingTask, Stroke, slow_noise, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Surface
 from tactogram.errors import ParameterError
@@ -165,7 +165,7 @@ def make(task: RecordingTask) -> Recording:
     """Return one simulated recording, which depends on ``task`` alone."""
     facts = SETS[task.set_name]
     if facts.gives == "strain":
-        return traced(PLATES[task.surface], task)
+        return trace_plate(PLATES[task.surface], task)
     if facts.gives == "friction":
         return fabric(facts.surfaces[task.surface], task)
     return _stroked(task, facts)

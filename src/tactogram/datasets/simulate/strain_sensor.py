@@ -51,7 +51,7 @@ LOCAL = 0.6
 NOISE_V, STEP_V = 2e-4, 10 / 2**16
 
 
-def traced(plate: Plate, task: RecordingTask) -> Recording:
+def trace_plate(plate: Plate, task: RecordingTask) -> Recording:
     """Return one simulated measurement of a plate: stream ``strain``, axes `GAUGES`, V; ``session`` is its own.
 
     Each begins at another place, slightly turned, with the sensor mounted anew.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tactogram.datasets.ratings.ratings import Ratings, joined
+from tactogram.datasets.ratings.ratings import Ratings, join_ratings
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.display_signals import drives
 from tactogram.datasets.simulate.metal_plates import PLATES
@@ -56,7 +56,7 @@ def study(
         felt = score_plates(PLATES, people, seed=seed)
         played = score_vibrations({drive.name: drive.signal for drive in shown}, people, seed=seed)
         return SimulatedStudyData(
-            tuple(drive.recording(set_name) for drive in shown), (), joined([felt, played])
+            tuple(drive.recording(set_name) for drive in shown), (), join_ratings([felt, played])
         )
     each = PER_FAMILY if per_class is None else per_class
     if each < 1:
@@ -73,4 +73,4 @@ def study(
         present = [person for person in people if person.name not in left_out]
         dealt = {name: images[name] for name in names[number::IMAGE_SETS]}
         parts.append(score_images(dealt, present, seed=seed, session=f"set{number + 1}"))
-    return SimulatedStudyData((), tuple(images.items()), joined(parts))
+    return SimulatedStudyData((), tuple(images.items()), join_ratings(parts))

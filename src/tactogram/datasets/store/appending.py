@@ -1,7 +1,7 @@
 """Durable appending of one recording to a store, for recording sessions.
 
 `add_recordings` is atomic if the *process* is killed; here the same holds for a power cut: all files and their folder
-are synchronised to the disk before ``dataset.json`` is replaced, and it after. `recovered` removes what a killed
+are synchronised to the disk before ``dataset.json`` is replaced, and it after. `recover_store` removes what a killed
 process left.
 """
 
@@ -57,7 +57,7 @@ def append_recording(path: Path, recording: Recording, *, name: str, licence: st
     return open_store(path)
 
 
-def recovered(path: Path) -> tuple[Store | None, list[str]]:
+def recover_store(path: Path) -> tuple[Store | None, list[str]]:
     """Return the store at ``path``, None if missing, and the names of removed leftovers of killed processes."""
     stale = [part.name for part in path.parent.glob(f"{path.name}.part-*")]
     left = {part.name for part in clear_stale_parts(path)}

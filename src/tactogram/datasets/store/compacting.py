@@ -21,7 +21,7 @@ from tactogram.datasets.recording import content_id
 from tactogram.datasets.store import shard_writing
 from tactogram.datasets.store.index import ShardIndex
 from tactogram.datasets.store.layout import FACTS, StoredFile, StoreInfo, file_hash, schema
-from tactogram.datasets.store.parquet import close_quietly, opened, plain_parquet, stored_file
+from tactogram.datasets.store.parquet import close_quietly, open_parquet, plain_parquet, stored_file
 from tactogram.datasets.store.pending import StagedFiles, clear_unfinished, replacing
 from tactogram.datasets.store.store import Store, ids_problem, open_store
 from tactogram.errors import DataError
@@ -179,7 +179,7 @@ def _groups(path: Path, stored: StoredFile) -> Iterator[pa.Table]:
 
     A damaged shard is a `DataError`: its new hash would hide the damage.
     """
-    file = opened(path, stored)
+    file = open_parquet(path, stored)
     if file_hash(path) != stored.sha256:
         raise DataError(
             f"{path}: changed since it was written (sha256 differs); nothing was changed, see data check"

@@ -40,7 +40,7 @@ def stored_file(path: Path, rows: int) -> StoredFile:
     return StoredFile(path.name, rows, path.stat().st_size, file_hash(path))
 
 
-def opened(path: Path, stored: StoredFile) -> pq.ParquetFile:
+def open_parquet(path: Path, stored: StoredFile) -> pq.ParquetFile:
     """Open ``path``; `MissingFileError` if it is gone, `DataError` if its size or rows differ from ``stored``."""
     try:
         size = path.stat().st_size

@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 from PIL import Image as Pillow
 
 from tactogram.datasets.store.layout import StoredFile
-from tactogram.datasets.store.parquet import close_quietly, opened, plain_parquet, stored_file
+from tactogram.datasets.store.parquet import close_quietly, open_parquet, plain_parquet, stored_file
 from tactogram.datasets.store.pending import StagedFiles
 from tactogram.errors import DataError
 from tactogram.signal import Image
@@ -109,7 +109,7 @@ class PhotographFiles:
         places: dict[str, tuple[Path, int]] = {}
         for stored in self.stored:
             path = self.folder / stored.file
-            keys = opened(path, stored).read(columns=["key"])["key"].to_pylist()
+            keys = open_parquet(path, stored).read(columns=["key"])["key"].to_pylist()
             places |= {key: (path, row) for row, key in enumerate(keys)}
         return places
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.datasets.store.layout import INFO_COLUMNS, StoredFile, StoreStreamInfo, axis_column, row_info
-from tactogram.datasets.store.parquet import MissingFileError, opened
+from tactogram.datasets.store.parquet import MissingFileError, open_parquet
 from tactogram.errors import DataError
 
 
@@ -36,7 +36,7 @@ class Shard:
     def __init__(self, path: Path, stored: StoredFile, streams: Mapping[str, StoreStreamInfo]) -> None:
         self.path = path
         self._stored = stored
-        file = opened(path, stored)
+        file = open_parquet(path, stored)
         names = set(file.schema_arrow.names)
         self._streams = [name for name in streams if f"{name}_rate" in names]
         table = file.read(
@@ -53,7 +53,7 @@ class Shard:
 
     @cached_property
     def _metadata(self) -> tuple[list[RecordingInfo], list[str | None]]:
-        rows = opened(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
+        rows = open_parquet(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
         return [row_info(row) for row in rows], [row["image"] for row in rows]
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import replace as replace_field
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import add_ratings, item_of, joined, open_store
+from tactogram.datasets import add_ratings, item_of, join_ratings, open_store
 from tactogram.datasets.ratings.ratings import scale_of
 from tactogram.datasets.ratings.table import Form, RatingColumns, read_table, write_table
 from tactogram.errors import DataError, ParameterError
@@ -48,7 +48,7 @@ def rate_store(request: RatingRequest) -> dict[str, Any]:
     tables = [
         read_table(Path(file), scale=chosen, columns=how) for file, how in zip(files, columns, strict=True)
     ]
-    ratings = joined([table.ratings for table in tables])
+    ratings = join_ratings([table.ratings for table in tables])
     rated = add_ratings(store, ratings, replace=request.replace)
     blank: dict[str, int] = {}
     for table in tables:
