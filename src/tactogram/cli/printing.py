@@ -29,18 +29,18 @@ def accuracies(result: Mapping[str, Any]) -> str:
 
 
 def lines_of(facts: Mapping[str, Any]) -> str:
-    """Return a line per fact; what is empty is left out."""
+    """Return a line per fact that is not empty."""
     return "\n".join(
         f"{name}: {text_of(value)}" for name, value in facts.items() if value not in (None, [], {})
     )
 
 
 def text_of(value: Any) -> str:
-    """Return a value as people read it."""
+    """Return a value as text for people."""
     if value is None:
         return "-"
     if isinstance(value, float):
-        # A frequency or a rate is to be copied: not as 2.82e+04.
+        # Frequencies and rates are copied: not 2.82e+04.
         return f"{value:.7g}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {text_of(inner)}" for name, inner in value.items())
@@ -59,7 +59,7 @@ def columns(rows: Sequence[Sequence[str]]) -> str:
 
 
 def shortened(value: Any) -> Any:
-    """Return the first of a long list, or of more names than anybody reads, and how many there are."""
+    """Return the first entries of a long list or mapping, and their number."""
     if isinstance(value, Mapping) and len(value) > 40:
         return dict(list(value.items())[:10]) | {"…": f"({len(value)} in all)"}
     if isinstance(value, list) and len(value) > 12:
@@ -68,7 +68,7 @@ def shortened(value: Any) -> Any:
 
 
 def ratings_text(facts: Mapping[str, Any]) -> str:
-    """Return what ratings hold, lack and are worth, with a row per word."""
+    """Return the content, gaps and reliability of ratings, with a row per word."""
     scale, missing, agreed = facts["scale"], facts["missing"], facts["reliability"]
     lines = [
         f"ratings: {facts['scores']} scores of {facts['items']} items by {facts['raters']} raters, "

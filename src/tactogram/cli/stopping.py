@@ -26,11 +26,11 @@ def interrupt_on_sigterm() -> Iterator[None]:
 
 @contextmanager
 def catch_stop_signals() -> Iterator[Callable[[], bool]]:
-    """Give a function that says whether it was asked; outside of a process's main thread it never is."""
+    """Yield a function that is true after a stop signal; outside the main thread it never is."""
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
-    asked = False
+    stopped = False
     before = {number: signal.getsignal(number) for number in SIGNALS}
 
     def restore() -> None:
@@ -38,13 +38,13 @@ def catch_stop_signals() -> Iterator[Callable[[], bool]]:
             signal.signal(number, handler)
 
     def ask(number: int, frame: Any) -> None:
-        nonlocal asked
-        asked = True
+        nonlocal stopped
+        stopped = True
         restore()
 
     for number in SIGNALS:
         signal.signal(number, ask)
     try:
-        yield lambda: asked
+        yield lambda: stopped
     finally:
         restore()

@@ -1,4 +1,4 @@
-"""The main job on simulated surfaces: make them, name them, search them, give them a voice, and report."""
+"""Demo on simulated surfaces: simulate, classify, search, generate, mix and report."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from tactogram.workflows.training.train import train
 
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
-"""The surface that is left out of training, to see whether "none of these" is said."""
+"""Surface left out of training, to test "none of these"."""
 PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 100
 EVALUATION = {"steps": 200}
 MIX = ("tile", "carpet")
@@ -48,7 +48,7 @@ NAMED = (
     "windows",
     "none_of_these",
 )
-"""What is told of the classifier's evaluation."""
+"""Figures of the classifier's evaluation in the result."""
 
 
 def demo(
@@ -56,13 +56,13 @@ def demo(
 ) -> dict[str, Any]:
     """Run the whole chain on simulated surfaces and write ``OUT/report.html`` and ``result.json``.
 
-    A demo that is already there is replaced.
+    An earlier demo in the folder is replaced.
 
     Returns
     -------
     dict
         ``report``; ``recording_accuracy``, ``recording_accuracy_95``, ``recordings``, ``window_accuracy``, ``windows``,
-        ``none_of_these`` of the classifier, ``measures`` and ``positions`` of the generator, as `evaluate` gives them;
+        ``none_of_these`` of the classifier, ``measures`` and ``positions`` of the generator, as in `evaluate`;
         ``mixing`` (the measure of the ladder, in words), ``simulated`` (always true).
     """
     folder = _fresh(Path(out))
@@ -76,9 +76,9 @@ def demo(
         return load_run(folder / model)
 
     classifier = trained("stroke_cnn", CLASSIFIER_STEPS)
-    named = evaluate(classifier, unknown=True, progress=progress)
+    classified = evaluate(classifier, unknown=True, progress=progress)
     generator = trained("texture_gan", GENERATOR_STEPS)
-    voice, voice_sections = evaluate_run(generator, evaluation=EVALUATION, progress=progress)
+    generated, generated_sections = evaluate_run(generator, evaluation=EVALUATION, progress=progress)
     mixes = mix_ladder(generator, *MIX, steps=5, signals=4, seconds=3.0, seed=seed, progress=progress)
     for step, signal in enumerate(mixes.shown):
         name = f"{step}-{mixes.caption(step).replace(', ', '-').replace(' ', '-')}.wav"
@@ -88,29 +88,29 @@ def demo(
     tests = {segment.id: store.info(segment.id) for segment in split.test}
     report = write_report(
         folder / "report.html",
-        title="Nine surfaces, stroked, named, searched and given a voice",
+        title="Nine surfaces, stroked, classified, searched and generated",
         summary=(
-            f"{len(store)} simulated strokes over nine surfaces. A classifier names "
-            f"{100 * named['recording_accuracy']:.0f} % of the strokes that it was not trained on; a surface that it "
-            f"has never met is refused {_percent(named['none_of_these']['unknown_rejected'])} of the time. A small "
-            f"generative adversarial network, trained for {GENERATOR_STEPS} steps, gives eight of the surfaces a voice "
-            f"of any length and mixes them; it is judged beside other strokes, other surfaces and two baselines."
+            f"{len(store)} simulated strokes over nine surfaces. A classifier recognises "
+            f"{100 * classified['recording_accuracy']:.0f} % of the strokes that it was not trained on, and rejects "
+            f"{_percent(classified['none_of_these']['unknown_rejected'])} of those over an unknown surface. A small "
+            f"generative adversarial network, trained for {GENERATOR_STEPS} steps, generates signals of any length for "
+            "eight of the surfaces and mixes them; it is compared with other strokes, other surfaces and two baselines."
         ),
         simulated=True,
         sections=[
             _surfaces(store),
-            _classified(classifier, named),
+            _classified(classifier, classified),
             _searched(classifier, store, tests),
-            *voice_sections,
+            *generated_sections,
             mixes.section(f"Mixtures: from {MIX[0]} to {MIX[1]}"),
-            ReportSection("What made this", [ReportText(_how(seed))]),
+            ReportSection("Commands", [ReportText(_how(seed))]),
         ],
     )
     result = {
         "report": str(report),
-        **{name: named[name] for name in NAMED},
-        "measures": voice["measures"],
-        "positions": voice["positions"],
+        **{name: classified[name] for name in NAMED},
+        "measures": generated["measures"],
+        "positions": generated["positions"],
         "mixing": mixes.in_words(),
         "simulated": True,
     }
@@ -127,7 +127,7 @@ def _fresh(folder: Path) -> Path:
         for inner in folder.iterdir():
             if inner.is_dir():
                 shutil.rmtree(inner)
-            elif inner.name != MARK:  # last to stay: what a kill leaves here is still a demo's
+            elif inner.name != MARK:  # removed last, so that an interrupted demo remains one
                 inner.unlink()
     folder.mkdir(parents=True, exist_ok=True)
     (folder / MARK).touch()
@@ -147,8 +147,8 @@ def _surfaces(store: Store) -> ReportSection:
     name = MIX[1] if MIX[1] in shown else next(iter(shown))
     blocks: list[Block] = [
         ReportText(
-            "Each surface is a height field from a formula; the photograph is rendered from it and the finger is "
-            "dragged over it. The accelerometer on the finger feels gravity, friction and the texture."
+            "Each surface is a computed height field; the photograph is rendered from it and the finger is "
+            "dragged over it. The accelerometer on the finger measures gravity, friction and the texture."
         ),
         ReportFigure(photos_figure(photos), "Rendered from the simulated height fields."),
         ReportFigure(
@@ -160,30 +160,30 @@ def _surfaces(store: Store) -> ReportSection:
     return ReportSection("The surfaces", blocks)
 
 
-def _classified(classifier: LoadedRun, judged: dict[str, Any]) -> ReportSection:
-    low, high = judged["recording_accuracy_95"]
+def _classified(classifier: LoadedRun, results: dict[str, Any]) -> ReportSection:
+    low, high = results["recording_accuracy_95"]
     rows = [
-        ("strokes", judged["recording_accuracy"], f"{low:.2f} – {high:.2f}", judged["recordings"]),
+        ("strokes", results["recording_accuracy"], f"{low:.2f} – {high:.2f}", results["recordings"]),
         (
             f"windows of {window_of(classifier.config)} samples",
-            judged["window_accuracy"],
+            results["window_accuracy"],
             "–",
-            judged["windows"],
+            results["windows"],
         ),
-        ("chance", judged["chance"], "–", "–"),
+        ("chance", results["chance"], "–", "–"),
     ]
-    counts = np.array(judged["confusion_windows"])
+    counts = np.array(results["confusion_windows"])
     return ReportSection(
         "What is it?",
         [
             ReportText(
                 "The network of Saga et al. (2020): six 1 x 5 convolutions that treat the three axes alike. It is "
-                f"judged on strokes that it was not trained on; {UNKNOWN} was left out altogether."
+                f"tested on strokes that it was not trained on; {UNKNOWN} was left out."
             ),
             ReportTable(("classified correctly", "share", "95 % interval (Wilson)", "of"), rows),
             ReportFigure(
-                confusion_figure(counts, judged["materials"]),
-                "Windows of each surface (row), and what they were taken for (column).",
+                confusion_figure(counts, results["materials"]),
+                "Windows of each surface (row) and their classification (column).",
             ),
         ],
     )
@@ -202,8 +202,8 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Rep
         "What is it like?",
         [
             ReportText(
-                "A search engine for surfaces: a new stroke is embedded by the network and its nearest neighbours are "
-                "looked up. What is farther from everything than the calibrated threshold is none of these."
+                "A search engine for surfaces: the network embeds a new stroke, and its nearest neighbours are "
+                "listed. A stroke beyond the calibrated threshold is none of these."
             ),
             ReportTable(("touched", "nearest (cosine distance)", "verdict"), rows, facts),
         ],
@@ -211,7 +211,7 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Rep
 
 
 def _none_of_these_text(classifier: LoadedRun) -> str:
-    """Return a sentence on how well "none of these" works in the run's last evaluation."""
+    """Return a sentence on "none of these" in the run's last evaluation."""
     facts = classifier.run.read_json("evaluation.json")["none_of_these"]
     return (
         f"{_percent(facts['known_kept'])} of {facts['known']} strokes over known surfaces pass, "
@@ -229,7 +229,7 @@ def _how(seed: int) -> str:
         f"tactogram train texture_gan --data data {others} --set config.steps={GENERATOR_STEPS} --set seed={seed} "
         f"--out texture_gan; tactogram evaluate texture_gan --evaluation steps={EVALUATION['steps']}; "
         f"tactogram mix texture_gan {' '.join(MIX)} --steps 5 --signals 4 --seconds 3 --seed {seed}. "
-        "Sounds are played at full scale: their level is lost in the loudspeaker, not in the files beside this report."
+        "Sounds are played at full scale: their level is lost in the loudspeaker, not in the sound files."
     )
 
 

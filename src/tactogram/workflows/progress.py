@@ -9,7 +9,7 @@ from typing import Protocol
 
 
 class ProgressCallback(Protocol):
-    """Shows that ``done`` of ``total`` parts of ``task`` are done, with a word on how it goes."""
+    """Shows that ``done`` of ``total`` parts of ``task`` are done, with a short note."""
 
     def __call__(self, task: str, done: int, total: int, note: str = "") -> None:
         """Show it."""

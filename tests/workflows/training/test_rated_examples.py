@@ -146,9 +146,9 @@ def test_all_keeps_nothing_apart(both, images):
 
 def test_a_store_that_does_not_fit_is_refused(tmp_path, both, images):
     bare = create_store(tmp_path / "bare", [Recording(streams={"a": signal(0)}, material="m")], **FACTS)
-    with pytest.raises(ParameterError, match="has no ratings to learn from; `tactogram data rate`"):
+    with pytest.raises(ParameterError, match="has no ratings; `tactogram data rate`"):
         split_of(RatingData(bare, "ratings"))
-    with pytest.raises(ParameterError, match="--split must be all, or left out, .* got 'last=2'"):
+    with pytest.raises(ParameterError, match="split must be all, or omitted, .* got 'last=2'"):
         split_of(RatingData(both, "ratings"), split="last=2")
     with pytest.raises(ParameterError, match="rated surfaces and rated signals .* got 0 and 0"):
         split_of(RatingData(images, "both"))

@@ -91,9 +91,9 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     for name, picture in pictures.items():
         with atomic_write(folder / name) as part:
             part.write_bytes(picture)
-    taken = StudyData.of(source, answers, study)
+    data = StudyData.of(source, answers, study)
     named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
-    write_study_report(folder / REPORT_FILE, named, taken, drawn, practice=request.practice)
+    write_study_report(folder / REPORT_FILE, named, data, drawn, practice=request.practice)
     return result | {"out": str(request.out), "text": analysis.text()}
 
 
@@ -104,13 +104,7 @@ def _png(figure: Figure) -> bytes:
 
 
 def practice_of(answers: Answers) -> Answers:
-    """Return the practice trials as trials of the design that was practised.
-
-    Raises
-    ------
-    DataError
-        If there is none.
-    """
+    """Return the practice trials as trials of their design; `DataError` if there are none."""
     kept = answers.where(design=MARK)
     if not len(kept):
         raise DataError("answers hold no practice trials")
@@ -129,7 +123,7 @@ def _plan(
 def _figures(
     analysis: StudyAnalysis, answers: Answers, names: Mapping[str, str], study: Study | None
 ) -> list[dict[str, Figure]]:
-    """Return each section's figures by name, with names whose letters a font has: these, English ones, or keys."""
+    """Return each section's figures by name, labelled with names in an available font, English names, or keys."""
     from tactogram.study.analysis.lettering import DEFAULT_FONT, font_with, letter
 
     drawable, font = {}, DEFAULT_FONT
@@ -141,8 +135,9 @@ def _figures(
     for section in analysis.sections:
         own = named_answers(answers.where(design=section.design), drawable)
         drawn.append(find_design(section.design).figures(_named(section, drawable), own))
-    for figure in (one for own_ones in drawn for one in own_ones.values()) if font != DEFAULT_FONT else ():
-        letter(figure, font)
+    if font != DEFAULT_FONT:
+        for figure in (one for figures in drawn for one in figures.values()):
+            letter(figure, font)
     return drawn
 
 
@@ -151,13 +146,7 @@ def _named(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSectio
 
 
 def margins_of(texts: Sequence[str]) -> dict[str, float]:
-    """Return margins from ``QUESTION=VALUE``, as the command line gives them.
-
-    Raises
-    ------
-    ParameterError
-        If one is not of that form.
-    """
+    """Return margins from texts ``QUESTION=VALUE``; `ParameterError` for another form."""
     found = {}
     for text in texts:
         name, sign, amount = text.partition("=")
@@ -174,15 +163,9 @@ def margins_of(texts: Sequence[str]) -> dict[str, float]:
 
 
 def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
-    """Return the mean score of each item and word: of a table of ratings, or of answers to a study.
+    """Return the mean score of each item and word, of a table of ratings on ``scale``, or of answers.
 
-    Parameters
-    ----------
-    path : Path
-        A table of ratings; a session folder or a table of answers, of which those are taken whose design
-        ``gives_targets``.
-    scale : Scale
-        Of a table of ratings.
+    Of a session folder or a table of answers, those whose design ``gives_targets`` are used.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Answers read for analysis: of a session, of an exported table, of another's table; and the study they are of."""
+"""Answers for analysis, of a session, an exported or a foreign table, and their study."""
 
 from __future__ import annotations
 
@@ -21,15 +21,7 @@ def open_answers(
     constants: Mapping[str, str] | None = None,
     encoding: str = "utf-8-sig",
 ) -> Answers:
-    """Return the answers of a session folder, of a table, or of another's table by a mapping of columns.
-
-    Parameters
-    ----------
-    source : Path
-    columns, constants : mapping, optional
-        See `tactogram.study.session.answer_import.TableMapping`; any of them makes it another's table.
-    encoding : str
-    """
+    """Return the answers of a session folder or a table; ``columns`` or ``constants`` make it a foreign table."""
     path = Path(source)
     if path.is_dir():
         with SessionStore(path) as store:
@@ -44,10 +36,7 @@ def open_answers(
 
 
 def study_of(source: Path) -> Study | None:
-    """Return the study that answers are of: of a session folder, or of the file that stands beside a table.
-
-    `tactogram.workflows.study.export.export_study` writes that file. None where there is none.
-    """
+    """Return the study of a session folder, or of the file that `export_study` writes with a table, if any."""
     if source.is_dir():
         with SessionStore(source) as store:
             return store.study

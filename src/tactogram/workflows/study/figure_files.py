@@ -1,4 +1,4 @@
-"""Figures that an earlier analysis left in a folder: they go before another is written, what others put there stays."""
+"""Removal of an earlier analysis's figures from a folder, and of nothing else."""
 
 from __future__ import annotations
 
@@ -18,18 +18,10 @@ def hashes_of(figures: Mapping[str, bytes]) -> dict[str, str]:
 
 
 def remove_earlier(folder: Path, listed: str, *, kept: Collection[str]) -> list[str]:
-    """Remove the figures of an earlier analysis that the next does not write, and return their names.
+    """Remove the figures of an earlier analysis that the next does not write (``kept``), and return their names.
 
-    Only a file whose SHA-256 the earlier one gave goes: what was changed since, a link, and whatever an analysis
-    without such numbers names, may be somebody's own and stays.
-
-    Parameters
-    ----------
-    folder : Path
-    listed : str
-        Name of the earlier analysis's JSON there.
-    kept : collection of str
-        Names that are about to be written.
+    Only a file with the SHA-256 in the earlier analysis's JSON ``listed`` is removed: a changed file, a link, or a
+    figure of an analysis without hashes stays, since a person may have made it.
     """
     removed = []
     for name, digest in _earlier(folder / listed).items():
@@ -40,13 +32,13 @@ def remove_earlier(folder: Path, listed: str, *, kept: Collection[str]) -> list[
             if not path.is_symlink() and sha256(path.read_bytes()).hexdigest() == digest:
                 path.unlink()
                 removed.append(name)
-        except (OSError, ValueError):  # no such file, or no name of a file; not ours to remove
+        except (OSError, ValueError):  # no such file, or an invalid name
             continue
     return removed
 
 
 def _earlier(path: Path) -> dict[str, Any]:
-    """Return what an analysis says are the SHA-256 of its figures; none where it is none, or broken."""
+    """Return the SHA-256 of an analysis's figures by name; none of a broken file."""
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -15,20 +15,15 @@ from tactogram.study.study_file import Study, shipped_studies
 
 
 def study_power(design: Path | str, **options: Any) -> dict[str, Any]:
-    """Return what a study can show, with a text.
+    """Return a power table by `power_table`, with a text.
 
-    Parameters
-    ----------
-    design : str or Path
-        Name of a power table, as designs give them; or a study, shipped or a file, whose design, margin and numbers of
-        trials and items are taken where nothing else is given.
-    **options
-        Those of `power_table`.
+    ``design`` is the name of a power table; or a study, shipped or a file, whose margin and numbers of trials and items
+    are the defaults of ``options``.
 
     Raises
     ------
     ParameterError
-        If there is no such table or study, or a number is not one that the table can have.
+        If there is no such table or study, or a number is out of the table's range.
     """
     name, tables = str(design), power_tables()
     if name not in tables and (name in shipped_studies() or Path(name).is_file()):
@@ -46,7 +41,7 @@ def study_power(design: Path | str, **options: Any) -> dict[str, Any]:
 
 
 def power_options(study: Study) -> dict[str, Any]:
-    """Return what a study's file says of the options of `power_table`: its alpha, margin, and numbers of trials."""
+    """Return the options of `power_table` in a study's file: alpha, margin, and numbers of trials."""
     options: dict[str, Any] = {"alpha": study.planned.alpha}
     name = next(iter(study.design.margins), "")
     if name in study.planned.values:
@@ -74,7 +69,7 @@ def _power_text(found: PowerTable, method: PowerMethod) -> str:
 
 
 def _errs(found: PowerTable) -> list[str]:
-    """Return where the confirmatory test shows what is not there more often than alpha says, beyond chance."""
+    """Return the sizes at which the confirmatory test has more false positives than alpha, beyond chance."""
     most = found.alpha + 3 * math.sqrt(found.alpha * (1 - found.alpha) / found.simulations)
     wrong = [f"{row['participants']} x {row['trials']}" for row in found.rows if row["type_1"] > most]
     return (
@@ -88,7 +83,7 @@ def _errs(found: PowerTable) -> list[str]:
 
 
 def _reached(found: PowerTable, *, of_pairs: bool) -> list[str]:
-    """Return how many participants it takes to show equivalence, in a sentence for each number of trials."""
+    """Return the number of participants needed to show equivalence, in a sentence for each number of trials."""
     margin = f"{'of a pair ' if of_pairs else ''}within ±{found.assumed.margin:g}"
 
     def each(trials: int) -> str:

@@ -1,4 +1,4 @@
-"""Sessions: begun, looked at, noted about, ended, withdrawn from; running one is `studio.studies.run`."""
+"""Sessions of studies: start, progress, notes, abort, end and withdrawal."""
 
 from __future__ import annotations
 
@@ -20,22 +20,13 @@ if TYPE_CHECKING:
     from tactogram.workflows.study.stimuli import SlotPlayback, StudyStimuli
 
 ORIGIN = "origin.json"
-"""In a session folder: where its study's file lies."""
+"""File in a session folder with the path of its study."""
 
 
 def begin_session(study: Path | str, out: Path | str, *, changes: Mapping[str, Any] | None = None) -> Path:
-    """Begin a study in a session folder, or go on with it, and return the folder.
+    """Start a study in a session folder, or continue it, and return the folder.
 
-    Where the study's file lies is kept beside the answers (``origin.json``): stimuli are looked for there.
-
-    Parameters
-    ----------
-    study : Path or str
-        A TOML file, or the name of a shipped one.
-    out : Path
-        New, or begun with the same study.
-    changes : mapping, optional
-        Values by dotted key.
+    The path of the study's file is written next to the answers (``origin.json``): stimuli are relative to it.
 
     Raises
     ------
@@ -51,12 +42,12 @@ def begin_session(study: Path | str, out: Path | str, *, changes: Mapping[str, A
 
 
 def origin_folder(session: Path | str) -> Path:
-    """Return what the files of a session's study stand beside; the session's own folder where nobody said.
+    """Return the folder of a session's study; the session's own folder if it is not recorded.
 
     Raises
     ------
     DataError
-        If what was said cannot be read.
+        If the record cannot be read.
     """
     path = Path(session) / ORIGIN
     if not path.is_file():
@@ -69,14 +60,14 @@ def origin_folder(session: Path | str) -> Path:
 
 
 def keep_origin(folder: Path, study: Path | str) -> None:
-    """Write down in a session folder where its study's file lies."""
+    """Record the path of the study's file in a session folder."""
     shipped = str(study) in shipped_studies()
     origin = {"study": str(study) if shipped else str(Path(study).resolve()), "shipped": shipped}
     write_text(folder / ORIGIN, json.dumps(origin, ensure_ascii=False) + "\n")
 
 
 def session_progress(folder: Path | str) -> dict[str, Any]:
-    """Return where each participant of a session stands, how many stand how, the notes, and whether it was ended."""
+    """Return the progress of each participant, their counts by status, the notes, and when the session was ended."""
     with SessionStore(Path(folder)) as store:
         everybody = store.progress()
         return {
@@ -92,28 +83,28 @@ def session_progress(folder: Path | str) -> dict[str, Any]:
 
 
 def write_note(folder: Path | str, text: str, *, code: str | None = None) -> dict[str, Any]:
-    """Write down what the experimenter saw, about one participant or the whole study."""
+    """Add an experimenter's note, about one participant or the whole study."""
     with SessionStore(Path(folder)) as store:
         store.note(text, code=code)
         return {"folder": str(folder), "notes": len(store.notes())}
 
 
 def abort_participant(folder: Path | str, code: str, *, undo: bool = False) -> dict[str, Any]:
-    """End a participant's session now, or let them go on again; what was answered stays."""
+    """End a participant's session, or let them continue; the answers stay."""
     with SessionStore(Path(folder)) as store:
         (store.reopen if undo else store.abort)(code)
         return {"folder": str(folder), "participant": code, "state": store.state(code)}
 
 
 def end_session(folder: Path | str, *, undo: bool = False) -> dict[str, Any]:
-    """End a study, so that nobody joins or goes on, or let it go on again."""
+    """End a study, so that nobody joins or continues, or reopen it."""
     with SessionStore(Path(folder)) as store:
         (store.reopen_study if undo else store.end)()
         return {"folder": str(folder), "ended": store.ended}
 
 
 def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
-    """Delete a participant and all that is kept of them in a session folder."""
+    """Delete a participant and all their data in a session folder."""
     with SessionStore(Path(folder)) as store:
         deleted = store.withdraw(code)
         left = len(store.participants())
@@ -121,7 +112,7 @@ def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
 
 
 def log_played(store: SessionStore, stimuli: StudyStimuli, code: str, page: Page, slot: str) -> SlotPlayback:
-    """Render what is in a slot of a participant's page, log it, and return it."""
+    """Render the stimulus in a slot of a participant's page, log it, and return it."""
     played = stimuli.played(page.slot(slot))
     store.log_played(
         code,

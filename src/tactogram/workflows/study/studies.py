@@ -1,4 +1,4 @@
-"""Studies: those that come with the package, and what a study's file asks of a participant."""
+"""Studies that come with the package, and checks of a study's file."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from tactogram.workflows.study.stimuli import StudyStimuli
 
 
 def list_studies() -> dict[str, Any]:
-    """Return the studies that come with the package, by name, with what there is to choose by."""
+    """Return the facts by which to choose a study, for each that comes with the package."""
     return {name: _facts(Study.load(path)) for name, path in shipped_studies().items()}
 
 
 def list_designs() -> dict[str, Any]:
-    """Return the designs that a study can have, by kind, with what a margin can be given for and the power tables."""
+    """Return the designs of studies by kind, with their margins and power tables."""
     return {
         kind: {
             "title": design.title,
@@ -35,21 +35,14 @@ def list_designs() -> dict[str, Any]:
 def check_study(
     study: Path | str, *, changes: Mapping[str, Any] | None = None, stimuli: bool = False
 ) -> dict[str, Any]:
-    """Return what a study asks of a participant, after checking its file, levels, displays, files and names of stimuli.
+    """Check a study's file, levels, displays, and the files and names of its stimuli; return its facts.
 
-    Parameters
-    ----------
-    study : Path or str
-        A TOML file, or the name of a shipped one.
-    changes : mapping, optional
-        Values by dotted key.
-    stimuli : bool
-        Whether every stimulus is made and rendered on its display, too; generating can take a while.
+    With ``stimuli`` every stimulus is also made and rendered on its display, which can take a while.
 
     Raises
     ------
     TactogramError
-        Whatever is wrong first, in one line.
+        For the first fault, in one line.
     """
     loaded = Study.load(study, changes=changes)
     folder = study_folder(study)
@@ -69,7 +62,7 @@ def check_study(
 
 
 def study_folder(study: Path | str) -> Path:
-    """Return what the files of a study stand beside."""
+    """Return the folder of a study's file, to which its paths are relative."""
     return shipped_studies().get(str(study), Path(study)).parent
 
 
@@ -97,7 +90,7 @@ def _facts(study: Study) -> dict[str, Any]:
 
 
 def _render_all(made: StudyStimuli) -> dict[str, str]:
-    """Make and render every stimulus, and return its hash."""
+    """Make and render every stimulus, and return the hashes by name."""
     hashes = {}
     for stimulus in made.study.made_stimuli:
         made.image(stimulus)

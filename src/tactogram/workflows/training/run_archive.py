@@ -1,4 +1,4 @@
-"""A run as one file, to keep or to hand on."""
+"""Runs packed into one file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tactogram.training.run import Run
 
 LEFT_OUT = {"checkpoint.safetensors"}
 LARGEST_BYTES = 8 * 2**30
-"""What an unpacked run may hold: a file that claims more is refused before it is unpacked."""
+"""Largest size of an unpacked run: a larger one is refused before it is unpacked."""
 
 
 def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:
@@ -43,11 +43,11 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
     """
     target = Path(out)
     if target.exists():
-        raise RunError(f"{target}: exists already; give another --out")
+        raise RunError(f"{target}: exists already; choose another `out`")
     target.parent.mkdir(parents=True, exist_ok=True)
     clear_stale_parts(target)
     part = part_folder(target)
-    shutil.rmtree(part, ignore_errors=True)  # of a killed process whose number this one has got
+    shutil.rmtree(part, ignore_errors=True)  # of a killed process with the same number
     part.mkdir(mode=0o700)
     try:
         with zipfile.ZipFile(file) as packed:
@@ -61,10 +61,10 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
             count = len(packed.infolist())
         run = Run.open(part)
         run.facts()
-        if "model_folders" in (
-            data := run.data
-        ):  # of another machine: code is never loaded from where a file says
-            run.write_json("data.json", {key: value for key, value in data.items() if key != "model_folders"})
+        # Folders of another machine: code is never loaded from a path in a file.
+        data = {key: value for key, value in run.data.items() if key != "model_folders"}
+        if data != run.data:
+            run.write_json("data.json", data)
         part.chmod(0o755)
         part.rename(target)
     except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:

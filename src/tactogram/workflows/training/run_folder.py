@@ -1,4 +1,4 @@
-"""The folder of a run before its first step: begun, found again, or taken back."""
+"""Folder of a run before its first step: made, claimed or discarded."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.run_lock import check_idle
 
 BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
-"""What a run has before its first step; the recipe, which makes it a run, first."""
+"""Files of a run before its first step; the recipe, which makes it a run, first."""
 
 
 def claim_run(folder: Path, identity: str, resume: bool) -> Run:
-    """Return the run that may be made in ``folder``, or with ``resume`` the one there, if of the same making."""
+    """Return a new run in ``folder``, or with ``resume`` the one there, if of the same identity."""
     if not resume:
         run = Run(folder)
         run.check_free()
         return run
     if not (folder / "recipe.toml").exists():
-        raise RunError(f"{folder}: nothing to resume here; leave --resume away to begin")
+        raise RunError(f"{folder}: nothing to resume here; omit `resume` to start a run")
     run = Run.open(folder)
     if run.data["run_id"] != identity:
         raise RunError(
             f"{folder}: was begun with another recipe, split or data; resume with the same ones, "
-            "or give another --out"
+            "or choose another `out`"
         )
     check_idle(folder)
     return run
 
 
 def begin(run: Run, plan: TrainingPlan) -> None:
-    """Make the folder of a new run, with all that `tactogram.workflows.training.resume.resume` goes by.
+    """Make the folder of a new run, with all that `tactogram.workflows.training.resume.resume` needs.
 
     Raises
     ------
     RunError
-        If another process began one there since this one looked: nothing of that one is touched.
+        If another process made a run there meanwhile, which is left untouched.
     """
     run.check_free()
     store, split = plan.store, plan.parts
@@ -68,7 +68,7 @@ def begin(run: Run, plan: TrainingPlan) -> None:
 
 
 def discard_run(run: Run) -> None:
-    """Remove what `begin` made of a run that was refused in its first step: there is nothing to go on with."""
+    """Remove the files of `begin` for a run that was refused in its first step: there is nothing to resume."""
     if (run.folder / "checkpoint.safetensors").exists() or run.metrics():
         return
     for name in BEGUN:

@@ -12,15 +12,15 @@ from tactogram.errors import RunError
 from tactogram.signal.io.locks import lock
 
 HELD = "recipe.toml"
-"""Locked while a process trains: written once, never replaced, and there as long as the run is."""
+"""Locked during training: this file is written once, never replaced, and lasts as long as the run."""
 
 TRIES, BETWEEN_S = 10, 0.02
-"""Whoever only looks holds the lock for a moment: that is waited for."""
+"""Retries while another process briefly holds the lock to look."""
 
 
 @contextmanager
 def run_lock(folder: Path) -> Iterator[None]:
-    """Hold a run's folder for this process; the system lets go of it however the process ends.
+    """Lock a run's folder for this process; the system unlocks it however the process ends.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def check_idle(folder: Path) -> None:
 
 
 def is_training(folder: Path) -> bool:
-    """Say whether a process trains in a run's folder; no where there is no run."""
+    """Return whether a process trains in a run's folder."""
     try:
         with (folder / HELD).open("rb") as file:
             return not _locked(file.fileno(), shared=True)
@@ -63,7 +63,7 @@ def _taken(folder: Path) -> RunError:
 
 
 def _locked(file: int, *, shared: bool = False) -> bool:
-    """Lock a file until it is closed, and say whether that went; on Windows nothing is locked."""
+    """Lock a file until it is closed; return whether that succeeded. On Windows nothing is locked."""
     if sys.platform == "win32":
         return True
     return lock(file, shared=shared)
