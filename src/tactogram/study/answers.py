@@ -163,6 +163,13 @@ class Answers:
             groups.setdefault(key, []).append(row.value)
         return groups
 
+    def participant_means(self, *names: str) -> dict[tuple[Any, ...], list[float]]:
+        """Return the means of each participant's values, by combination of columns."""
+        means: dict[tuple[Any, ...], list[float]] = {}
+        for (*key, _), values in self.values_by(*names, "participant").items():
+            means.setdefault(tuple(key), []).append(float(np.mean(values)))
+        return means
+
 
 def cells(answers: Answers) -> tuple[list[str], list[list[str]]]:
     """Return the headings and the rows as text: booleans as ``true`` and ``false``, missing numbers as ""."""

@@ -14,7 +14,6 @@ from tactogram.study.wording import Wording
 Name = Annotated[str, Field(min_length=1, max_length=120)]
 SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simulated_image")
 """Sources of a signal, and of a picture."""
-Weights = dict[str, float]
 
 
 class StimulusSource(BaseModel):
@@ -28,7 +27,7 @@ class StimulusSource(BaseModel):
     """Trained generator of the signal."""
     material: str = ""
     """Condition of ``run`` and ``image_run``."""
-    words: Weights = Field(default_factory=dict)
+    words: dict[str, float] = Field(default_factory=dict)
     """Condition of ``run`` and ``image_run``: scores by word."""
     seed: int = Field(default=0, ge=0)
     """Of generated or simulated stimuli."""

@@ -196,7 +196,7 @@ def _textures(
         )
         if name in pooled and len(groups) > 1:
             findings.append(pooled[name])
-        means = [np.mean(values) for values in groups[name].values_by("participant").values()]
+        means = groups[name].participant_means()[()]
         rows.append(
             {
                 "texture": name,

@@ -20,11 +20,8 @@ def analyse_means(answers: Answers, *, title: str, margin: float | None = None) 
     over the pairs of conditions. Raises `DataError` if no answer is a number.
     """
     kept, notes = numeric_answers(answers, title)
-    cells: dict[tuple[str, str], list[float]] = {}
-    for (stimulus, condition, _), values in kept.values_by("stimulus", "condition", "participant").items():
-        cells.setdefault((stimulus, condition), []).append(float(np.mean(values)))
     rows: list[dict[str, Any]] = []
-    for (stimulus, condition), means in cells.items():
+    for (stimulus, condition), means in kept.participant_means("stimulus", "condition").items():
         found = summary(means)
         single = found.n == 1
         rows.append(

@@ -17,11 +17,6 @@ from tactogram.study.trials import Participant
 class SessionLogs(SessionPeople):
     """Logs of a session beside the answers."""
 
-    def played(self, code: str, token: str) -> dict[str, str]:
-        """Return the hash of what was last played in each slot of a page."""
-        with self._reading() as rows:
-            return last_played(rows, find_participant(rows, code).participant, token)
-
     def played_log(self, code: str) -> list[dict[str, Any]]:
         """Return all playback to a participant: ``token``, ``slot``, ``sha256``, ``level`` … ``at``."""
         return self._log(code, "played", ("token", "slot", "sha256", "level", "display", "gain_db", "at"))

@@ -85,7 +85,7 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
 
 def _votes(answers: Answers) -> list[int]:
     """Return one vote per participant: the majority of several answers, a tie as not evoked."""
-    return [int(np.mean(values) > 0.5) for values in answers.values_by("participant").values()]
+    return [int(mean > 0.5) for mean in answers.participant_means()[()]]
 
 
 def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:

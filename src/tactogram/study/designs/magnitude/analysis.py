@@ -83,11 +83,8 @@ def _stimuli(above: Answers, logs: Any) -> list[dict[str, Any]]:
     intensities: dict[tuple[str, str], float] = {}
     for row in above:
         intensities.setdefault((row.stimulus, row.condition), intensity_of(row))
-    cells: dict[tuple[str, str], list[float]] = {}
-    for (stimulus, condition, _), values in scaled.values_by("stimulus", "condition", "participant").items():
-        cells.setdefault((stimulus, condition), []).append(float(np.mean(values)))
     rows = []
-    for (stimulus, condition), means in cells.items():
+    for (stimulus, condition), means in scaled.participant_means("stimulus", "condition").items():
         found = summary(means)
         rows.append(
             {

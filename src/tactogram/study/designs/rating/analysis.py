@@ -317,12 +317,8 @@ def _printed_se(values: Numbers) -> float | None:
 
 def _one_rater(kept: Answers) -> dict[tuple[str, str], float]:
     """Return the mean absolute error of one participant to the mean of the others about the same item."""
-    cells: dict[tuple[str, str, str], list[float]] = {}
-    columns = ("condition", "question", "stimulus", "participant")
-    for (*item, _), values in kept.values_by(*columns).items():
-        cells.setdefault(tuple(item), []).append(float(np.mean(values)))
     errors: dict[tuple[str, str], list[float]] = {}
-    for (condition, word, _), means in cells.items():
+    for (condition, word, _), means in kept.participant_means("condition", "question", "stimulus").items():
         people = np.array(means)
         if len(people) > 1:
             gaps = np.abs(people - (people.sum() - people) / (len(people) - 1))
