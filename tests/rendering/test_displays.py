@@ -1,4 +1,4 @@
-"""What every display promises: those that come with the package, whatever family they are of."""
+"""Guarantees of every shipped display, of any family."""
 
 import functools
 import json
@@ -25,7 +25,7 @@ def noise(unit="m/s^2", *, seconds=0.5, axes=3, size=3.0, seed=0):
 
 @functools.cache
 def drives(name):
-    """Return every drive that a display can make of noise: unit, level, drive."""
+    """Return every drive of a display for noise: unit, level, drive."""
     display, found = open_display(name), []
     for unit in UNITS:
         for level in LEVELS:
@@ -37,7 +37,7 @@ def drives(name):
 
 
 def fitted(signal, display, level):
-    """Return the drive, or None where the family refuses: nothing is sent then."""
+    """Return the drive, or None if the family refuses."""
     try:
         return fit(signal, display, level=parse_level(level)).signal
     except (ParameterError, UnitError):
@@ -113,7 +113,7 @@ def test_the_same_in_gives_the_same_out(name):
 
 
 def test_silence_stays_silence_or_a_steady_rest(name):
-    """A carrier or a pretension may stay; what is felt of it may not change once it has faded in."""
+    """A carrier or a pretension may remain, but must not vary after the fade."""
     display = open_display(name)
     silent = noise().with_samples(np.zeros((3, 500)))
     for level in ("peak=1", "gain=2"):

@@ -1,4 +1,4 @@
-"""Levels that are asked for, and axes that become one."""
+"""Requested levels, and reduction to one axis."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What makes up for a response in a stream: as a file's, but causal; its errors and its delay told and true."""
+"""Equaliser of a stream: the magnitude of a file's, causal, with correct errors and delay."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def tones(display, low, high, *, level):
 
 
 def streamed(display, signal):
-    """Return the drive of a stream of ``signal``, before the guard, in blocks of 5 ms, and what the output says."""
+    """Return the drive of a stream of ``signal``, before the guard, in blocks of 5 ms, and the output."""
     output = DisplayOutput(display, signal, level=parse_level("gain=1"))
     step = int(0.005 * display.rate)
     blocks = [signal.samples[:, i : i + step] for i in range(0, len(signal), step)]
@@ -61,7 +61,7 @@ def test_a_streamed_voice_coil_gives_what_a_file_does(on):
 
 @pytest.mark.parametrize("q", [30, 100])
 def test_a_streamed_envelope_arrives_flat_up_to_the_end_of_the_band(q):
-    """Through the circuit itself, not through the formula that the equaliser is made of."""
+    """Through the circuit itself, independent of the equaliser's formula."""
     for on in (True, False):
         display = equalised(open_display("ultrasonic-envelope", changes={"ultrasonic.q": q}), on=on)
         signal, f = tones(display, 10, 980, level=0.1)

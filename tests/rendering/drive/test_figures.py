@@ -1,4 +1,4 @@
-"""What a drive looks like."""
+"""Figures of a drive."""
 
 import numpy as np
 import pytest

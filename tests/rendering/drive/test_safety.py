@@ -1,4 +1,4 @@
-"""What no drive may do, whole or block by block."""
+"""Limits, fades and DC of drives, whole or block by block."""
 
 import numpy as np
 import pytest

@@ -55,7 +55,7 @@ def test_an_erm_takes_the_root_since_its_force_goes_with_the_square():
 
 
 def test_a_sensation_level_is_carried_to_the_actuators_own_frequency():
-    """A sine of 60 Hz so many times its threshold becomes 175 Hz at as many times the threshold there."""
+    """A sine of 60 Hz becomes 175 Hz at the same multiple of the threshold."""
     times = 20.0
     signal = tone(times * float(detection_threshold(60.0, "m/s^2")), 60.0)
     wanted = times * float(detection_threshold(175.0, "m/s^2")) / 15

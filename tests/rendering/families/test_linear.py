@@ -1,4 +1,4 @@
-"""Levels, equalisation and limits of displays that are linear."""
+"""Levels, equalisation and limits of linear displays."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ def coil(**changes):
 
 
 def texture(seconds=2.0, rate=2000, size=1.0, seed=0):
-    """Return noise of 60 to 500 Hz that fades in and out, so that nothing is cut off at its ends."""
+    """Return noise of 60 to 500 Hz that fades in and out, so that the fades remove nothing."""
     rng = np.random.default_rng(seed)
     n = round(seconds * rate)
     spectrum = np.fft.rfft(rng.normal(size=n))
@@ -40,7 +40,7 @@ def texture(seconds=2.0, rate=2000, size=1.0, seed=0):
 
 
 def output(drive, display):
-    """Return what comes out of a display, computed over a whole second of silence around it."""
+    """Return the output of a display, computed with a second of silence around it."""
     n = fft.next_fast_len(len(drive) + 2 * round(drive.rate))
     f = fft.rfftfreq(n, 1 / drive.rate)
     h = np.concatenate([[0], display.response.at(f[1:])])
@@ -71,7 +71,7 @@ def test_a_displacement_comes_out_as_its_acceleration():
 
 @pytest.mark.parametrize("level", ["sensation", "sensation=12"])
 def test_a_sensation_level_comes_out_as_asked(level):
-    """The band ends below the signal's: what it cannot render is made up for by what it can."""
+    """The band ends below the signal's: the rest of the spectrum compensates."""
     display, signal = coil(band=[20, 150]), texture()
     drive = fit(signal, display, level=parse_level(level))
     wanted = 12 if "=" in level else sensation_level_db(signal)
@@ -119,7 +119,7 @@ def test_a_friction_coefficient_has_no_level_of_acceleration():
 
 
 def test_the_cap_limits_what_a_weak_frequency_is_raised_by():
-    """At 20 Hz the coil gives a tenth of what it does above: 20 dB more drive than the cap of 6 dB allows."""
+    """At 20 Hz the coil's output is a tenth of that above: 20 dB more drive than the cap of 6 dB allows."""
     t = np.arange(8000) / 4000
     window = np.hanning(8000)
     weak = Signal(window * np.sin(2 * np.pi * 25 * t), 4000, "m/s^2")

@@ -1,4 +1,4 @@
-"""Textures and motion to stream in tests; everything here is made up."""
+"""Textures and motion to stream in tests; all simulated."""
 
 import math
 
@@ -29,7 +29,7 @@ def sloping_map(*, rate=RATE):
 
 
 class Script:
-    """Motion by a function of time, sampled at a rate, heard without delay."""
+    """Motion by a function of time, sampled at a rate, without delay."""
 
     name = "script"
     simulated = True
@@ -54,7 +54,7 @@ class Script:
 
 
 def rendered(engine, seconds):
-    """All that an engine renders, and the speed at the end of each block."""
+    """Everything an engine renders, and the speed at the end of each block."""
     blocks, speeds = [], []
     for number in range(round(seconds * engine.rate / engine.most)):
         blocks.append(engine.render(number * engine.most / engine.rate).copy())

@@ -1,4 +1,4 @@
-"""Blocks begin evenly, however unevenly a device asks for them."""
+"""Blocks start regularly even if a device requests them irregularly."""
 
 import numpy as np
 

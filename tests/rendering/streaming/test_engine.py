@@ -1,4 +1,4 @@
-"""The engine: continuous whatever changes, pitch by speed, landings at once, mixes without steps in power."""
+"""Engine: continuity, pitch by speed, immediate landings, mixes of constant power."""
 
 import math
 

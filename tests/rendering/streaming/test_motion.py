@@ -1,4 +1,4 @@
-"""Motion: late is dropped, speed comes from positions, contact from force."""
+"""Motion: late samples are dropped, speed comes from positions, contact from force."""
 
 import math
 
@@ -32,7 +32,7 @@ def test_a_sample_that_waited_too_long_is_dropped():
 
 
 def test_a_clock_that_stood_still_is_late_for_a_second_and_not_for_ever():
-    """A game that loads for 0.7 s, and whose clock stands still meanwhile."""
+    """A game's clock stops while it loads for 0.7 s."""
     finger = FingerState()
     used = []
     for i in range(400):

@@ -1,4 +1,4 @@
-"""The schema for game engines: exact bytes, both forms over loopback, garbage never raises."""
+"""Packets for game engines: exact bytes, both forms over loopback, invalid packets never raise."""
 
 import math
 import socket
@@ -145,7 +145,7 @@ def test_motion_is_heard_and_lost_and_garbled_packets_are_counted(port, until):
 
 @pytest.mark.parametrize("form", ["udp", "osc"])
 def test_a_game_engine_sends_motion_and_gets_blocks(port, sloping, form):
-    """The whole way over loopback: motion in, blocks back to the port it came from, numbered without a gap."""
+    """Over loopback: motion in, blocks back to its port, numbered without a gap."""
     motion, game, clock = port
     texture = AutoregressiveTexture(
         "a", TextureTable(sloping, speeds=3, forces=3), rate=8000, most=40, seed=0

@@ -70,7 +70,7 @@ def output_fixture(engine):
 
 
 class Broken:
-    """A texture that works for a while."""
+    """A texture that fails after a while."""
 
     name, unit, axes, delay_s, holds_at_rest, level = "broken", "m/s^2", ("z",), 0.0, True, 1.0
 
@@ -239,7 +239,7 @@ def test_the_null_device_of_miniaudio_is_played_to(engine):
 
 
 def test_a_sound_card_is_played_to_through_portaudio(engine, monkeypatch):
-    """The library is a stand-in: it asks for blocks from a thread of its own, and flags one underflow."""
+    """A simulated library requests blocks from its own thread, and reports one underflow."""
 
     class OutputStream:
         def __init__(self, *, samplerate, blocksize, channels, dtype, latency, device, callback):
@@ -316,7 +316,7 @@ def test_a_clocked_stream_measures_itself(engine):
 
 @dataclass
 class ByHand:
-    """A clock that goes on where somebody sleeps."""
+    """A clock that advances only by sleeping."""
 
     s: float = 0.0
 
@@ -441,7 +441,7 @@ def friction(k=0.5, *, mu=0.35, swing=0.03):
 
 
 def test_electrovibration_is_friction_at_the_fingers_place(script):
-    """At 50 mm/s over 0.5 ridges per mm the square of the voltage goes at 25 Hz, as the square law asks."""
+    """At 50 mm/s over 0.5 ridges per mm the square of the voltage goes at 25 Hz, by the square law."""
     display = open_display("electrovibration")
     most = int(0.005 * display.rate)
     surface = SurfaceTexture("mu", friction(), rate=display.rate, along="x")
@@ -489,7 +489,7 @@ def test_what_the_limits_cut_off_is_counted(engine, output):
 
 
 def test_a_sound_card_that_was_pulled_out_ends_the_stream(engine, monkeypatch):
-    """It asks for nothing any more, and the library says nothing."""
+    """It requests nothing more, without an error of the library."""
 
     class OutputStream:
         latency, device = 0.0, 0

@@ -1,4 +1,4 @@
-"""The admittance of a transducer out of samples of voltage and current, on a simulated bench."""
+"""Admittance of a transducer from samples of voltage and current, on a simulated bench."""
 
 import numpy as np
 import pytest
@@ -62,7 +62,7 @@ def test_the_loop_closed_over_converter_and_shunt_follows_a_drift(seed):
 
 
 class Recorded:
-    """A converter that gives what it is told to."""
+    """A converter that returns given samples."""
 
     name, rate, full_scale = "recorded", 250_000.0, (1.0, 1.0)
 

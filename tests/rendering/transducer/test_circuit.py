@@ -112,7 +112,7 @@ def envelope(frequency, *, rate=96_000, seconds=0.4, depth=0.5):
 
 
 def line(x, frequency, rate):
-    """Return the amplitude of a line in the last 0.2 s, a whole number of its periods."""
+    """Return the amplitude of a component in the last 0.2 s, a whole number of its periods."""
     x = x[-round(0.2 * rate) :].astype(float)
     return 2 * abs(np.mean(x * np.exp(-2j * np.pi * frequency * np.arange(len(x)) / rate)))
 

@@ -55,7 +55,7 @@ class SimulatedNode:
 
 
 class SimulatedChannel:
-    """What an Analog Discovery does with dwfpy's calls, as far as it is documented; output in V."""
+    """An Analog Discovery's documented response to dwfpy's calls; output in V."""
 
     def __init__(self, device, functions):
         self.device, self.free, self.loses, self.running = device, 256, 0, False
@@ -98,7 +98,7 @@ class SimulatedChannel:
 
 
 class SimulatedDwf:
-    """Stands in for the module dwfpy."""
+    """Replaces the module dwfpy."""
 
     AnalogOutputNode, Function = AnalogOutputNode, Function
     AnalogOutputIdle, Status = AnalogOutputIdle, Status
