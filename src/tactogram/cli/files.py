@@ -15,7 +15,7 @@ from tactogram.workflows.request import Argument, Option
 class _ConvertRequest(ConversionRequest):
     target: Annotated[Path | str, Argument("a file, by suffix; a folder if A is one", "B")] = ""
     _: KW_ONLY
-    check: Annotated[bool, Option("only validate A, and list what is wrong with it")] = False
+    check: Annotated[bool, Option("only validate A, and list its problems")] = False
 
 
 def _convert(request: _ConvertRequest, show: Printer) -> int:

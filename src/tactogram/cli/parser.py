@@ -16,7 +16,7 @@ GROUPS = {
 VERBS = {
     "start": {
         "demo": "Simulate, classify, search, generate and evaluate surfaces, and write a report.",
-        "doctor": "Check the installation: what is installed, what is missing and what for, and the compute device.",
+        "doctor": "Check the installation: packages, missing extras with their purpose, and the compute device.",
         "models": "List the models.",
     },
     "data": {
@@ -91,7 +91,7 @@ VERBS = {
     "studio": {"studio": "Open the studio in the browser: generate, touch, train, send, and run studies."},
     "reproducing": {
         "reproduce": "Run the experiment behind a published table or figure.",
-        "table": "Show every model's published results beside ours.",
+        "table": "Show every model's published results and ours.",
     },
 }
 """Verbs and their help, by the module of `tactogram.cli` that declares each in its own ``VERBS``."""

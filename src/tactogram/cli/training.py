@@ -149,10 +149,11 @@ def _images_lines(result: Any) -> list[str]:
             f"collapsed: {result['collapse'] or 'no'}",
         ]
     if "following" in result:
-        told = result["following"]
+        fidelity = result["following"]
         lines.append(
-            f"label fidelity, scored by {result['told_by']}: correlation {told['correlation']:.2f}, slope "
-            f"{told['slope']:.2f}, error {told['error']:.3f}, to other labels {told['error_of_others']:.3f} (of 1)"
+            f"label fidelity, scored by {result['told_by']}: correlation {fidelity['correlation']:.2f}, slope "
+            f"{fidelity['slope']:.2f}, error {fidelity['error']:.3f}, "
+            f"to other labels {fidelity['error_of_others']:.3f} (of 1)"
         )
     else:
         lines.append("for label fidelity give --rater RUN, a rater model trained on rated images")

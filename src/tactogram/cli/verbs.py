@@ -52,7 +52,7 @@ def add_options(parser: argparse.ArgumentParser, verb: Verb, *, listing: bool = 
 
 
 def request_of(verb: Verb, arguments: argparse.Namespace) -> Request:
-    """Return the request that parsed arguments make; what is omitted has the request's default.
+    """Return the request of parsed arguments; omitted ones have the request's defaults.
 
     Raises
     ------

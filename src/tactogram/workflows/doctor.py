@@ -1,4 +1,4 @@
-"""Installation check: what is installed, what is missing and what for, and the compute device."""
+"""Installation check: packages, missing extras with their purpose, and the compute device."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _problems(core: dict[str, str | None]) -> list[str]:
 
 
 def _vision_problem() -> list[str]:
-    """Return what is wrong with an installed torchvision, tried through the guard by which it is imported."""
+    """Return the problems of an installed torchvision, imported through its guard."""
     try:
         extension = vision_module("torchvision.extension")
     except MissingExtraError as error:

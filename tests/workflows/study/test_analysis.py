@@ -100,9 +100,7 @@ def test_a_size_at_which_the_test_itself_errs_is_named():
     design = find_design("pairwise")
     table = PowerTable("pairwise", design.power["pairwise"], 2000, 0, 0.05, tuple(rows), {30: None, 60: 40})
     method = design.power_method("strengths")
-    assert "With 20 x 30 (participants x trials) the test shows what is not there" in _power_text(
-        table, method
-    )
+    assert "With 20 x 30 (participants x trials) the test has false positives" in _power_text(table, method)
     right = replace(table, rows=tuple(rows[1:]))
     assert "what is not there more often" not in _power_text(right, method)
 

@@ -165,5 +165,5 @@ def evaluate_rated_surfaces(
     return facts | figures, [ReportSection("Ratings of the signals", blocks)]
 
 
-def _nearest(asked: Any, means: Mapping[str, Any]) -> str:
-    return min(means, key=lambda name: float(np.nansum((means[name] - asked) ** 2)))
+def _nearest(target: Any, means: Mapping[str, Any]) -> str:
+    return min(means, key=lambda name: float(np.nansum((means[name] - target) ** 2)))

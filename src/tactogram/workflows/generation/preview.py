@@ -98,14 +98,14 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
     position: dict[str, Any] = {"stage": None, "step": None}
     if not finished:
         _, position = load_state(folder / "checkpoint.safetensors")
-    name, asked, condition = _condition(loaded, generator, of)
+    name, description, condition = _condition(loaded, generator, of)
     image = loaded.facts.gives == "image"
     [made] = generate(loaded, condition, seconds=None if image else SAMPLE_S, seed=seed)
     place = "end" if finished else f"stage{position['stage']}-step{position['step']:06d}"
     suffix = ".png" if isinstance(made, Image) else ".wav"
     file = folder / "samples" / f"{place}-{re.sub(r'[^A-Za-z0-9_-]+', '-', name)}{suffix}"
-    facts = {**run_provenance(loaded, seed), **position, "of": asked}
-    return {**position, "of": asked, **write_made(file, made, facts, simulated=loaded.simulated)}
+    facts = {**run_provenance(loaded, seed), **position, "of": description}
+    return {**position, "of": description, **write_made(file, made, facts, simulated=loaded.simulated)}
 
 
 def _condition(loaded: LoadedRun, generator: Generator, of: str | None) -> tuple[str, str, Condition]:

@@ -205,14 +205,14 @@ def _predicted(
         for run, piece in zip(runs, pieces, strict=True):
             if isinstance(piece, Signal) is not of_signals:
                 continue
-            said = rater.predictor.predict(rater.prepare(piece) if isinstance(piece, Signal) else piece)
+            scores = rater.predictor.predict(rater.prepare(piece) if isinstance(piece, Signal) else piece)
             low, high = scale_of(rater)
             found[CALLED[run.facts.gives]] = {
                 "by": "a rater model" + (" of simulated raters" if rater.simulated else ""),
                 "run": str(rater.run.folder),
                 "scores": {
                     word: round(float(SEVEN_POINT.from_unit((score - low) / (high - low))), 4)
-                    for word, score in said.items()
+                    for word, score in scores.items()
                 },
             }
     if not found:

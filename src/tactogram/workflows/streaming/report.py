@@ -88,8 +88,8 @@ def write_sent(
         return written
     sent = Signal(running.recorded, running.engine.rate, running.unit, running.channels)
     if out is not None:
-        said = {name: facts[name] for name in ("simulated", "textures", "weights", "backend")}
-        write_signal(out, sent, metadata=said)
+        metadata = {name: facts[name] for name in ("simulated", "textures", "weights", "backend")}
+        write_signal(out, sent, metadata=metadata)
         written["file"] = str(out)
     if figure is not None:
         from tactogram.rendering.streaming.figures import stream_figure

@@ -66,7 +66,7 @@ class StreamRequest(SignalOptions):
     tap_gain: Annotated[float, Option("gain of a landing's transient, 0 for none", "GAIN", "--tap")] = 4.0
     realtime: Annotated[bool, Option("ask the system for real-time priority")] = False
     seed: Annotated[int, Option("seed of noise and simulated hand", least=0)] = 0
-    out: Annotated[Path | str | None, Option("what was sent: .wav, .csv, .npz …", "F")] = None
+    out: Annotated[Path | str | None, Option("file of the blocks sent: .wav, .csv, .npz …", "F")] = None
     figure: Annotated[Path | str | None, Option("its spectrogram under the finger's speed, as .png", "F")] = (
         None
     )

@@ -35,7 +35,7 @@ class TextureSettings:
     axes : str
         How several axes become one: dft321, mean (of signals) or the name of one.
     speed_mm_s : float, optional
-        Speed at which signals over time were recorded, and at which a generator is asked for them.
+        Speed at which signals over time were recorded, or are generated.
     along : {"path", "x", "y"}
         What a surface is laid out over.
     seconds : float, optional
@@ -118,8 +118,8 @@ def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -
 
 
 def _of_file(path: Path, settings: TextureSettings, options: Mapping[str, Any]) -> StreamingTexture:
-    said = read_metadata(path).get("speed_mm_s")
-    speed = settings.speed_mm_s if settings.speed_mm_s is not None else said
+    recorded = read_metadata(path).get("speed_mm_s")
+    speed = settings.speed_mm_s if settings.speed_mm_s is not None else recorded
     return _surface(path.stem, read_signal(path, **options), settings, speed)
 
 

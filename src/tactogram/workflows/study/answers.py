@@ -40,11 +40,11 @@ def study_of(source: Path) -> Study | None:
     if source.is_dir():
         with SessionStore(source) as store:
             return store.study
-    beside = source.with_suffix(STUDY_SUFFIX)
-    if not beside.is_file():
+    file = source.with_suffix(STUDY_SUFFIX)
+    if not file.is_file():
         return None
     try:
-        facts = json.loads(beside.read_text(encoding="utf-8"))
+        facts = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise DataError(f"{beside}: not a readable study: {error}; export the answers again") from error
-    return Study.of(facts, where=str(beside))
+        raise DataError(f"{file}: not a readable study: {error}; export the answers again") from error
+    return Study.of(facts, where=str(file))

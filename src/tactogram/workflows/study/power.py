@@ -74,7 +74,7 @@ def _errs(found: PowerTable) -> list[str]:
     wrong = [f"{row['participants']} x {row['trials']}" for row in found.rows if row["type_1"] > most]
     return (
         [
-            f"With {', '.join(wrong)} (participants x trials) the test shows what is not there more often than "
+            f"With {', '.join(wrong)} (participants x trials) the test has false positives more often than "
             f"{found.alpha:g}: take more of either."
         ]
         if wrong

@@ -249,7 +249,7 @@ def _simulated(text: str, seed: int, seconds: float | None) -> Signal:
     set_name, place = _surface(text)
     listed = tasks(set_name, seed=seed, per_class=1, own_images=False)
     chosen = next(task for task in listed if task.surface == place)
-    # At least one stroke is simulated; what is asked for is cut out of its middle, where the finger moves.
+    # At least one stroke is simulated; the requested length is cut from its middle, where the finger moves.
     length = chosen.seconds if seconds is None else max(seconds, min(chosen.seconds, 2 * seconds))
     streams = make(replace(chosen, seconds=min(length, 10.0))).streams
     signal = streams.get("acceleration") or next(iter(streams.values()))
