@@ -180,12 +180,13 @@ def busy(activity: str, *, button: ui.button | None = None) -> Iterator[None]:
 
 async def confirm(question: str, action: str) -> bool:
     """Ask before something irreversible; return whether the user chose the button ``action``."""
-    with ui.dialog().props(f'aria-label="{action}?"') as dialog, ui.card():
+    with ui.dialog().props('aria-label="Are you sure?"') as dialog, ui.card().classes("max-w-lg"):
         ui.label(question)
-        with ui.row():
-            ui.button(action, color="negative", on_click=lambda: dialog.submit(True)).props("no-caps")
+        with ui.row().classes("justify-end w-full"):
             ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("no-caps outline autofocus")
+            ui.button(action, color="negative", on_click=lambda: dialog.submit(True)).props("no-caps")
     confirmed = bool(await dialog)
-    if not dialog.is_deleted:  # else the page was closed
-        dialog.delete()
+    if dialog.is_deleted:  # the page was closed
+        return False
+    dialog.delete()
     return confirmed

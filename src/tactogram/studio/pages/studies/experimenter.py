@@ -14,7 +14,7 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from tactogram.errors import TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import busy, heading, hint, in_background, page, report_errors
+from tactogram.studio.layout import busy, confirm, heading, hint, in_background, page, report_errors
 from tactogram.studio.pages.studies.catalogue import split_commas
 from tactogram.studio.pages.studies.experiment_view import (
     ParticipantRow,
@@ -324,17 +324,3 @@ class _RowView:
 def _cell(classes: str = "") -> ui.label:
     with ui.element("td"):
         return ui.label().classes(classes)
-
-
-async def confirm(question: str, yes: str) -> bool:
-    """Return whether the user confirms in a dialog; closing it does not."""
-    with ui.dialog().props('aria-label="Are you sure?"') as dialog, ui.card().classes("max-w-lg"):
-        ui.label(question)
-        with ui.row().classes("justify-end w-full"):
-            ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("flat")
-            ui.button(yes, on_click=lambda: dialog.submit(True)).props("color=negative")
-    confirmed = bool(await dialog)
-    if dialog.is_deleted:  # the page was closed meanwhile
-        return False
-    dialog.delete()
-    return confirmed
