@@ -86,7 +86,7 @@ def started(tab, *, steps):
     tab.get_by_role("option", name="no test part").click()
     tab.get_by_role("button", name="Recipe settings").click()
     tab.get_by_label("steps", exact=True).fill(str(steps))
-    tab.get_by_text("Published: none. Steps in place of epochs. Ours.").wait_for()
+    tab.get_by_text("Published: none. Steps, instead of epochs. Ours.").wait_for()
     tab.get_by_role("button", name="Done").click()
     tab.get_by_text(f"--set config.steps={steps}").wait_for()
     tab.get_by_role("button", name="Start").click()
@@ -121,7 +121,7 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(
             tab.get_by_text("per second").wait_for()
             tab.get_by_role("button", name="Stop", exact=True).click()
             state(tab, "stopped")
-            tab.get_by_text("all of it is kept").first.wait_for()
+            tab.get_by_text("stopped after step").first.wait_for()
             stopped_at = checkpoint_position(run)["step"]
             assert stopped_at >= read_metrics(run)[-1]["step"]
             tab.get_by_role("combobox", name="Sample of").click()

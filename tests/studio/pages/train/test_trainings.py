@@ -178,7 +178,7 @@ def test_a_run_continued_elsewhere_is_reported(trainings, workspace):
     checkpoint, log = workspace / "runs/on/checkpoint.safetensors", trainings.folder / f"{task.id}.log"
     checkpoint.write_bytes(b"")
     trainings.folder.mkdir(parents=True, exist_ok=True)
-    log.write_text("tactogram: stopped after step 4 of 9 of gan; all of it is kept\n")
+    log.write_text("tactogram: stopped after step 4 of 9 of gan; all of it is in runs/on\n")
     os.utime(log, (2e9, 2e9))
     assert trainings.status(task).message.startswith("stopped after step 4")
     os.utime(checkpoint, (2e9 + 9, 2e9 + 9))
@@ -234,7 +234,7 @@ def test_the_last_message_says_why_a_process_ended():
     usage = "usage: …\ntactogram train: error: argument --devices: invalid"
     assert last_message(usage) == "argument --devices: invalid"
     assert last_message("Traceback (most recent call last):\n  File x\nKeyError: 'a'\n") == "KeyError: 'a'"
-    assert reports_stop("stopped after step 4 of 9 of gan; all of it is kept")
+    assert reports_stop("stopped after step 4 of 9 of gan; all of it is in runs/on")
     assert reports_stop("interrupted")
     assert not reports_stop("training diverged")
 
