@@ -17,14 +17,14 @@ from tactogram.signal import Signal
 
 @dataclass(frozen=True, eq=False)
 class ClassificationResult:
-    """Counts of a classifier's answers on recordings that it was not trained on.
+    """Confusion counts of a classifier on recordings absent from its training.
 
     Parameters
     ----------
     materials : tuple of str
         The classes.
     windows, recordings : int64 array, shape (true class, answered class)
-        How many windows were answered so; how many recordings, by their windows' pooled probabilities.
+        Numbers of windows, and of recordings by their windows' pooled probabilities.
     """
 
     materials: tuple[str, ...]
@@ -85,14 +85,14 @@ def evaluate_classifier(
     *,
     on_example: Callable[[], None] = lambda: None,
 ) -> ClassificationResult:
-    """Let ``classifier`` name every window of ``examples`` and count its answers.
+    """Classify every window of ``examples`` and count the answers.
 
-    A classifier that is no `WindowClassifier` is asked for whole recordings, each of which counts as one window.
+    Without `WindowClassifier`, whole recordings are classified, and each counts as one window.
 
     Raises
     ------
     ParameterError
-        If an example has a class that the classifier does not know.
+        If an example's class is unknown to the classifier.
     """
     classes = len(classifier.materials)
     windows = np.zeros((classes, classes), np.int64)
@@ -120,9 +120,8 @@ def _by_window(classifier: Classifier, signal: Signal) -> NDArray[np.float64]:
 def pooled(windows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the probabilities of a recording: the mean of its windows' log probabilities, made to sum to 1.
 
-    The geometric mean lets a window that rules a class out count for more than one that is undecided; on
-    recordings it errs less than the arithmetic mean (linear and logarithmic opinion pools, Genest and Zidek
-    1986).
+    In the geometric mean, a window that excludes a class counts more than an undecided one; it has fewer errors on
+    recordings than the arithmetic mean (linear and logarithmic opinion pools, Genest and Zidek 1986).
 
     Parameters
     ----------

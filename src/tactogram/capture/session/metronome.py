@@ -1,4 +1,4 @@
-"""The beat that a stroking hand follows: one per stroke, at the length of a stroke over its speed."""
+"""Metronome for a stroking hand: one beat per stroke, at the length of a stroke over its speed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AUDIO_RATE = 48_000.0
 
 
 class Metronome(Protocol):
-    """Something that beats."""
+    """Beat during a take."""
 
     def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
         """Beat from now on, every ``interval_s``, for at most ``seconds``."""
@@ -32,7 +32,7 @@ class Metronome(Protocol):
 
 
 def interval_s(stroke_mm: float, speed_mm_s: float) -> float:
-    """Return the time from one beat to the next: what one stroke takes, turns included."""
+    """Return the time between beats: the duration of one stroke, turns included."""
     if not (stroke_mm > 0 and speed_mm_s > 0):
         raise ParameterError(f"stroke and speed must be > 0, got {stroke_mm:g} mm and {speed_mm_s:g} mm/s")
     return stroke_mm / speed_mm_s
@@ -41,7 +41,7 @@ def interval_s(stroke_mm: float, speed_mm_s: float) -> float:
 def click_track(
     interval_s: float, seconds: float, *, back_and_forth: bool = True, rate: float = AUDIO_RATE
 ) -> Signal:
-    """Return the beats as a sound, full scale 0.5, unit 1, one axis: the first at 0 s.
+    """Return the beats as a sound, peak 0.5, unit 1, one axis: the first at 0 s.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def click_track(
     fade = 0.5 * np.sin(np.pi * t / length) ** 2
     for number in range(int(np.ceil(seconds / interval_s))):
         tone = BACK_HZ if back_and_forth and number % 2 else OUT_HZ
-        # Not number times a rounded interval: the beat must not drift from the clock.
+        # Rounding the interval itself would let the beat drift from the clock.
         first = round(number * interval_s * rate)
         click = (fade * np.sin(2 * np.pi * tone * t)).astype(np.float32)[: len(samples) - first]
         samples[first : first + len(click)] = click
@@ -99,7 +99,7 @@ class LoudspeakerMetronome:
 
 
 class BellMetronome:
-    """Beats of the terminal's bell, where there is no sound: as exact as a sleeping thread, some milliseconds.
+    """Beats of the terminal's bell, for systems without sound: as exact as a sleeping thread, some milliseconds.
 
     Parameters
     ----------

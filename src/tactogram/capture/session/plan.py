@@ -23,12 +23,12 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class TakeLimits(BaseModel):
-    """Limits of a good take. A take that breaks one is marked, and can still be accepted."""
+    """Limits of a good take. A take beyond one is marked, and can still be accepted."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     shortest: float = Field(default=0.98, ge=0, le=1)
-    """Share of the planned seconds that must have come, lost samples included."""
+    """Least share of the planned length, lost samples included."""
     most_lost: float = Field(default=0.05, ge=0, le=1)
     """Share of samples that may be lost."""
     longest_gap_s: float = Field(default=0.25, ge=0, allow_inf_nan=False)
@@ -36,14 +36,14 @@ class TakeLimits(BaseModel):
     most_clipped: float = Field(default=0.0, ge=0, le=1)
     """Share of samples that may be at full scale."""
     full_scale: Positive | None = None
-    """Where the sensor clips, in the source's unit (16 g are 156.9 m/s^2). None takes what the source says, and where
-    it says nothing looks for samples that stay at the take's own extreme."""
+    """Where the sensor clips, in the source's unit (16 g are 156.9 m/s^2). By default the source's; if that is unknown,
+    clipping is detected by samples that stay at the take's extreme."""
     least_rms: float | None = Field(default=None, ge=0, allow_inf_nan=False)
-    """Level below which nothing was stroked, in the source's unit: rms about the mean, root of the sum over axes. None
-    takes 0.12 for m/s^2, which is half as much again as an ADXL345 shows at rest at 330 Hz (0.08: 290 and 430 ug per
-    root Hz, its data sheet), and nothing for other units."""
+    """Level below which nothing was stroked, in the source's unit: rms about the mean, root of the sum over axes. By
+    default 0.12 for m/s^2, which is 1.5 times the noise of an ADXL345 at rest at 330 Hz (0.08: 290 and 430 ug per
+    root Hz, its data sheet), and no limit for other units."""
     rate_off: float = Field(default=0.05, ge=0, le=1)
-    """By how much the measured rate may differ from the source's nominal one, as a share."""
+    """Largest relative difference between the measured rate and the source's nominal one."""
 
 
 class SessionPlan(BaseModel):
@@ -52,11 +52,11 @@ class SessionPlan(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str = ""
-    """What it is, in a line."""
+    """A line."""
     materials: tuple[Name, ...] = Field(min_length=1)
-    """What is touched. The names become the classes of a classifier."""
+    """Touched materials. Their names become the classes of a classifier."""
     contactors: tuple[Name, ...] = ("finger",)
-    """What touches it."""
+    """Touching parts, e.g. finger or pen."""
     speeds_mm_s: tuple[Positive, ...] = (100.0,)
     """Nominal stroking speeds."""
     repetitions: int = Field(default=1, ge=1)
@@ -64,12 +64,12 @@ class SessionPlan(BaseModel):
     seconds: Positive = 10.0
     """Length of a take."""
     order: Literal["random", "by-repetition", "as-listed"] = "random"
-    """``random``: all takes in one drawn order; ``by-repetition``: every combination once, in a drawn order, then all
+    """``random``: all takes in one random order; ``by-repetition``: every combination once, in random order, then all
     again in another; ``as-listed``: material by material."""
     seed: int = Field(default=0, ge=0)
     """Draws the order."""
     countdown_s: float = Field(default=3.0, ge=0, le=60)
-    """Between saying yes and the first sample of a take."""
+    """Time from the experimenter's start to the first sample of a take."""
     stroke_mm: Positive = 80.0
     """Length of one stroke; with the speed it gives the metronome's beat. 80 mm fits the plates of Saga et al., which
     are "70-100 mm length" (Fig. 4)."""
@@ -77,29 +77,29 @@ class SessionPlan(BaseModel):
     """Whether a beat is a turn (two tones), or the start of the next stroke in the same direction (one)."""
     metronome: bool = True
     force_n: Positive | None = None
-    """Normal force that is aimed at; shown with each prompt and written into each recording."""
+    """Intended normal force; shown with each prompt and written to each recording."""
     direction_deg: float | None = Field(default=None, allow_inf_nan=False)
     """Direction of the stroke in the surface."""
     session: str = ""
-    """What this session is called; recordings of one session can be kept on one side of a split."""
+    """Name of the session; a split can keep the recordings of one session together."""
     subject: str = ""
-    """A code for who strokes. Not a name: it goes into the store."""
+    """Code of the person who strokes. Not a name: it is stored."""
     rate: Positive | None = None
-    """What the device's rate should be, Hz, where the device does not say (330 for Saga et al.'s). A take whose
-    measured rate is within 0.1 % of it is written with it, so that all takes have one rate; any other with the
+    """Nominal rate, Hz, of a device that does not report one (330 for Saga et al.'s). Takes with a
+    measured rate within 0.1 % of it are written with it, so that they share one rate; others with the
     measured one."""
     stream: str = ""
     """Name of the recorded stream; by default ``acceleration`` for m/s^2, ``force`` for N, else ``signal``."""
     licence: str = "not stated"
-    """Of a store that is made."""
+    """Of a new store."""
     notes: str = ""
-    """Written into each recording."""
+    """Written to each recording."""
     limits: TakeLimits = TakeLimits()
 
     @field_validator("materials", "contactors", "speeds_mm_s", mode="before")
     @classmethod
     def _listed(cls, values: Any) -> Any:
-        """Take one value, or names separated by commas, as a command line has them."""
+        """Accept one value, or names separated by commas, as on a command line."""
         if isinstance(values, str):
             return [part.strip() for part in values.split(",") if part.strip()]
         return [values] if isinstance(values, int | float) else values
@@ -120,7 +120,7 @@ class SessionPlan(BaseModel):
         DataError
             If the file is not TOML.
         ParameterError
-            If there is no such file, or a key or value is not one of a plan.
+            If there is no such file, or a key or value is wrong.
         """
         path = shipped_plans().get(str(plan), Path(plan))
         if not path.exists():
@@ -135,13 +135,13 @@ class SessionPlan(BaseModel):
 
     @property
     def sha256(self) -> str:
-        """Follows from everything that decides what is recorded; limits and notes may change within a session."""
+        """Hash of all settings that affect recordings; limits and notes may change within a session."""
         values = self.model_dump(mode="json", exclude={"title", "limits", "notes", "licence", "metronome"})
         return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
     @property
     def combinations(self) -> int:
-        """How many different takes there are, repetitions aside."""
+        """Number of different takes, without repetitions."""
         return len(self.materials) * len(self.contactors) * len(self.speeds_mm_s)
 
     def trials(self) -> tuple[PlannedTake, ...]:
@@ -161,15 +161,7 @@ class SessionPlan(BaseModel):
 
 @dataclass(frozen=True)
 class PlannedTake:
-    """One take that is to be made.
-
-    Parameters
-    ----------
-    number : int
-        Its place in the order, from 1.
-    repetition : int
-        From 1.
-    """
+    """One planned take; ``number`` in the session's order and ``repetition`` count from 1."""
 
     number: int
     material: str
@@ -178,7 +170,7 @@ class PlannedTake:
     repetition: int
 
     def __str__(self) -> str:
-        """Return what is to be done, in a line."""
+        """Return the instruction in a line."""
         return f"{self.material}, {self.contactor}, {self.speed_mm_s:g} mm/s, repetition {self.repetition}"
 
 

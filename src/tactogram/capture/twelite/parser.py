@@ -1,4 +1,4 @@
-"""The bytes of a TWE-Lite receiver, as they come: any form, split anywhere, damaged anywhere."""
+"""Parser of a TWE-Lite receiver's bytes: any form, split or damaged anywhere."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ from tactogram.capture.twelite.messages import (
 )
 
 LONGEST_LINE = 1024
-"""Bytes without an end of line after which they are given up; the longest line of any form has about 350."""
+"""Bytes without an end of line that are dropped; the longest line of any form has about 350."""
 LONGEST_BINARY = 512
-"""A binary frame that claims more bytes is none."""
+"""Largest length of a binary frame; a larger one is damaged."""
 
 _MARK = b"\xa5\x5a"
 
 
 class TweliteParser:
-    """Turns bytes into packets, however they are cut into pieces.
+    """Parser of bytes in arbitrary pieces into packets.
 
-    Binary frames and lines of every text form are told apart as they come; a receiver may change its form. Every byte
-    is accounted for: once `finish` was called, ``bytes_taken + bytes_rejected`` is what was fed.
+    Binary frames and lines of every text form are distinguished as they arrive; a receiver may change its form. Every
+    byte is accounted for: after `finish`, ``bytes_taken + bytes_rejected`` is the number of bytes fed.
 
     Attributes
     ----------
     rejected : Counter
-        Lines and frames that were not understood, by reason.
+        Unreadable lines and frames, by reason.
     other : Counter
-        Those that were, and hold no acceleration.
+        Readable ones without acceleration.
     bytes_taken, bytes_rejected : int
-        Bytes of what was understood (line ends and empty lines among them), and all others.
+        Bytes of readable messages (with line ends and empty lines), and all others.
     """
 
     def __init__(self) -> None:
@@ -49,12 +49,12 @@ class TweliteParser:
         self.other: Counter[str] = Counter()
         self.bytes_taken = self.bytes_rejected = 0
         self._buffer = bytearray()
-        self._giving_up = False
+        self._skipping_line = False
         self._open: Packet | None = None
         self._open_rows: list[tuple[int, int, int]] = []
 
     def feed(self, data: bytes, arrival_s: float = float("nan")) -> list[Packet]:
-        """Return the packets that are complete with ``data``, which came at ``arrival_s``."""
+        """Return the packets that ``data``, which arrived at ``arrival_s``, completes."""
         self._buffer += data
         packets: list[Packet] = []
         while self._step(packets, arrival_s):
@@ -62,9 +62,9 @@ class TweliteParser:
         return packets
 
     def finish(self, arrival_s: float = float("nan")) -> list[Packet]:
-        """Return what was still open, and give up what is unfinished: nothing more will come.
+        """Return the open packet, and reject unfinished messages.
 
-        A last line whose end is missing is tried as a line: logs often lack it.
+        A last line without an end is parsed as a line: logs often lack it.
         """
         packets: list[Packet] = []
         while self._step(packets, arrival_s) or self._buffer:
@@ -73,18 +73,18 @@ class TweliteParser:
             if self._buffer.startswith(_MARK):
                 self._reject("unfinished", 1)
                 del self._buffer[:1]
-            elif not self._giving_up and b"\n" not in self._buffer and _MARK not in self._buffer:
+            elif not self._skipping_line and b"\n" not in self._buffer and _MARK not in self._buffer:
                 line = bytes(self._buffer)
                 self._buffer.clear()
                 self._line(line, packets, arrival_s)
-            elif self._giving_up:
+            elif self._skipping_line:
                 self._reject("", len(self._buffer))
                 self._buffer.clear()
         self._close(packets)
         return packets
 
     def _step(self, packets: list[Packet], arrival_s: float) -> bool:
-        """Take one line or frame from the buffer; False if there is none as a whole."""
+        """Parse one line or frame from the buffer; return False if none is complete."""
         buffer = self._buffer
         if not buffer:
             return False
@@ -95,28 +95,28 @@ class TweliteParser:
         if end >= 0 and (mark < 0 or end < mark):
             line = bytes(buffer[: end + 1])
             del buffer[: end + 1]
-            if self._giving_up:
-                self._giving_up = False
+            if self._skipping_line:
+                self._skipping_line = False
                 self._reject("", len(line))
             else:
                 self._line(line, packets, arrival_s)
             return True
         if mark > 0:
             self._break(packets)
-            self._reject("" if self._giving_up else "unfinished", mark)
-            self._giving_up = False
+            self._reject("" if self._skipping_line else "unfinished", mark)
+            self._skipping_line = False
             del buffer[:mark]
             return True
         if len(buffer) > LONGEST_LINE:
             self._break(packets)
-            self._reject("" if self._giving_up else "line without an end", LONGEST_LINE)
-            self._giving_up = True
+            self._reject("" if self._skipping_line else "line without an end", LONGEST_LINE)
+            self._skipping_line = True
             del buffer[:LONGEST_LINE]
             return True
         return False
 
     def _binary(self, packets: list[Packet], arrival_s: float) -> bool:
-        """Take the binary frame at the start: mark, length, payload, XOR, end. False if it is not all there."""
+        """Parse the binary frame at the start: mark, length, payload, XOR, end; return False if it is incomplete."""
         buffer = self._buffer
         if len(buffer) < 4:
             return False
@@ -133,17 +133,17 @@ class TweliteParser:
         ):
             return self._no_frame(packets, "checksum")
         self._break(packets)
-        self._giving_up = False
+        self._skipping_line = False
         del buffer[:whole]
         self._take(decode_payload(payload, "binary", arrival_s), packets, whole)
         return True
 
     def _no_frame(self, packets: list[Packet], why: str) -> bool:
-        """Go on after the first byte of what only looked like a frame: a whole one may begin inside it."""
+        """Continue after the first byte of a false frame: a whole one may begin inside it."""
         self._break(packets)
         self._reject(why, 1)
-        # What follows up to an end of line belongs to what was refused just now.
-        self._giving_up = True
+        # The bytes up to the end of the line belong to the rejected frame.
+        self._skipping_line = True
         del self._buffer[:1]
         return True
 
@@ -173,7 +173,7 @@ class TweliteParser:
             self._continue(found, packets, arrival_s, len(line))
             return
         if before and not isinstance(found, RejectedLine):
-            # What stood before a whole frame is a piece of another one.
+            # Text before a whole frame is a piece of another one.
             self._reject("unfinished", before)
         self._take(found, packets, len(line) - (0 if isinstance(found, RejectedLine) else before))
 
@@ -208,13 +208,13 @@ class TweliteParser:
             self._close(packets)
 
     def _break(self, packets: list[Packet]) -> None:
-        """Close a ten-sample packet before its end: the place of what is missing in it is not known."""
+        """Close a ten-sample packet before its end, without knowing which samples are missing."""
         if self._open is not None:
             self.rejected["samples missing"] += 1
             self._close(packets)
 
     def _close(self, packets: list[Packet]) -> None:
-        """Give out the ten-sample packet that is open; samples that did not come are NaN."""
+        """Return the open ten-sample packet with NaN for its missing samples."""
         if self._open is None:
             return
         samples = np.full((3, FIFO_SAMPLES), np.nan, np.float32)
@@ -226,7 +226,7 @@ class TweliteParser:
         self._open, self._open_rows = None, []
 
     def _reject(self, why: str, count: int) -> None:
-        """Count bytes that were not understood; without a reason they belong to what was counted before."""
+        """Count unreadable bytes; without a reason they belong to the message counted before."""
         self.bytes_rejected += count
         if why:
             self.rejected[why] += 1

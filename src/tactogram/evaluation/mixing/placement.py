@@ -1,4 +1,4 @@
-"""Placement of a mix's steps between its two ends: position, distance from the line, direction."""
+"""Placement of a mix's steps between its ends: position, distance from the line, direction."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from tactogram.signal import Signal
 Array = NDArray[np.float64]
 
 OVERALL = "overall"
-"""Name of the column that takes all axes together."""
+"""Name of the column for all axes together."""
 
 
 class IndistinctEndsError(ParameterError):
-    """The two ends of a ladder cannot be told apart: there is no way between them."""
+    """The ends of a ladder cannot be distinguished, so no position between them is defined."""
 
 
 @dataclass(frozen=True, eq=False)
 class MixingLadder:
     """Positions of a ladder of mixes from its start (0) to its end (1). NaN where the ends do not differ.
 
-    A column is an axis; the last one, `OVERALL`, takes all axes together, each by its share of the squared
+    A column is an axis; the last one, `OVERALL`, combines all axes, each by its share of the squared
     distance between the ends.
 
     Parameters
@@ -38,28 +38,28 @@ class MixingLadder:
     weights : float64 array, shape (step,)
         Weight of the end's material, rising.
     position : float64 array, shape (step, column)
-        Where the step's mean lies along the line between the ends' means: 0 start, 1 end.
+        Of the step's mean along the line between the ends' means: 0 start, 1 end.
     error : float64 array, shape (step, column)
-        Standard error of ``position``, the ends' own included.
+        Standard error of ``position``, including that of the ends.
     off_line : float64 array, shape (step, column)
-        Distance of the step's mean from that line, over the ends' distance, less what chance explains: 0 is
+        Distance of the step's mean from that line, over the ends' distance, beyond chance: 0 is
         between the ends, 1 as far from the line as the ends are apart ("neither").
     spread : float64 array, shape (step, column)
         Standard deviation of the positions of a step's signals.
     end_spread : float64 array, shape (2, column)
-        The same of the signals that are the start and the end.
+        The same for the signals of start and end.
     distance_db : float64 array, shape (column,)
-        Between the ends' means, root mean square over features, dB, less what chance explains.
+        Between the ends' means, root mean square over features, dB, beyond chance.
     resolution : float64 array, shape (column,)
-        Positions of two steps that are closer than this may be so by chance (95 %).
+        Largest difference between two steps that chance explains (95 %).
     monotone_p : float64 array, shape (column,)
-        How often chance alone makes drops as large as those seen; see `positions`.
+        Probability of drops as large as the observed ones by chance; see `positions`.
     tau, tau_low, tau_high : float64 arrays, shape (column,)
         Kendall's rank correlation of weight and position (1 always up, -1 always down), and its 95 % interval.
     half_weight, half_low, half_high : float64 arrays, shape (column,)
         Weight at which the position crosses one half, and its 95 % interval; infinite if it never does.
     largest_rise, largest_drop : float64 arrays, shape (column,)
-        The largest rise of position from one step to the next, and the deepest fall below an earlier step.
+        Largest rise of position from one step to the next, and deepest fall below an earlier step.
     """
 
     columns: tuple[str, ...]
@@ -83,11 +83,11 @@ class MixingLadder:
 
     @property
     def monotone(self) -> NDArray[np.bool_]:
-        """Whether it moves one way, bool, shape (column,): it rises (``tau_low`` > 0) and no drop is real."""
+        """Whether it is monotone, bool, shape (column,): it rises (``tau_low`` > 0) and no drop is significant."""
         return (self.tau_low > 0) & (self.monotone_p >= SIGNIFICANCE)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures as JSON types, each by column; None stands for NaN and for infinity."""
+        """Return the values as JSON types, each by column, with None for NaN and infinity."""
         found: dict[str, Any] = {"weights": self.weights.tolist(), "columns": list(self.columns)}
         for field in fields(self):
             if field.name not in found:
@@ -102,7 +102,7 @@ class MixingLadder:
 
 @dataclass(frozen=True, eq=False)
 class _AxisResult:
-    """One axis, or all: what is known before chance is weighed."""
+    """Positions in one axis or all, before the tests against chance."""
 
     position: Array
     signals: tuple[Array, ...]
@@ -115,7 +115,7 @@ class _AxisResult:
 
     @classmethod
     def unknown(cls, steps: Sequence[Array]) -> _AxisResult:
-        """Return a column of NaN: the ends cannot be told apart in it."""
+        """Return a column of NaN, in which the ends cannot be distinguished."""
         nothing = np.full(len(steps), np.nan)
         each = tuple(np.full(len(step), np.nan) for step in steps)
         pair = np.full(2, np.nan)
@@ -134,15 +134,14 @@ def positions(
     """Place each step of a mix on the line between the means of its two ends.
 
     Every signal is a point, its `texture_features` in dB; with s and e the ends' means and m a step's, the
-    position is (m - s)·(e - s) / |e - s|². Both products are freed of the bias that the noise of s and e gives
-    them. Positions are in dB: of two materials 20 dB apart, mixed to equal parts of their powers, the result is
-    3 dB below the louder one and lies at 0.85 of the way to it.
+    position is (m - s)·(e - s) / |e - s|². Both products are corrected for the bias from the noise of s and e.
+    Positions refer to dB: two materials 20 dB apart, mixed with equal powers, give a level
+    3 dB below the louder one, at position 0.85.
 
-    *Moves one way* is tested against chance. The least increasing curve through the positions (isotonic
-    regression) leaves a residual, which is compared with that of steps that all lie at the same place and
-    differ by chance alone, the hardest case to tell (Robertson, Wright and Dykstra 1988, Sec. 2.3, with the
-    variance pooled over steps). Whether it moves at all is Kendall's (1938) tau with an interval from draws of
-    the positions within their errors.
+    *Monotone* is tested against chance. The residual of the isotonic regression through the positions is compared
+    with that of steps at equal positions that differ by chance alone, the least favourable case
+    (Robertson, Wright and Dykstra 1988, Sec. 2.3, with the variance pooled over steps). Whether the position rises at
+    all is decided by Kendall's (1938) tau, with an interval from draws of the positions within their errors.
 
     Parameters
     ----------
@@ -153,24 +152,23 @@ def positions(
     weights : array-like, shape (step,), optional
         Weight of the end's material, rising; by default evenly from 0 to 1.
     level : bool
-        Whether the level counts; without it only the shape of the spectrum and the modulation do.
+        Whether to include the level; without it only the shape of the spectrum and the modulation count.
     seed : int
-        Of the draws behind intervals and the test.
+        Of the draws for intervals and test.
 
     Raises
     ------
     ParameterError
-        If there are too few signals or they are of several kinds, or weights do not rise.
-    EndsAlikeError
-        If the ends cannot be told apart: their squared distance is less than twice what chance makes of equal
-        ones.
+        If there are too few signals or they differ in kind, or weights do not rise.
+    IndistinctEndsError
+        If the squared distance of the ends is less than twice its expectation for equal ends.
     """
     w = np.linspace(0, 1, len(steps)) if weights is None else np.asarray(weights, np.float64)
     if w.shape != (len(steps),) or len(w) < 2 or not (np.isfinite(w).all() and (np.diff(w) > 0).all()):
         raise ParameterError(f"weights must be {max(2, len(steps))} rising numbers, got {w.tolist()}")
     groups = (start, end, *steps)
     if min(map(len, groups)) < 2:
-        raise ParameterError("each end and each step needs at least 2 signals: one has no spread")
+        raise ParameterError("each end and each step must have at least 2 signals: one has no spread")
     features = texture_features([signal for group in groups for signal in group], level=level)
     first, last, *rungs = np.split(features, np.cumsum([len(group) for group in groups])[:-1])
     axes = groups[0][0].axes
@@ -204,7 +202,7 @@ def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _A
         if needed:
             apart, chance = np.sqrt([way @ way / way.size, (noise_s + noise_e) / way.size])
             raise IndistinctEndsError(
-                f"the two ends must differ, got {apart:.2g} dB between them where chance makes {chance:.2g} dB: "
+                f"the two ends must differ, got {apart:.2g} dB between them and {chance:.2g} dB by chance: "
                 "take two other materials, or more signals"
             )
         return _AxisResult.unknown(steps)
@@ -220,7 +218,7 @@ def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _A
         r = rest.mean(axis=0)
         chance = _noise(rest) + (1 - t) ** 2 * across_s + t**2 * across_e
         off.append(np.sqrt(max(0.0, r @ r - chance) / squared))
-        # By how much each end's mean moves t: the derivatives of the quotient by s and by e.
+        # Derivatives of t by the ends' means s and e.
         by_start, by_end = (1 - t) * unit + r / squared, t * unit - r / squared
         variance = _noise(each) + _noise(start @ by_start) + _noise(end @ by_end)
         error.append(np.sqrt(variance))

@@ -16,7 +16,7 @@ from tactogram.signal.filters import bandpass
 SEGMENT_S = 0.5
 """Length of the segments that a spectrum is averaged over, s: bins of 2 Hz, about one in the narrowest band."""
 CARRIERS_HZ = ((20.0, 100.0), (100.0, 1000.0))
-"""Bands whose envelopes are taken: roughly what the rapidly adapting and the Pacinian channel feel."""
+"""Bands of the envelopes: roughly those of the rapidly adapting and the Pacinian channel."""
 MODULATIONS_HZ = (2.0, 4.0, 8.0, 16.0, 32.0)
 """Octave bands of the envelopes."""
 POWER_FLOOR, DEPTH_FLOOR = 1e-14, 1e-5
@@ -26,21 +26,21 @@ POWER_FLOOR, DEPTH_FLOOR = 1e-14, 1e-5
 def texture_features(
     signals: Sequence[Signal], *, seconds: float | None = None, level: bool = True
 ) -> NDArray[np.float64]:
-    """Return what describes each signal's texture, blind to phase, in dB.
+    """Return the features of each signal's texture, blind to phase, in dB.
 
     Per axis: the level in each third-octave band that is felt (Welch 1967); then the depth of modulation of the
     envelope of each of `CARRIERS_HZ` in each of `MODULATIONS_HZ`, 10 log10 of the envelope's variance in that
-    band over its squared mean. A logarithm of a noisy power is biased by how much is averaged: signals are
-    therefore cut into pieces of one length, and a signal's features are the means over its pieces.
+    band over its squared mean. The bias of the logarithm of a noisy power depends on the amount of averaging: signals
+    are therefore cut into pieces of one length, and a signal's features are the means over its pieces.
 
     Parameters
     ----------
     signals : sequence of Signal
         All of one rate, unit and set of axes, over time.
     seconds : float, optional
-        Length of a piece; by default that of the shortest signal. What is left over is not used.
+        Length of a piece; by default that of the shortest signal. Remainders are dropped.
     level : bool
-        False leaves the level of each axis out: its bands are then relative to the power in all of them.
+        False removes the level of each axis: its bands are then relative to the power in all of them.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def texture_features(
     Raises
     ------
     ParameterError
-        If the signals are of several kinds, or a piece would be shorter than `SEGMENT_S` or than a signal.
+        If the signals differ in kind or are shorter than a piece, or a piece is shorter than `SEGMENT_S`.
     """
     shortest = min((signal.seconds for signal in signals), default=0.0)
     seconds = shortest if seconds is None else seconds
@@ -73,7 +73,7 @@ def _levels(signal: Signal, level: bool) -> NDArray[np.float64]:
 
 
 def _carriers(rate: float) -> list[tuple[float, float]]:
-    """Return the bands that a signal of ``rate`` Hz holds at least an octave of."""
+    """Return the bands of which ``rate`` Hz covers at least an octave."""
     cut = [(low, min(high, 0.45 * rate)) for low, high in CARRIERS_HZ]
     return [(low, high) for low, high in cut if high >= 2 * low]
 
