@@ -230,9 +230,9 @@ def test_the_same_seed_gives_the_same_figures():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"end": "start"}, "the two ends must differ, got .* dB between them where chance makes .* dB"),
+        ({"end": "start"}, "the two ends must differ, got .* dB between them and .* dB by chance"),
         ({"end": "same"}, "the two ends must differ"),
-        ({"end": "one"}, "needs at least 2 signals"),
+        ({"end": "one"}, "must have at least 2 signals"),
         ({"weights": [0, 0, 1]}, "weights must be 3 rising numbers"),
         ({"weights": [0, 1]}, "weights must be 3 rising numbers"),
         ({"weights": [0, np.nan, 1]}, "weights must be 3 rising numbers"),
