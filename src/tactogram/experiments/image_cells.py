@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Split, Store
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.image_quality import ImageQuality
+from tactogram.evaluation.pictures.distances import ImageQuality
 from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.evaluation.ratings.label_following import LabelFidelity, label_fidelity
 from tactogram.experiments.artifacts import cached_result, trained_run

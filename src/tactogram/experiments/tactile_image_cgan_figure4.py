@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
+from tactogram.evaluation.pictures.distances import MEASURES, ImageQuality
 from tactogram.evaluation.pictures.image_figures import (
     GeneratorRow,
     TradeOff,
     generated_figure,
     trade_off_figure,
 )
-from tactogram.evaluation.pictures.image_quality import TITLES, ImageQuality
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments.artifacts import find_or_simulate
 from tactogram.experiments.image_cells import (
@@ -104,7 +104,7 @@ def run(
     if all(measure in cell["quality"] for row in cells.values() for cell in row):
         drawn = trade_off_figure(
             [_trade(weight, row, measure) for weight, row in cells.items()],
-            distance=TITLES[measure],
+            distance=MEASURES[measure][0],
             best=None if best is None else best.correlation,
             title=f"{said}; scores predicted by a rater model; {len(wanted.names)} plates, {DRAWS} noises each",
         )
@@ -180,7 +180,7 @@ def _text(result: Mapping[str, Any], said: str) -> str:
         f"Fig. 4 on {said}, {result['recipe']} recipe, mean over {result['trainings']} training(s); scores 0..1 "
         "predicted by a rater model",
         "".join(f"{name:>11}" for name in head)
-        + "".join(f"  {TITLES[name]}" for name in names)
+        + "".join(f"  {MEASURES[name][0]}" for name in names)
         + "  collapse; published",
     ]
     for weight in map(int, result["weights"]):
@@ -203,7 +203,7 @@ def _text(result: Mapping[str, Any], said: str) -> str:
         lines.append(
             f"{weight:>11,}"
             + "".join(f"{value:>11.3f}" for value in values)
-            + "".join(f"  {mean('quality', name):>{len(TITLES[name])}.1f}" for name in names)
+            + "".join(f"  {mean('quality', name):>{len(MEASURES[name][0])}.1f}" for name in names)
             + f"  {collapse}; {PUBLISHED.get(weight, 'not tested')}"
         )
     best = result["rater_on_unseen_images"]

@@ -49,7 +49,7 @@ def min_max(x):
 
 def test_the_layer_is_the_last_transposed_convolution(generator):
     assert last_transposed_convolution(generator) is generator.last
-    with pytest.raises(ParameterError, match=r"Linear has no transposed convolution"):
+    with pytest.raises(ParameterError, match=r"need a transposed convolution, Linear has none"):
         last_transposed_convolution(nn.Linear(1, 1))
 
 

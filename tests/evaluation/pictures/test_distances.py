@@ -11,11 +11,8 @@ import torch.nn.functional as F
 from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.measures import frechet_distance
 from tactogram.evaluation.pictures.distances import (
-    MEANINGLESS,
     MEASURES,
     PictureEvaluator,
-    PictureWeights,
-    evaluate_pictures,
 )
 from tactogram.evaluation.pictures.networks import Fid, Lpips, TrunkDistance
 from tactogram.features.spectrogram_picture import SpectrogramPicture
@@ -179,17 +176,9 @@ def test_the_trunk_tells_unlike_pictures_apart():
     assert distance.frechet(real, pictures(3, 2)) < distance.frechet(real, other)
 
 
-def test_random_weights_are_marked_as_meaningless():
-    found = evaluate_pictures(pictures(2, 1), pictures(2, 2), PICTURE, weights=PictureWeights(random=True))
-    assert f"lpips{MEANINGLESS}" in found.values
-    assert f"fid{MEANINGLESS}" in found.values
-    assert "lpips" not in found.values
-    assert "fid" not in found.values
-
-
 def test_what_cannot_be_had_is_missing_and_never_replaced(tmp_path, monkeypatch):
     monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
-    found = evaluate_pictures(pictures(2, 1), pictures(2, 2), PICTURE)
+    found = PictureEvaluator(PICTURE)(pictures(2, 1), pictures(2, 2))
     assert set(found.missing) == {"lpips", "fid"}
     assert set(found.values) == set(MEASURES) - {"lpips", "fid"}
     assert "alexnet-owt" in found.missing["lpips"]

@@ -3,14 +3,14 @@ import pytest
 import torch
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures import image_quality
+from tactogram.evaluation.pictures import distances
+from tactogram.evaluation.pictures.distances import ImageQuality
 from tactogram.evaluation.pictures.image_figures import (
     GeneratorRow,
     TradeOff,
     generated_figure,
     trade_off_figure,
 )
-from tactogram.evaluation.pictures.image_quality import ImageQuality
 from tactogram.signal import Image
 
 
@@ -48,8 +48,9 @@ def test_the_trade_off_names_every_weight():
 
 
 def test_a_distance_that_cannot_be_had_is_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(image_quality, "TrunkDistance", Distance)
-    quality = ImageQuality(torch.zeros(2, 3, 8, 8), inception=str(tmp_path / "none.pth"))
+    monkeypatch.setattr(distances, "TrunkDistance", Distance)
+    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
+    quality = ImageQuality(torch.zeros(2, 3, 8, 8))
     assert "fid" in quality.missing
     assert "\n" not in quality.missing["fid"]
     assert quality(torch.ones(3, 3, 8, 8)) == {"efficientnet_lite0_frechet_distance": 1.0}

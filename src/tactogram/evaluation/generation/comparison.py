@@ -15,7 +15,7 @@ MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
 """Columns of a row: the model, real against other real recordings, other materials (mean), the nearest of them."""
 
 TEST, OTHERS = "test", "others"
-"""Sets that are no columns: the test recordings, and those of every material in the training part."""
+"""Sets without a column: the test recordings, and those of every material in the training part."""
 
 BetterDirection = Literal["lower", "higher"]
 Tables = dict[str, dict[str, dict[str, float | None]]]
@@ -31,38 +31,26 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True, eq=False)
 class GenerationResult:
-    """Result of `evaluate_generation`.
-
-    Parameters
-    ----------
-    columns : tuple of str
-        ``"model"`` and the baselines.
-    values : mapping measure -> material -> column -> float or None
-        Columns are those and ``floor``, ``ceiling`` and ``nearest_other``; None where undefined.
-    better : mapping from str to {"lower", "higher"}
-        Per measure.
-    answers : mapping from str to int
-        Per accuracy, the number of independent answers in its overall value.
-    seconds : float
-        Length of the pieces of all sets, s.
-    count : int
-        Number of pieces per set and material.
-    notes : tuple of str
-        Omissions and their reasons.
-    floored : frozenset of str
-        Measures in which values better than the floor are no advantage: generated signals need not be less like the
-        training data than unseen recordings are.
-    """
+    """Result of `evaluate_generation`."""
 
     materials: tuple[str, ...]
     columns: tuple[str, ...]
+    """``"model"`` and the baselines."""
     values: Mapping[str, Mapping[str, Row]]
+    """Measure -> material -> column -> value; also for ``floor``, ``ceiling``, ``nearest_other``; None if undefined."""
     better: Mapping[str, BetterDirection]
+    """Per measure."""
     answers: Mapping[str, int]
+    """Per accuracy, the number of independent answers in its overall value."""
     seconds: float
+    """Length of the pieces of all sets, s."""
     count: int
+    """Number of pieces per set and material."""
     notes: tuple[str, ...] = ()
+    """Omissions and their reasons."""
     floored: frozenset[str] = frozenset()
+    """Measures in which values better than the floor are no advantage: generated signals need not be less like the
+    training data than unseen recordings are."""
 
     @property
     def baselines(self) -> tuple[str, ...]:
@@ -94,7 +82,7 @@ class GenerationResult:
         return float((value - floor) / span)
 
     def verdict(self, measure: str, material: str | None = None, column: str = MODEL) -> Verdict:
-        """Return the side of floor and ceiling that ``column`` is on."""
+        """Return where ``column`` is relative to floor and ceiling."""
         position = self.position(measure, material, column)
         if position is None:
             return "undecided"
@@ -109,14 +97,11 @@ class GenerationResult:
             if self.verdict(name, material, column) == "beyond"
         ]
 
-    def advantage(self, measure: str, baseline: str, *, seed: int = 0) -> dict[str, Any] | None:
-        """Return by how much the model is better than ``baseline``, paired by material; None without pairs.
+    def advantage(self, measure: str, baseline: str) -> dict[str, Any] | None:
+        """Return the gain of the model over ``baseline``, paired by material; None without pairs.
 
-        Returns
-        -------
-        dict
-            ``mean`` (in the measure's unit, > 0: the model is better), ``low`` and ``high`` (95 % bootstrap
-            interval over materials; None below three), ``materials``, and ``better_on``, their number with a gain.
+        ``mean`` is in the measure's unit, > 0 if the model is better; ``low`` and ``high`` are the 95 % bootstrap
+        interval over materials (None below three); ``better_on`` is the number of ``materials`` with a gain.
         """
         sign = 1.0 if self.better[measure] == "lower" else -1.0
         rows = self.values[measure].values()
@@ -124,7 +109,7 @@ class GenerationResult:
         gains = np.array([sign * (b - m) for b, m in pairs if b is not None and m is not None])
         if gains.size == 0:
             return None
-        low, high = bootstrap_interval(gains, seed=seed) or (None, None)
+        low, high = bootstrap_interval(gains) or (None, None)
         return {
             "mean": float(gains.mean()),
             "low": low,
@@ -144,11 +129,11 @@ class GenerationResult:
         gains = {name: self.advantage(name, baseline) for name in self.values}
         return [name for name, gain in gains.items() if gain is not None and gain["mean"] < 0]
 
-    def interval(self, measure: str, column: str = MODEL, *, seed: int = 0) -> tuple[float, float] | None:
+    def interval(self, measure: str, column: str = MODEL) -> tuple[float, float] | None:
         """Return the 95 % interval of an overall value.
 
-        Wilson's for an accuracy, with one trial per recording; for the others a bootstrap over
-        materials, None below three.
+        Wilson's for an accuracy, with one trial per recording; otherwise a bootstrap over materials, None below
+        three.
         """
         value = self.overall[measure].get(column)
         if value is None:
@@ -157,7 +142,7 @@ class GenerationResult:
             _, low, high = wilson(value, trials)
             return low, high
         known = [row.get(column) for row in self.values[measure].values()]
-        return bootstrap_interval(np.array([v for v in known if v is not None]), seed=seed)
+        return bootstrap_interval(np.array([v for v in known if v is not None]))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as JSON types, under the names that the command line documents."""
@@ -193,14 +178,12 @@ class GenerationResult:
         }
 
 
-def bootstrap_interval(
-    values: NDArray[np.float64], *, seed: int, level: float = 0.95
-) -> tuple[float, float] | None:
-    """Return the percentile bootstrap interval of a mean (Efron & Tibshirani 1993, ch. 13); None below three."""
+def bootstrap_interval(values: NDArray[np.float64]) -> tuple[float, float] | None:
+    """Return the 95 % percentile bootstrap interval of a mean (Efron & Tibshirani 1993, ch. 13); None below three."""
     if len(values) < FEWEST_MATERIALS:
         return None
-    drawn = np.random.default_rng(seed).integers(len(values), size=(RESAMPLES, len(values)))
-    low, high = np.quantile(values[drawn].mean(axis=1), [(1 - level) / 2, (1 + level) / 2])
+    drawn = np.random.default_rng(0).integers(len(values), size=(RESAMPLES, len(values)))
+    low, high = np.quantile(values[drawn].mean(axis=1), [(1 - 0.95) / 2, (1 + 0.95) / 2])
     return float(low), float(high)
 
 

@@ -25,10 +25,10 @@ def measure_memorisation(
     workers: int | None,
     on_part: Callable[[int, int], None],
 ) -> Tables:
-    """Return how near each set comes to its training data, as `measures.memorisation` does.
+    """Return the nearness of each set to its training data (`evaluation.measures.memorisation`).
 
-    The floor of the share is its chance level for new draws of the same kind: the largest of n + 1 values is the new
-    one once in n + 1 times. None for materials absent from training.
+    The floor of the share is its chance level for new draws of the same kind, 1 / (n + 1) with n unseen pieces. None
+    for materials absent from training.
     """
     columns = [name for name in cut if name not in (TEST, OTHERS, FLOOR)]
     first = next(iter(cut[TEST].values())).signals[0]

@@ -3,8 +3,8 @@
 Two recordings of one texture never have equal samples, so no measure between them is 0. A generator's value is
 meaningful only between two others: its *floor*, real recordings against other real recordings of the same
 material (the training part against the test part), and its *ceiling*, other materials against this one's test
-part. Every estimate depends on the amount of data, so all sets are cut to pieces of one length and
-one number per material, and floor, ceiling and baselines all use the training part.
+part. Every estimate depends on the amount of data, so all sets are cut to equally many pieces of one length per
+material, and floor, ceiling and baselines all use the training part.
 """
 
 from __future__ import annotations
@@ -77,34 +77,32 @@ def evaluate_generation(
 ) -> GenerationResult:
     """Compare generated signals with recordings that were absent from the generator's training.
 
-    Signal and embedding measures compare each set with the test part. For classifier
-    accuracies, the floor uses real recordings in place of generated ones, and the ceiling is chance. For memorisation,
-    the floor is the unseen recordings, the ceiling the training data itself.
+    Signal and embedding measures compare each set with the test part. For classifier accuracies, the floor uses
+    real recordings in place of generated ones, and the ceiling is chance. For memorisation, the floor is the unseen
+    recordings, the ceiling the training data itself.
 
     Parameters
     ----------
     sets : mapping name -> material -> signals
         ``"model"`` and the baselines; each with enough of every material of ``test`` for the pieces.
     train, test : mapping material -> signals
-        Recordings, in training and not; of one rate, unit and set of axes. Materials of
-        ``train`` that are not in ``test`` serve only as other materials.
+        Of one rate, unit and set of axes. Materials of ``train`` that are not in ``test`` serve only as other
+        materials.
     floor : mapping material -> signals, optional
-        Recordings of materials of ``test`` absent from training; they take the place of the training part of a
-        known material. Measures that need a known material are None for them.
+        Recordings of materials of ``test`` absent from training, used for the floor in place of the training part.
+        Measures that need a material from training are None for them.
     pieces : PiecePlan, optional
         By default that of `plan_pieces`.
     embed : callable, optional
         Returns the points of a signal in an embedding, float, shape (point, feature), equally many for signals of
         one length. Without it, embedding measures are left out.
     classifier : Classifier, optional
-        Trained on real recordings; classifies the generated.
+        Trained on real recordings; classifies the generated signals.
     fit : callable
-        Trains a quick classifier on signals and labels: trained on generated and tested on real, and the
-        reverse. Needs at least two materials.
+        Trains a quick classifier on signals and labels, for training on generated and testing on real signals, and
+        the reverse. Needs at least two materials.
     workers : int, optional
         Threads; by default one per core. They do not affect the result.
-    on_part : callable
-        Receives progress.
 
     Raises
     ------
@@ -169,17 +167,16 @@ def _compared(
 
     def rows(material: str) -> dict[str, dict[str, float | None]]:
         real = sets[TEST][material]
-        by_set: dict[int, Values] = {}  # a run that is a baseline itself is compared once
-        found = {}
-        for column in columns:
-            made = sets[column][material]
-            found[column] = by_set.setdefault(id(made), {}) or distances(real, made)
-            by_set[id(made)] = found[column]
+        generated = {column: sets[column][material] for column in columns}
+        # Keyed by identity: a run that is a baseline itself is compared once.
+        unique = {id(made): made for made in generated.values()}
+        compared = {key: distances(real, made) for key, made in unique.items()}
+        values = {column: compared[id(made)] for column, made in generated.items()}
         others = [distances(real, made) for other, made in sets[OTHERS].items() if other != material]
         return {
-            name: {column: found[column][name] for column in columns}
-            | _ceiling([other[name] for other in others], found[FLOOR][name])
-            for name in found[FLOOR]
+            name: {column: values[column][name] for column in columns}
+            | _ceiling([other[name] for other in others], floor)
+            for name, floor in values[FLOOR].items()
         }
 
     tables: Tables = {}
@@ -282,14 +279,14 @@ def _answers(cut: Mapping[str, Mapping[str, PieceSet]]) -> dict[str, int]:
 
 
 def _other_materials(train: BySet, test: BySet, pieces: PiecePlan) -> dict[str, PieceSet]:
-    """Return the pieces of untested materials that have enough."""
-    found = {}
+    """Return the pieces of untested materials with enough of them."""
+    others = {}
     for material in sorted(set(train) - set(test)):
         try:
-            found[material] = pieces.cut(train[material])
+            others[material] = pieces.cut(train[material])
         except ParameterError:
             continue
-    return found
+    return others
 
 
 def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:

@@ -30,9 +30,9 @@ FURTHER = ("#8073ac", "#b35806", "#666666")
 NEAR, FAR = "#2166ac", "#b2182b"
 MARKERS = "osD^vPX"
 DRAWN = (-0.5, 1.5)
-"""Positions within the figures; values farther out are drawn at the edge."""
+"""Range of the positions in figures; values beyond it are drawn at the edge."""
 MOST_SHOWN = 24
-"""Materials with figures and sounds: bounds the size of the page."""
+"""Largest number of materials with figures and sounds, which bounds the size of the page."""
 HEARD_S = 3.0
 SIDE_BY_SIDE = 3
 """Pairs of spectrograms in a figure, as in Figures 7 to 9 of Saga et al. 2020."""
@@ -41,15 +41,7 @@ SIDE_BY_SIDE = 3
 def generation_sections(
     result: GenerationResult, recorded: BySet, sets: Mapping[str, BySet]
 ) -> list[ReportSection]:
-    """Return the sections of a report on ``result``.
-
-    Parameters
-    ----------
-    recorded : mapping material -> signals
-        The test recordings.
-    sets : mapping column -> material -> signals
-        The evaluated signals.
-    """
+    """Return the sections of a report on ``result``, with the test recordings and the evaluated sets by column."""
     return [
         ReportSection("Summary", _summary(result)),
         ReportSection("Every material, every measure", _overview(result)),
@@ -65,7 +57,7 @@ def position_figure(result: GenerationResult) -> Figure:
 
     Small dots are the model's materials, large markers the positions of means over materials.
     """
-    names, titles = list(result.values), _titles(result)
+    names, titles = list(result.values), [info.title for info in _measures(result).values()]
     figure = Figure(figsize=(9, 1.1 + 0.3 * len(names)), layout="constrained")
     axes = figure.add_subplot()
     axes.axvspan(0, 1, color="#eef1f4", lw=0)
@@ -85,7 +77,7 @@ def position_figure(result: GenerationResult) -> Figure:
             np.clip(means, *DRAWN), range(len(names)), s=60 if column == MODEL else 32, marker=marker,
             color=_colour(column, result), label=column, edgecolor="white", lw=0.6, zorder=3 + (column == MODEL),
         )  # fmt: skip
-    axes.set_yticks(range(len(names)), [titles[name].split(":")[0] for name in names], fontsize=8)
+    axes.set_yticks(range(len(names)), [title.split(":")[0] for title in titles], fontsize=8)
     axes.set(xlim=(DRAWN[0] - 0.05, DRAWN[1] + 0.05), ylim=(len(names) - 0.4, -0.6))
     axes.set_xticks(
         [-0.5, 0, 0.5, 1, 1.5], ["", "floor\nother real recordings", "", "ceiling\nother materials", ""]
@@ -99,11 +91,11 @@ def position_figure(result: GenerationResult) -> Figure:
     return figure
 
 
-def overview_figure(result: GenerationResult, column: str = MODEL) -> Figure:
+def overview_figure(result: GenerationResult) -> Figure:
     """Draw positions as a map, a row per material, a column per measure; grey where a measure is undecided."""
     names, materials = list(result.values), (None, *result.materials)
     positions = np.array(
-        [[_or_nan(result.position(name, material, column)) for name in names] for material in materials]
+        [[_or_nan(result.position(name, material)) for name in names] for material in materials]
     )
     figure = Figure(figsize=(2.2 + 0.46 * len(names), 2.6 + 0.24 * len(materials)), layout="constrained")
     axes = figure.add_subplot()
@@ -143,7 +135,7 @@ def _summary(result: GenerationResult) -> list[Block]:
         f"{verdicts.count('floor')} are at the floor or better, {verdicts.count('between')} between floor and "
         f"ceiling, {verdicts.count('beyond')} beyond the ceiling."
     )
-    titles, units = _titles(result), _units(result)
+    measures = _measures(result)
     for baseline in _others(result):
         if worse := result.worse_than(baseline):
             text += f" Worse than {baseline} in {_listed([_short(name) for name in worse])}."
@@ -154,7 +146,7 @@ def _summary(result: GenerationResult) -> list[Block]:
         interval = result.interval(name)
         rows.append(
             (
-                titles[name], units[name], row[MODEL],
+                measures[name].title, measures[name].unit, row[MODEL],
                 _range(*interval) if interval else "–",
                 row[FLOOR], row[CEILING], *(row[b] for b in result.baselines),
                 "↑" if result.better[name] == "higher" else "↓",
@@ -184,18 +176,18 @@ def _overview(result: GenerationResult) -> list[Block]:
     )
     blocks: list[Block] = [ReportFigure(overview_figure(result), caption)]
     if beyond := result.beyond_ceiling():
-        titles = _titles(result)
         by_measure: dict[str, list[str]] = {}
         for name, material in beyond:
             by_measure.setdefault(name, []).append(material)
-        rows = [(titles[name], len(m), ", ".join(m)) for name, m in by_measure.items()]
+        measures = _measures(result)
+        rows = [(measures[name].title, len(m), ", ".join(m)) for name, m in by_measure.items()]
         blocks.append(ReportTable(("beyond the ceiling", "number of materials", "materials"), rows))
     return blocks
 
 
 def _comparison(result: GenerationResult) -> list[Block]:
     blocks: list[Block] = []
-    titles = _titles(result)
+    measures = _measures(result)
     for baseline in _others(result):
         rows = []
         for name in result.values:
@@ -204,7 +196,7 @@ def _comparison(result: GenerationResult) -> list[Block]:
                 sure = "yes" if bounded and not gain["low"] <= 0 <= gain["high"] else ""
                 rows.append(
                     (
-                        titles[name], gain["mean"],
+                        measures[name].title, gain["mean"],
                         _range(gain["low"], gain["high"]) if bounded else "–",
                         f"{gain['better_on']} of {gain['materials']}",
                         "better" if gain["mean"] > 0 else "worse" if gain["mean"] < 0 else "same", sure,
@@ -228,7 +220,7 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
     shown_materials = result.materials[:MOST_SHOWN]
     for start in range(0, len(shown_materials), SIDE_BY_SIDE):
         some = {
-            material: _alike_long(recorded=recorded[material][0], generated=sets[MODEL][material][0])
+            material: _cut_to_shortest(recorded=recorded[material][0], generated=sets[MODEL][material][0])
             for material in shown_materials[start : start + SIDE_BY_SIDE]
         }
         caption = "Recorded and generated, each pair scaled to its largest value per axis, for display only."
@@ -245,8 +237,7 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
     return blocks
 
 
-def _alike_long(**signals: Signal) -> dict[str, Signal]:
-    """Return ``signals`` cut to the length of the shortest."""
+def _cut_to_shortest(**signals: Signal) -> dict[str, Signal]:
     length = min(map(len, signals.values()))
     return {name: signal.cut(0, length) for name, signal in signals.items()}
 
@@ -268,8 +259,8 @@ def _per_measure(result: GenerationResult, name: str) -> ReportTable:
         for material, row in result.values[name].items()
     ]
     header = ("material", *(column.replace("_", " ") for column in columns), "position")
-    unit = _units(result)[name]
-    title = f"{_titles(result)[name]}{f', {unit}' if unit else ''}"
+    measure = _measures(result)[name]
+    title = f"{measure.title}, {measure.unit}" if measure.unit else measure.title
     return ReportTable(header, rows, f"{name}; {result.better[name]} is better.", folded=title)
 
 
@@ -279,14 +270,9 @@ def _others(result: GenerationResult) -> list[str]:
     return [name for name in result.baselines if any(row.get(name) != row.get(MODEL) for row in rows)]
 
 
-def _titles(result: GenerationResult) -> dict[str, str]:
+def _measures(result: GenerationResult) -> dict[str, MeasureInfo]:
     measures = describe_measures()
-    return {name: measures.get(name, MeasureInfo(name)).title for name in result.values}
-
-
-def _units(result: GenerationResult) -> dict[str, str]:
-    measures = describe_measures()
-    return {name: measures.get(name, MeasureInfo(name)).unit for name in result.values}
+    return {name: measures.get(name, MeasureInfo(name)) for name in result.values}
 
 
 def _range(low: float, high: float) -> str:

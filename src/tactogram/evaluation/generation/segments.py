@@ -1,4 +1,4 @@
-"""Pieces of equal length and number, to which sets of signals are cut before comparison."""
+"""Cutting sets of signals to pieces of equal length and number before comparison."""
 
 from __future__ import annotations
 
@@ -32,13 +32,7 @@ class PiecePlan:
     count: int
 
     def cut(self, signals: Sequence[Signal]) -> PieceSet:
-        """Return ``count`` pieces, spread evenly over ``signals``.
-
-        Raises
-        ------
-        ParameterError
-            If they hold fewer.
-        """
+        """Return ``count`` pieces, spread evenly over ``signals``; `ParameterError` if there are fewer."""
         length = max(1, round(self.seconds * signals[0].rate)) if signals else 1
         pieces = [
             (signal.cut(start, start + length), group)
@@ -55,8 +49,7 @@ class PiecePlan:
     def draws(self, recordings: Sequence[Signal]) -> tuple[int, float]:
         """Return number and length (s) of the signals to generate in place of ``recordings``.
 
-        The number is that of the recordings that `cut` takes pieces from: pieces of one signal are more alike than
-        pieces of several.
+        As many signals as `cut` uses recordings: pieces of one signal are more alike than pieces of several.
         """
         number = len(set(self.cut(recordings).groups))
         return number, -(-self.count // number) * self.seconds
@@ -69,21 +62,11 @@ def plan_pieces(
     longest_s: float = LONGEST_S,
     most: int = MOST_PIECES,
 ) -> PiecePlan:
-    """Return the pieces that the recordings of every material allow.
+    """Return the largest plan that the recordings of every material of ``test`` allow.
 
-    As long as possible up to ``longest_s``, with little remainder; recordings shorter than `SHORTEST_S` are left
-    out where every material has longer ones. The number is that of the material with the fewest pieces in either part,
-    up to ``most``.
-
-    Parameters
-    ----------
-    train, test : mapping material -> signals
-        Of one rate; at least one signal each. Only materials of ``test`` count.
-
-    Raises
-    ------
-    ParameterError
-        If ``longest_s`` or ``most`` is not positive.
+    Pieces are as long as possible up to ``longest_s``, with little remainder; recordings shorter than `SHORTEST_S` are
+    left out where every material has longer ones. The number is that of the material with the fewest pieces in either
+    part, up to ``most``. Raises `ParameterError` if ``longest_s`` or ``most`` is not positive.
     """
     if not (longest_s > 0 and most >= 1):
         raise ParameterError(f"longest_s must be > 0 and most >= 1, got {longest_s:g} and {most}")

@@ -1,4 +1,4 @@
-"""Spectrograms side by side, as Saga et al. print them: recorded beside generated."""
+"""Spectrograms side by side, recorded and generated, as in Saga et al."""
 
 from __future__ import annotations
 
@@ -20,11 +20,13 @@ WINDOW, HOP = 256, 128
 """Samples, Hamming, at up to `PAPER_RATE` (Saga et al. 2020, Sec. III-B); as long in time at higher rates."""
 PAPER_RATE = 1000.0
 LOWEST_HZ, HIGHEST_HZ = 10.0, 1000.0
-"""What is drawn. Below lie gravity and the arm, which would set the scale; above, nothing is felt."""
+"""Range of the frequencies. Gravity and arm motion below it would set the scale; above it, nothing is felt."""
 GAP = 0.08
-"""Width of the space between groups, in pictures."""
+"""Width of the space between groups, relative to a spectrogram."""
 RANGE_DB = 60.0
-"""What lies farther below the strongest point is drawn as black."""
+"""Levels farther below the strongest point are black."""
+SHOWN_S = 4.0
+"""Length of the drawn beginning of a signal, s."""
 
 Scale = Literal["0-1", "dB"]
 
@@ -42,7 +44,6 @@ def spectrograms_figure(
     groups: Mapping[str, Mapping[str, Signal]],
     *,
     scale: Scale = "0-1",
-    seconds: float = 4.0,
     title: str = "",
 ) -> Figure:
     """Draw spectrograms in groups side by side, one row per axis, as in Figures 7 to 9 of Saga et al.
@@ -52,16 +53,13 @@ def spectrograms_figure(
     groups : mapping from str to mapping from str to Signal
         For example ``{"tile": {"recorded": …, "generated": …}}``; all of one rate, unit and set of axes.
     scale : {"0-1", "dB"}
-        ``0-1`` divides the magnitudes of a row of a group by the largest of them: one scale for what is to be
-        compared, made for the picture alone. ``dB`` is re 1 unit per bin and one for the whole figure: it keeps
-        the level.
-    seconds : float
-        How much is shown from the beginning.
+        ``0-1`` divides the magnitudes of a row of a group by the largest of them, for display only. ``dB`` is re 1
+        unit per bin, one scale for the whole figure, which preserves the level.
 
     Raises
     ------
     ParameterError
-        If there is nothing to draw, or the signals are of several kinds.
+        If there is no signal, or the signals differ in kind.
     """
     every = [signal for members in groups.values() for signal in members.values()]
     first = check_alike(every)
@@ -73,7 +71,7 @@ def spectrograms_figure(
     for place in cells[:, [column for column, width in enumerate(widths) if width == GAP]].flat:
         place.remove()
     grid = cells[:, [column for column, width in enumerate(widths) if width != GAP]]
-    draw_spectrograms(figure, grid, [list(members.values()) for members in groups.values()], scale, seconds)
+    draw_spectrograms(figure, grid, [list(members.values()) for members in groups.values()], scale)
     names = [(name, label) for name, members in groups.items() for label in members]
     for place, (name, label) in zip(grid[0], names, strict=True):
         place.set_title(f"{fill(name, 17)}\n{label}", fontsize=8)
@@ -85,26 +83,14 @@ def spectrograms_figure(
 
 
 def draw_spectrograms(
-    figure: Figure | SubFigure,
-    grid: NDArray[Any],
-    groups: Sequence[Sequence[Signal]],
-    scale: Scale,
-    seconds: float,
+    figure: Figure | SubFigure, grid: NDArray[Any], groups: Sequence[Sequence[Signal]], scale: Scale
 ) -> None:
-    """Draw the signals of ``groups`` into the columns of ``grid``, and a colour bar beside it.
+    """Draw the signals of ``groups`` into the columns of ``grid``, which is part of ``figure``, with a colour bar.
 
-    Parameters
-    ----------
-    figure : Figure or SubFigure
-        What holds ``grid``.
-    grid : object array of Axes, shape (axis, signal)
-    groups : sequence of sequences of Signal
-        Signals of a group share one scale per axis when ``scale`` is ``0-1``.
-    scale, seconds
-        As in `spectrograms_figure`.
+    ``grid`` is an object array of Axes, shape (axis, signal); ``scale`` as in `spectrograms_figure`.
     """
     first = groups[0][0]
-    drawn = [[_pictures(signal, seconds) for signal in members] for members in groups]
+    drawn = [[_pictures(signal) for signal in members] for members in groups]
     loudest = max(_largest(pictures) for members in drawn for pictures in members)
     top = 20 * np.log10(loudest)
     column = 0
@@ -114,10 +100,8 @@ def draw_spectrograms(
             for place, pictures in enumerate(members):
                 picture, cell = pictures[row], grid[row, column + place]
                 if scale == "dB":
-                    values, limits = (
-                        20 * np.log10(np.maximum(picture.magnitude, 1e-12)),
-                        (top - RANGE_DB, top),
-                    )
+                    values = 20 * np.log10(np.maximum(picture.magnitude, 1e-12))
+                    limits = (top - RANGE_DB, top)
                 else:
                     values, limits = picture.magnitude / largest, (0.0, 1.0)
                 half = (picture.frequency[1] - picture.frequency[0]) / 2
@@ -125,7 +109,7 @@ def draw_spectrograms(
                     values,
                     origin="lower",
                     aspect="auto",
-                    # The first frame begins at 0, the last ends as far behind its middle.
+                    # The first frame begins at 0; the last ends half a frame after its middle.
                     extent=(
                         0,
                         picture.time[-1] + picture.time[0],
@@ -137,7 +121,7 @@ def draw_spectrograms(
                     cmap="magma",
                     interpolation="nearest",
                 )
-                # Numbers at the edges of the figure only; ticks are what drawing takes longest for.
+                # Numbers at the edges of the figure only: ticks take most of the drawing time.
                 cell.tick_params(labelsize=7, length=2)
                 if row < len(first.axes) - 1:
                     cell.set_xticks([])
@@ -155,9 +139,9 @@ def draw_spectrograms(
     bar.ax.tick_params(labelsize=7)
 
 
-def _pictures(signal: Signal, seconds: float) -> list[_SpectrogramPanel]:
+def _pictures(signal: Signal) -> list[_SpectrogramPanel]:
     """Return the spectrogram of each axis of the beginning of ``signal``."""
-    shown = signal.cut(0, max(2, round(min(signal.seconds, seconds) * signal.rate)))
+    shown = signal.cut(0, max(2, round(min(signal.seconds, SHOWN_S) * signal.rate)))
     window = min(round(WINDOW * max(1.0, signal.rate / PAPER_RATE)), len(shown))
     samples = shown.samples.astype(np.float64)
     f, t, z = stft(
@@ -174,5 +158,5 @@ def _pictures(signal: Signal, seconds: float) -> list[_SpectrogramPanel]:
 
 
 def _largest(pictures: Sequence[_SpectrogramPanel]) -> float:
-    """Return the largest magnitude; 1 where all is silent, so that one can divide by it."""
+    """Return the largest magnitude, the divisor of the scale; 1 in silence."""
     return max(float(picture.magnitude.max()) for picture in pictures) or 1.0

@@ -1,4 +1,4 @@
-"""A ladder of mixes as one figure: what each step looks like and where it lies."""
+"""Figure of a mixing ladder: spectrograms of its steps and their positions."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.spectrogram_figures import Scale, draw_spectrograms
+from tactogram.evaluation.generation.spectrogram_figures import SHOWN_S, draw_spectrograms
 from tactogram.evaluation.measures.sets import check_alike
 from tactogram.evaluation.mixing.placement import MixingLadder
 from tactogram.signal import Signal
 from tactogram.statistics.figures import AXIS_COLOURS, INK
 
 MARKERS = "s^vDP*"
-"""One per axis, beside its colour: lines can be told apart without seeing colours."""
+"""One per axis, so that lines are distinguishable without colour."""
 
 
 def mixing_figure(
@@ -27,15 +27,13 @@ def mixing_figure(
     start: str,
     end: str,
     start_weights: Sequence[float] | None = None,
-    scale: Scale = "dB",
-    seconds: float = 4.0,
     title: str = "",
 ) -> Figure:
-    """Draw a ladder of mixes as in Figures 15 to 18 of Saga et al., and below it where each step lies.
+    """Draw a ladder of mixes as in Figures 15 to 18 of Saga et al., and the positions of its steps below.
 
-    Above each column stands the weight of ``end``, below it that of ``start``. The lower left plot shows each
-    step's position between the ends with the spread of its signals, a line per axis and a thick one for all;
-    the bands around 0 and 1 are the ends' own spread. The lower right plot shows how far off the line it is.
+    The weight of ``end`` is above each column, that of ``start`` below it. The lower left plot shows each step's
+    position between the ends with the spread of its signals, a line per axis and a thick one for all; the bands
+    around 0 and 1 are the spread of the ends. The lower right plot shows the distance from the line between the ends.
 
     Parameters
     ----------
@@ -44,16 +42,12 @@ def mixing_figure(
     start, end : str
         Names of the materials.
     start_weights : sequence of float, optional
-        Of ``start``; by default 1 less those of ``end``.
-    scale : {"dB", "0-1"}
-        As in `spectrograms_figure`; 0-1 is over all steps of an axis.
-    seconds : float
-        How much of each step is shown.
+        Weights of ``start``; by default 1 - those of ``end``.
 
     Raises
     ------
     ParameterError
-        If steps and ladder do not fit together.
+        If the number of steps differs from the ladder's.
     """
     if len(steps) != len(ladder.weights):
         raise ParameterError(f"steps must be {len(ladder.weights)} as in the ladder, got {len(steps)}")
@@ -64,14 +58,14 @@ def mixing_figure(
     parts = figure.subfigures(2, 1, squeeze=False, height_ratios=(0.8 + 1.15 * rows, 2.6))
     upper, lower = parts[:, 0]
     grid = upper.subplots(rows, len(steps), squeeze=False)
-    draw_spectrograms(upper, grid, [steps], scale, seconds)
+    draw_spectrograms(upper, grid, [steps], "dB")
     for column, weight in enumerate(ladder.weights):
         grid[0, column].set_title(f"{weight:.2g}", fontsize=8)
         grid[-1, column].set_xlabel(f"{below[column]:.2g}", fontsize=8)
         grid[-1, column].set_xticks([])
     upper.suptitle(f"weight of {end}", fontsize=8)
     upper.supxlabel(
-        f"weight of {start}   (each picture {min(first.seconds, seconds):.2g} s long)", fontsize=8
+        f"weight of {start}   (each picture {min(first.seconds, SHOWN_S):.2g} s long)", fontsize=8
     )
     left, right = lower.subplots(1, 2, width_ratios=(2.2, 1))
     _draw_positions(left, ladder, start, end)
@@ -86,19 +80,7 @@ def _draw_positions(place: Axes, ladder: MixingLadder, start: str, end: str) -> 
         place.axhspan(at - spread, at + spread, color="#d8dee4", lw=0)
         place.axhline(at, color="#57606a", lw=0.8, ls=":")
     place.axhline(0.5, color="#57606a", lw=0.8, ls="--")
-    for column, name in enumerate(ladder.columns[:-1]):
-        colour = AXIS_COLOURS[column % len(AXIS_COLOURS)]
-        if len(ladder.columns) > 2 and not np.isnan(ladder.position[:, column]).any():
-            marker = MARKERS[column % len(MARKERS)]
-            place.plot(
-                ladder.weights,
-                ladder.position[:, column],
-                lw=1,
-                marker=marker,
-                ms=4,
-                color=colour,
-                label=name,
-            )
+    _draw_axes(place, ladder, ladder.position)
     place.errorbar(
         ladder.weights,
         ladder.position[:, -1],
@@ -118,40 +100,41 @@ def _draw_positions(place: Axes, ladder: MixingLadder, start: str, end: str) -> 
         place.annotate(
             f"half way at {half:.2f}", (half, 0.5), (8, -12), textcoords="offset points", fontsize=8
         )
-    place.set(xlabel=f"weight of {end}", ylabel="position", xlim=_margin(ladder.weights))
+    place.set_ylabel("position")
     place.set_title(f"0: {start}   1: {end}   bars: ± 1 standard deviation over signals", fontsize=8)
     if len(ladder.columns) > 2:
         place.legend(frameon=False, fontsize=8, loc="best")
-    _small(place)
+    _label_weights(place, ladder, end)
 
 
 def _draw_off_line(place: Axes, ladder: MixingLadder, end: str) -> None:
-    for column, name in enumerate(ladder.columns):
-        last = column == len(ladder.columns) - 1
-        if last or (len(ladder.columns) > 2 and not np.isnan(ladder.off_line[:, column]).any()):
+    _draw_axes(place, ladder, ladder.off_line)
+    place.plot(ladder.weights, ladder.off_line[:, -1], color=INK, lw=2.2, marker="o", ms=4)
+    place.set(ylabel="off the line", ylim=(-0.02, max(0.5, 1.1 * float(np.nanmax(ladder.off_line)))))
+    place.set_title("1: as far as the ends are apart", fontsize=8)
+    _label_weights(place, ladder, end)
+
+
+def _draw_axes(place: Axes, ladder: MixingLadder, values: NDArray[np.float64]) -> None:
+    """Draw a line per axis in which the ends differ, if there are several axes."""
+    axes = ladder.columns[:-1] if len(ladder.columns) > 2 else ()
+    for column, name in enumerate(axes):
+        if not np.isnan(values[:, column]).any():
             place.plot(
                 ladder.weights,
-                ladder.off_line[:, column],
-                color=INK if last else AXIS_COLOURS[column % len(AXIS_COLOURS)],
-                lw=2.2 if last else 1,
-                marker="o" if last else MARKERS[column % len(MARKERS)],
+                values[:, column],
+                lw=1,
+                marker=MARKERS[column % len(MARKERS)],
                 ms=4,
+                color=AXIS_COLOURS[column % len(AXIS_COLOURS)],
                 label=name,
             )
-    top = max(0.5, 1.1 * float(np.nanmax(ladder.off_line)))
-    place.set(
-        xlabel=f"weight of {end}", ylabel="off the line", xlim=_margin(ladder.weights), ylim=(-0.02, top)
-    )
-    place.set_title("1: as far as the ends are apart", fontsize=8)
-    _small(place)
 
 
-def _small(place: Axes) -> None:
+def _label_weights(place: Axes, ladder: MixingLadder, end: str) -> None:
+    first, last = ladder.weights[0], ladder.weights[-1]
+    room = 0.04 * (last - first)
+    place.set(xlabel=f"weight of {end}", xlim=(first - room, last + room))
     place.tick_params(labelsize=8)
     place.xaxis.label.set_fontsize(8)
     place.yaxis.label.set_fontsize(8)
-
-
-def _margin(weights: NDArray[np.float64]) -> tuple[float, float]:
-    room = 0.04 * float(weights[-1] - weights[0])
-    return float(weights[0]) - room, float(weights[-1]) + room

@@ -1,4 +1,4 @@
-"""A ladder of mixes of two materials: what a generator made, what the measure says of it, and its report."""
+"""Mixing ladder of a run: its signals, their positions, and the report."""
 
 from __future__ import annotations
 
@@ -25,35 +25,21 @@ MODES = {
 
 @dataclass(frozen=True, eq=False)
 class MixSeries:
-    """A ladder from one material to another, as a run makes it.
-
-    Parameters
-    ----------
-    start, end : str
-        The materials.
-    mode : {"sum", "add"}
-        One of `MODES`.
-    shown : tuple of Signal
-        One per step, all from the same seed: to look at and to listen to.
-    ladder : MixingLadder
-        Measured between what the run makes of the pure materials.
-    without_level : MixingLadder, optional
-        The same without the level; None where the ends differ in level alone.
-    against_recordings : MixingLadder, optional
-        The same steps between the recordings of the materials that the run was not trained on; None where
-        there are fewer than two of either, or they cannot be told apart.
-    simulated : bool
-        Whether the run was trained on simulated data.
-    """
+    """Ladder of mixes that a run generates from one material to another."""
 
     start: str
     end: str
     mode: Mode
     shown: tuple[Signal, ...]
+    """One signal per step, all of one seed, to view and listen to."""
     ladder: MixingLadder
+    """Positions between the run's signals of the pure materials."""
     without_level: MixingLadder | None
+    """Positions by spectrum and modulation alone; None where the ends differ only in level."""
     against_recordings: MixingLadder | None
+    """Positions between test recordings; None where a material has fewer than two, or they are indistinguishable."""
     simulated: bool
+    """Whether the run was trained on simulated data."""
 
     @property
     def start_weights(self) -> NDArray[np.float64]:
@@ -63,7 +49,7 @@ class MixSeries:
         )
 
     def figure(self, *, title: str = "") -> Figure:
-        """Return spectrograms of the steps, and below them where each lies."""
+        """Draw spectrograms of the steps, and their positions below."""
         return mixing_figure(
             self.shown,
             self.ladder,
@@ -74,15 +60,33 @@ class MixSeries:
         )
 
     def caption(self, step: int) -> str:
-        """Return what is in a step, e.g. ``0.4 tile, 0.6 cork``."""
+        """Return the composition of a step, e.g. ``0.4 tile, 0.6 cork``."""
         return f"{self.ladder.weights[step]:.2g} {self.end}, {self.start_weights[step]:.2g} {self.start}"
 
     def in_words(self) -> str:
-        """Return what the measure says of the ladder, in three sentences."""
-        return _in_words(self.ladder, self.end)
+        """Return the direction, the midpoint and the distance from the line, in three sentences."""
+        ladder = self.ladder
+        if ladder.monotone[-1]:
+            moves = f"moves one way, from {ladder.position[0, -1]:z.2f} to {ladder.position[-1, -1]:z.2f}"
+        elif ladder.tau_low[-1] > 0:
+            moves = f"rises, but falls back by {ladder.largest_drop[-1]:.2f} on its way"
+        else:
+            moves = "does not rise beyond what chance explains"
+        half = ladder.half_weight[-1]
+        if np.isfinite(half):
+            low, high = ladder.half_low[-1], ladder.half_high[-1]
+            upper = f"{high:.2f}" if np.isfinite(high) else "never"
+            crossing = f"It is half way at {half:.2f} of {self.end} (95 %: {low:.2f} to {upper})."
+        else:
+            crossing = f"It never gets half way to {self.end}."
+        return (
+            f"The ladder {moves}. {crossing} At most it lies {np.max(ladder.off_line[:, -1]):.2f} of the ends' "
+            f"distance ({ladder.distance_db[-1]:.1f} dB) off the line between them; steps closer than "
+            f"{ladder.resolution[-1]:.2g} cannot be told apart."
+        )
 
     def section(self, title: str = "") -> ReportSection:
-        """Return all of it for a report: the measure in words, the figure, the table and the sounds."""
+        """Return the section of a report: summary, figure, table and sounds."""
         ladder = self.ladder
         rows = [
             (
@@ -97,7 +101,7 @@ class MixSeries:
         table = ReportTable(
             (f"weight of {self.end}", f"weight of {self.start}", "position", "± sd", "off the line"),
             rows,
-            "Position between what the model makes of the pure materials (0: the one, 1: the other), from levels in "
+            "Position between the model's signals of the pure materials (0: the one, 1: the other), from levels in "
             "third-octave bands and depths of modulation in dB; ± over signals. Off the line: as a share of the "
             "ends' distance, less what chance explains.",
         )
@@ -106,30 +110,9 @@ class MixSeries:
             [
                 ReportText(self.in_words()),
                 ReportFigure(
-                    self.figure(), f"{len(rows)} steps from {self.start} to {self.end}, and where they lie."
+                    self.figure(), f"{len(rows)} steps from {self.start} to {self.end}, and their positions."
                 ),
                 table,
                 *(ReportSound(signal, self.caption(k)) for k, signal in enumerate(self.shown)),
             ],
         )
-
-
-def _in_words(ladder: MixingLadder, end: str) -> str:
-    if ladder.monotone[-1]:
-        moves = f"moves one way, from {ladder.position[0, -1]:z.2f} to {ladder.position[-1, -1]:z.2f}"
-    elif ladder.tau_low[-1] > 0:
-        moves = f"rises, but falls back by {ladder.largest_drop[-1]:.2f} on its way"
-    else:
-        moves = "does not rise beyond what chance explains"
-    half = ladder.half_weight[-1]
-    if np.isfinite(half):
-        low, high = ladder.half_low[-1], ladder.half_high[-1]
-        upper = f"{high:.2f}" if np.isfinite(high) else "never"
-        crossing = f"It is half way at {half:.2f} of {end} (95 %: {low:.2f} to {upper})."
-    else:
-        crossing = f"It never gets half way to {end}."
-    return (
-        f"The ladder {moves}. {crossing} At most it lies {np.max(ladder.off_line[:, -1]):.2f} of the ends' distance "
-        f"({ladder.distance_db[-1]:.1f} dB) off the line between them; steps closer than "
-        f"{ladder.resolution[-1]:.2g} cannot be told apart."
-    )

@@ -13,9 +13,8 @@ Array = NDArray[np.float64]
 
 SIGNIFICANCE = 0.05
 DRAWS = 999
-"""Draws behind intervals and the test."""
 ROUNDING = 1e-9
-"""Share of the way below which differences are rounding errors."""
+"""Differences of position below this are rounding errors."""
 FIGURES = (
     "resolution",
     "monotone_p",
@@ -26,7 +25,6 @@ FIGURES = (
     "half_low",
     "half_high",
 )
-"""What `order_of` gives."""
 
 
 def order_of(
@@ -37,12 +35,12 @@ def order_of(
     end_error: Array,
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Return whether ``position`` rises with ``weights`` beyond what chance explains, and where it passes one half.
+    """Return the test of whether ``position`` rises with ``weights``, and the weight at which it passes one half.
 
     Parameters
     ----------
     position : float64 array, shape (step,)
-        Mean of each step's ``members``; NaN where there are none to be had.
+        Mean of each step's ``members``; NaN where it is undefined.
     members : sequence of float64 arrays, shape (signal,)
         Positions of the step's signals; their variance is pooled over steps.
     weights : float64 array, shape (step,)
@@ -50,12 +48,12 @@ def order_of(
     end_error : float64 array, shape (2,)
         Standard errors of the ends at 0 and 1, which move all steps together.
     rng : numpy Generator
-        For the draws behind the test and the intervals.
+        Source of the draws behind the test and the intervals.
 
     Returns
     -------
     dict
-        `FIGURES`, as `tactogram.evaluation.mixing.placement.MixingLadder` explains them; NaN where ``position`` is.
+        `FIGURES`, as in `tactogram.evaluation.mixing.placement.MixingLadder`; NaN where ``position`` is.
     """
     if np.isnan(position).any():
         return dict.fromkeys(FIGURES, np.nan)
@@ -80,16 +78,8 @@ def order_of(
     tau_low, tau_high = np.quantile(tau, tails)
     half_low, half_high = np.quantile(halves, tails, method="inverted_cdf")
     reach = student.ppf(tails[1], freedom) * np.sqrt(2 * pooled / counts.mean())
-    figures = (
-        reach,
-        p,
-        _tau(position[None])[0],
-        tau_low,
-        tau_high,
-        _half(weights, position, counts),
-        half_low,
-        half_high,
-    )
+    half = _half(weights, position, counts)
+    figures = (reach, p, _tau(position[None])[0], tau_low, tau_high, half, half_low, half_high)
     return {name: float(value) for name, value in zip(FIGURES, figures, strict=True)}
 
 

@@ -28,73 +28,57 @@ class IndistinctEndsError(ParameterError):
 class MixingLadder:
     """Positions of a ladder of mixes from its start (0) to its end (1). NaN where the ends do not differ.
 
-    A column is an axis; the last one, `OVERALL`, combines all axes, each by its share of the squared
-    distance between the ends.
-
-    Parameters
-    ----------
-    columns : tuple of str
-        The axes and `OVERALL`.
-    weights : float64 array, shape (step,)
-        Weight of the end's material, rising.
-    position : float64 array, shape (step, column)
-        Of the step's mean along the line between the ends' means: 0 start, 1 end.
-    error : float64 array, shape (step, column)
-        Standard error of ``position``, including that of the ends.
-    off_line : float64 array, shape (step, column)
-        Distance of the step's mean from that line, over the ends' distance, beyond chance: 0 is
-        between the ends, 1 as far from the line as the ends are apart ("neither").
-    spread : float64 array, shape (step, column)
-        Standard deviation of the positions of a step's signals.
-    end_spread : float64 array, shape (2, column)
-        The same for the signals of start and end.
-    distance_db : float64 array, shape (column,)
-        Between the ends' means, root mean square over features, dB, beyond chance.
-    resolution : float64 array, shape (column,)
-        Largest difference between two steps that chance explains (95 %).
-    monotone_p : float64 array, shape (column,)
-        Probability of drops as large as the observed ones by chance; see `positions`.
-    tau, tau_low, tau_high : float64 arrays, shape (column,)
-        Kendall's rank correlation of weight and position (1 always up, -1 always down), and its 95 % interval.
-    half_weight, half_low, half_high : float64 arrays, shape (column,)
-        Weight at which the position crosses one half, and its 95 % interval; infinite if it never does.
-    largest_rise, largest_drop : float64 arrays, shape (column,)
-        Largest rise of position from one step to the next, and deepest fall below an earlier step.
+    A column is an axis; in the last one, `OVERALL`, each axis counts by its share of the squared distance between
+    the ends. Arrays have shape (column,) unless stated.
     """
 
     columns: tuple[str, ...]
     weights: Array
+    """Weight of the end's material, rising, shape (step,)."""
     position: Array
+    """Position of the step's mean along the line between the ends' means, shape (step, column)."""
     error: Array
+    """Standard error of ``position``, that of the ends included, shape (step, column)."""
     off_line: Array
+    """Distance of the step's mean from that line over the ends' distance, less what chance explains, shape (step,
+    column): 0 is between the ends, 1 as far from the line as the ends are apart ("neither")."""
     spread: Array
+    """Standard deviation of the positions of a step's signals, shape (step, column)."""
     end_spread: Array
+    """The same for the signals of the start and the end, shape (2, column)."""
     distance_db: Array
+    """Distance between the ends' means, root mean square over features, dB, less what chance explains."""
     resolution: Array
+    """Largest difference between two steps that chance explains (95 %)."""
     monotone_p: Array
+    """Probability of drops as large as the observed ones by chance; see `positions`."""
     tau: Array
+    """Kendall's rank correlation of weight and position, with its 95 % interval."""
     tau_low: Array
     tau_high: Array
     half_weight: Array
+    """Weight at which the position crosses one half, with its 95 % interval; infinite if it never does."""
     half_low: Array
     half_high: Array
     largest_rise: Array
+    """Largest rise from one step to the next."""
     largest_drop: Array
+    """Deepest fall below an earlier step."""
 
     @property
     def monotone(self) -> NDArray[np.bool_]:
-        """Whether it is monotone, bool, shape (column,): it rises (``tau_low`` > 0) and no drop is significant."""
+        """Whether the ladder rises (``tau_low`` > 0) without a drop beyond chance, bool, shape (column,)."""
         return (self.tau_low > 0) & (self.monotone_p >= SIGNIFICANCE)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the values as JSON types, each by column, with None for NaN and infinity."""
-        found: dict[str, Any] = {"weights": self.weights.tolist(), "columns": list(self.columns)}
+        """Return the values as JSON types, each by column; None stands for NaN and infinity."""
+        result: dict[str, Any] = {"weights": self.weights.tolist(), "columns": list(self.columns)}
         for field in fields(self):
-            if field.name not in found:
-                found[field.name] = self._by_column(getattr(self, field.name))
-        shown = self._by_column(self.monotone)
-        found["monotone"] = {n: None if found["tau"][n] is None else shown[n] for n in self.columns}
-        return found
+            if field.name not in result:
+                result[field.name] = self._by_column(getattr(self, field.name))
+        monotone = self._by_column(self.monotone)
+        result["monotone"] = {n: None if result["tau"][n] is None else monotone[n] for n in self.columns}
+        return result
 
     def _by_column(self, values: NDArray[Any]) -> dict[str, Any]:
         return {name: _json(values[..., place].tolist()) for place, name in enumerate(self.columns)}
@@ -114,8 +98,8 @@ class _AxisResult:
     distance_db: float
 
     @classmethod
-    def unknown(cls, steps: Sequence[Array]) -> _AxisResult:
-        """Return a column of NaN, in which the ends cannot be distinguished."""
+    def undefined(cls, steps: Sequence[Array]) -> _AxisResult:
+        """Return a column of NaN, in which the ends do not differ."""
         nothing = np.full(len(steps), np.nan)
         each = tuple(np.full(len(step), np.nan) for step in steps)
         pair = np.full(2, np.nan)
@@ -135,33 +119,34 @@ def positions(
 
     Every signal is a point, its `texture_features` in dB; with s and e the ends' means and m a step's, the
     position is (m - s)·(e - s) / |e - s|². Both products are corrected for the bias from the noise of s and e.
-    Positions refer to dB: two materials 20 dB apart, mixed with equal powers, give a level
-    3 dB below the louder one, at position 0.85.
+    Positions are in dB: two materials 20 dB apart, mixed to equal parts of their powers, give a result 3 dB below
+    the louder one, at position 0.85.
 
-    *Monotone* is tested against chance. The residual of the isotonic regression through the positions is compared
-    with that of steps at equal positions that differ by chance alone, the least favourable case
-    (Robertson, Wright and Dykstra 1988, Sec. 2.3, with the variance pooled over steps). Whether the position rises at
-    all is decided by Kendall's (1938) tau, with an interval from draws of the positions within their errors.
+    Whether the ladder is monotone is tested against chance. The residual of the least increasing curve through the
+    positions (isotonic regression) is compared with that of steps that all lie at the same place and differ by
+    chance alone, the hardest case to distinguish (Robertson, Wright and Dykstra 1988, Sec. 2.3, with the variance
+    pooled over steps). Whether it moves at all is Kendall's (1938) tau with an interval from draws of the positions
+    within their errors.
 
     Parameters
     ----------
     steps : sequence of sequences of Signal
         From start to end: at least 2 steps of at least 2 signals each.
     start, end : sequence of Signal
-        At least 2 signals each, drawn apart from the steps'.
+        At least 2 signals each, drawn independently of the steps.
     weights : array-like, shape (step,), optional
         Weight of the end's material, rising; by default evenly from 0 to 1.
     level : bool
-        Whether to include the level; without it only the shape of the spectrum and the modulation count.
+        Whether the level counts; without it, only the shape of the spectrum and the modulation do.
     seed : int
-        Of the draws for intervals and test.
+        Seed of the draws behind intervals and the test.
 
     Raises
     ------
     ParameterError
-        If there are too few signals or they differ in kind, or weights do not rise.
+        If there are too few signals, they differ in kind, or weights do not rise.
     IndistinctEndsError
-        If the squared distance of the ends is less than twice its expectation for equal ends.
+        If the squared distance of the ends is less than twice what chance makes of equal ones.
     """
     w = np.linspace(0, 1, len(steps)) if weights is None else np.asarray(weights, np.float64)
     if w.shape != (len(steps),) or len(w) < 2 or not (np.isfinite(w).all() and (np.diff(w) > 0).all()):
@@ -194,7 +179,7 @@ def positions(
 
 
 def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _AxisResult:
-    """Return positions along the line from ``start`` to ``end``, each of shape (signal, feature)."""
+    """Return positions along the line from ``start`` to ``end``; all have shape (signal, feature)."""
     s, e = start.mean(axis=0), end.mean(axis=0)
     way = e - s
     noise_s, noise_e = _noise(start), _noise(end)
@@ -205,7 +190,7 @@ def _column(start: Array, end: Array, *steps: Array, needed: bool = False) -> _A
                 f"the two ends must differ, got {apart:.2g} dB between them and {chance:.2g} dB by chance: "
                 "take two other materials, or more signals"
             )
-        return _AxisResult.unknown(steps)
+        return _AxisResult.undefined(steps)
     squared = way @ way - noise_s - noise_e
     along = way / np.sqrt(way @ way)
     unit = way / squared

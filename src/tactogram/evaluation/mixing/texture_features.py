@@ -14,33 +14,29 @@ from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass
 
 SEGMENT_S = 0.5
-"""Length of the segments that a spectrum is averaged over, s: bins of 2 Hz, about one in the narrowest band."""
+"""Length of the segments of a spectrum, s: bins of 2 Hz, about one in the narrowest band."""
 CARRIERS_HZ = ((20.0, 100.0), (100.0, 1000.0))
-"""Bands of the envelopes: roughly those of the rapidly adapting and the Pacinian channel."""
+"""Bands whose envelopes are computed: roughly those of the rapidly adapting and the Pacinian channel."""
 MODULATIONS_HZ = (2.0, 4.0, 8.0, 16.0, 32.0)
 """Octave bands of the envelopes."""
 POWER_FLOOR, DEPTH_FLOOR = 1e-14, 1e-5
 """Added to powers (unit²) and to modulation (a share of the mean, squared), so that silence has a level."""
 
 
-def texture_features(
-    signals: Sequence[Signal], *, seconds: float | None = None, level: bool = True
-) -> NDArray[np.float64]:
-    """Return the features of each signal's texture, blind to phase, in dB.
+def texture_features(signals: Sequence[Signal], *, level: bool = True) -> NDArray[np.float64]:
+    """Return features of each signal's texture that do not depend on phase, in dB.
 
     Per axis: the level in each third-octave band that is felt (Welch 1967); then the depth of modulation of the
     envelope of each of `CARRIERS_HZ` in each of `MODULATIONS_HZ`, 10 log10 of the envelope's variance in that
-    band over its squared mean. The bias of the logarithm of a noisy power depends on the amount of averaging: signals
-    are therefore cut into pieces of one length, and a signal's features are the means over its pieces.
+    band over its squared mean. The logarithm of a noisy power has a bias that depends on the amount of data:
+    signals are therefore cut to pieces as long as the shortest of them, and features are means over pieces.
 
     Parameters
     ----------
     signals : sequence of Signal
-        All of one rate, unit and set of axes, over time.
-    seconds : float, optional
-        Length of a piece; by default that of the shortest signal. Remainders are dropped.
+        Of one rate, unit and set of axes, over time.
     level : bool
-        False removes the level of each axis: its bands are then relative to the power in all of them.
+        If False, the levels of an axis are relative to its power in all bands.
 
     Returns
     -------
@@ -49,10 +45,9 @@ def texture_features(
     Raises
     ------
     ParameterError
-        If the signals differ in kind or are shorter than a piece, or a piece is shorter than `SEGMENT_S`.
+        If the signals differ in kind, or one is shorter than `SEGMENT_S`.
     """
-    shortest = min((signal.seconds for signal in signals), default=0.0)
-    seconds = shortest if seconds is None else seconds
+    seconds = min((signal.seconds for signal in signals), default=0.0)
     check_alike(signals, shortest_s=max(SEGMENT_S, seconds))
     return np.array([np.mean([_features(p, level) for p in segments([s], seconds)], axis=0) for s in signals])
 
@@ -73,7 +68,7 @@ def _levels(signal: Signal, level: bool) -> NDArray[np.float64]:
 
 
 def _carriers(rate: float) -> list[tuple[float, float]]:
-    """Return the bands of which ``rate`` Hz covers at least an octave."""
+    """Return the bands of which a signal of ``rate`` Hz contains at least an octave."""
     cut = [(low, min(high, 0.45 * rate)) for low, high in CARRIERS_HZ]
     return [(low, high) for low, high in cut if high >= 2 * low]
 

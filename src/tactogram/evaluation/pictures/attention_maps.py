@@ -21,56 +21,40 @@ Activations = Literal["output", "input"]
 
 
 def last_transposed_convolution(generator: nn.Module) -> nn.ConvTranspose2d:
-    """Return the transposed convolution of ``generator`` that is nearest to its output.
-
-    Raises
-    ------
-    ParameterError
-        If it has none.
-    """
-    found = [module for module in generator.modules() if isinstance(module, nn.ConvTranspose2d)]
-    if not found:
-        raise ParameterError(f"{type(generator).__name__} has no transposed convolution to look at")
-    return found[-1]
+    """Return the transposed convolution nearest to the output; `ParameterError` if there is none."""
+    layers = [module for module in generator.modules() if isinstance(module, nn.ConvTranspose2d)]
+    if not layers:
+        raise ParameterError(
+            f"attention maps need a transposed convolution, {type(generator).__name__} has none"
+        )
+    return layers[-1]
 
 
 def attention_note(generator: nn.Module) -> str:
-    """Return what a figure must say of `attention_maps` as published; empty where the layer gives several maps.
-
-    Raises
-    ------
-    ParameterError
-        If ``generator`` has no transposed convolution.
-    """
+    """Return the caveat for figures of `attention_maps` as published; empty if the layer has several channels."""
     only_one = last_transposed_convolution(generator).out_channels == 1
     return "the layer gives one channel: this is the picture itself" if only_one else ""
 
 
 def attention_maps(
-    generator: nn.Module,
-    photo: Tensor,
-    *given: Tensor,
-    layer: nn.Module | None = None,
-    activations: Activations = "output",
+    generator: nn.Module, photo: Tensor, *conditions: Tensor, activations: Activations = "output"
 ) -> Tensor:
-    """Return the Grad-CAM of generated pictures.
+    """Return the Grad-CAM of generated pictures in `last_transposed_convolution`.
 
-    Gradients of the picture's sum are averaged over places to a weight per map, the maps summed with these, and each
-    result brought to 0..1 by its least and largest value (Sec. 4.4; no rectification is named there).
+    The gradients of a picture's sum are averaged over places to one weight per map; the weighted sum of the maps is
+    scaled to 0..1 by its smallest and largest value (Sec. 4.4, which mentions no rectification).
 
     Parameters
     ----------
     generator : nn.Module
-        Called as ``generator(photo, *given)``; one picture per photo. Its mode is kept: set ``eval`` first.
+        Called as ``generator(photo, *conditions)``; one picture per photo. Set it to ``eval`` first.
     photo : float tensor, shape (photo, channel, row, column)
-    given : tensor, shape (photo, ...)
-        What else it takes, e.g. labels.
-    layer : nn.Module, optional
-        By default `last_transposed_convolution`, as published.
+    conditions : tensor, shape (photo, ...)
+        Further inputs, e.g. labels.
     activations : {"output", "input"}
-        Which maps of the layer. ``output`` is what is published; where the layer gives one channel, as in the
-        paper's generator, that map is the picture before its last nonlinearity, up to sign and scale: `attention_note`
-        says so. ``input`` shows the many maps that it is made of.
+        Maps of the layer. ``output`` is as published; if the layer has one channel, as in the paper's generator,
+        that map is the picture before its last nonlinearity, up to sign and scale (see `attention_note`). ``input``
+        shows the maps that it is computed from.
 
     Returns
     -------
@@ -79,6 +63,8 @@ def attention_maps(
 
     Raises
     ------
+    ParameterError
+        If ``generator`` has no transposed convolution, or ``activations`` is another word.
     MissingExtraError
         If captum is not installed; names the extra ``vision``.
     """
@@ -86,16 +72,14 @@ def attention_maps(
         raise ParameterError(f"activations must be 'output' or 'input', got {activations!r}")
     size: list[int] = []
 
-    def total(photo: Tensor, *given: Tensor) -> Tensor:
-        picture: Tensor = generator(photo, *given)
+    def total(photo: Tensor, *conditions: Tensor) -> Tensor:
+        picture: Tensor = generator(photo, *conditions)
         size[:] = picture.shape[-2:]
         return picture.flatten(1).sum(1)
 
-    cam = vision_module("captum.attr").LayerGradCam(
-        total, last_transposed_convolution(generator) if layer is None else layer
-    )
+    cam = vision_module("captum.attr").LayerGradCam(total, last_transposed_convolution(generator))
     maps = cam.attribute(
-        photo, additional_forward_args=given or None, attribute_to_layer_input=activations == "input"
+        photo, additional_forward_args=conditions or None, attribute_to_layer_input=activations == "input"
     )
     maps = F.interpolate(maps.detach().float(), size, mode="bilinear")[:, 0]
     least, most = maps.amin((1, 2), keepdim=True), maps.amax((1, 2), keepdim=True)

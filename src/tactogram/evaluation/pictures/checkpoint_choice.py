@@ -1,4 +1,4 @@
-"""Choice of the weights that make the best pictures of unseen photographs: by LPIPS, or without its network."""
+"""Choice of a training's weights by the distance of its pictures of validation photographs."""
 
 from __future__ import annotations
 
@@ -16,45 +16,37 @@ Distance = Callable[[Tensor, Tensor], Tensor]
 
 @dataclass(frozen=True)
 class PictureChoice:
-    """Distance that weights are chosen by.
-
-    Parameters
-    ----------
-    name : {"lpips", "row_statistics"}
-        Of the distance that is used.
-    distance : callable
-        Made and real pictures, (picture, 1, row, column), to their mean distance: lower is better.
-    note : str
-        One line where it is not the distance that was asked for, and why; else empty.
-    """
+    """Distance by which weights are chosen."""
 
     name: DistanceName
     distance: Distance
+    """Mean distance of generated and real pictures, shape (picture, 1, row, column); lower is better."""
     note: str = ""
+    """Reason why it is not the configured distance, one line; else empty."""
 
 
 def picture_choice(by: DistanceName, weights: str = "") -> PictureChoice:
-    """Return what weights are chosen by.
+    """Return the distance by which weights are chosen.
 
     Parameters
     ----------
     by : {"lpips", "row_statistics"}
         LPIPS with AlexNet, as Neshov et al. 2026, Sec. 3.2; or `row_statistics_distance`, which needs no weights and
-        also takes its place, with a note, where AlexNet's are not at hand.
+        replaces LPIPS, with a note, if AlexNet's weights are missing.
     weights : str
-        AlexNet's file; empty looks into torch's cache.
+        AlexNet's file; by default in torch's cache.
 
     Raises
     ------
     DataError, MissingExtraError
-        If ``weights`` names a file and LPIPS cannot be had.
+        If ``weights`` names a file and LPIPS is not available.
     """
     note = ""
     if by == "lpips":
         try:
             network = Lpips(weights, option="config.lpips_weights")
         except (DataError, MissingExtraError) as error:
-            if weights:  # asked for by name: do not go by something else
+            if weights:  # an explicit file is never replaced
                 raise
             note = f"weights are chosen by row_statistics in place of LPIPS: {error}"
         else:

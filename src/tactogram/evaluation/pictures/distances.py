@@ -1,15 +1,14 @@
-"""Distances of generated pictures of touch from real ones: the paper's, and measures that need no network.
+"""Distances of generated images from real ones: the paper's, and measures that need no network.
 
-`evaluate_pictures` computes all of them under one protocol, says of each that could not be computed why, and never
-gives
-one under the name of another. Pictures are not signals: distances of the signals (`evaluation.generation`) always
-belong beside these.
+`PictureEvaluator` computes all of them for pictures of touch under one protocol and gives the reason for each that is
+not available; none is replaced by another. Pictures are not signals: report distances of the signals
+(`evaluation.generation`), too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import torch
@@ -31,100 +30,75 @@ MEASURES: Mapping[str, tuple[str, str]] = {
     "psnr_db": ("peak signal-to-noise ratio, dB", "higher"),
     "ssim": ("structural similarity", "higher"),
 }
-"""Title, and which is better. PSNR and SSIM ask for alignment that weak pairs have not (Neshov et al. 2026, 4.1)."""
+"""Title, and whether lower or higher is better. PSNR and SSIM need an alignment that weak pairs lack (Neshov et al.
+2026, 4.1)."""
 
 MOST_PSNR_DB = 100.0
-"""What equal pictures get: infinity is no number for a table."""
-
-MEANINGLESS = "_with_random_weights"
-"""What is added to the name of a measure whose network was not trained: the number means nothing."""
+"""PSNR of equal pictures, in place of infinity."""
 
 PictureMeasure = Callable[[Tensor, Tensor], float]
-"""Of real and generated pictures, as many of each."""
+"""Measure of equally many real and generated pictures."""
 
 
 @dataclass(frozen=True)
 class PictureWeights:
-    """Weight files of LPIPS and FID.
-
-    Parameters
-    ----------
-    alexnet, inception : str
-        Files; where empty, torch's cache.
-    random : bool
-        No trained weights at all: for tests. Names and values are marked as meaningless.
-    """
+    """Weight files of LPIPS (AlexNet) and FID (Inception); an empty one is read from torch's cache."""
 
     alexnet: str = ""
     inception: str = ""
-    random: bool = False
 
 
 @dataclass(frozen=True)
 class PictureResult:
-    """Distances of generated from real pictures.
-
-    Parameters
-    ----------
-    values : mapping from str to float
-        By a name of `MEASURES`, or that and `MEANINGLESS`.
-    missing : mapping from str to str
-        Why each that is not among them could not be computed, in a line.
-    pictures : int
-        How many of each.
-    protocol : str
-        Size, channels and range that networks were given.
-    """
+    """Distances of generated from real pictures."""
 
     values: Mapping[str, float]
+    """By the names of `MEASURES`."""
     missing: Mapping[str, str] = field(default_factory=dict)
+    """Reason why a measure is not available, one line each."""
     pictures: int = 0
+    """Number of real and of generated pictures."""
     protocol: str = PROTOCOL
+    """Size, channels and range of the networks' input."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON types."""
-        return {
-            "values": dict(self.values),
-            "missing": dict(self.missing),
-            "pictures": self.pictures,
-            "protocol": self.protocol,
-        }
+        return asdict(self)
 
 
 class PictureEvaluator:
-    """All measures of `MEASURES`, their networks loaded once.
+    """Evaluation of spectrogram pictures by all of `MEASURES`, whose networks are loaded once.
 
     Parameters
     ----------
     picture : SpectrogramPicture
     weights : PictureWeights, optional
     networks : bool
-        Whether measures in networks are asked for at all.
-
-    Attributes
-    ----------
-    missing : mapping from str to str
-        Why each measure that is not there could not be had, in a line.
+        False leaves out the measures that need a network.
     """
 
     def __init__(
         self, picture: SpectrogramPicture, *, weights: PictureWeights | None = None, networks: bool = True
     ) -> None:
         self.picture = picture
-        self.missing: dict[str, str] = {}
-        self._measures: dict[str, PictureMeasure] = {}
-        weights = PictureWeights() if weights is None else weights
-        mark = MEANINGLESS if weights.random else ""
-        if networks:
-            self._add((f"lpips{mark}",), lambda: (_mean_of(Lpips(weights.alexnet, random=weights.random)),))
-            self._add((f"fid{mark}",), lambda: (Fid(weights.inception, random=weights.random),))
-            self._add(("efficientnet_lite0_distance", "efficientnet_lite0_frechet_distance"), _in_trunk)
-        self._add(("log_spectral_distance_db", "level_difference_db"), lambda: (self._shape, self._level))
-        self._add(("l1",), lambda: (_l1,))
-        self._add(("psnr_db", "ssim"), _classic)
+        files = weights or PictureWeights()
+        groups: _Groups = {
+            ("lpips",): lambda: (_mean_of(Lpips(files.alexnet)),),
+            ("fid",): lambda: (Fid(files.inception),),
+            ("efficientnet_lite0_distance", "efficientnet_lite0_frechet_distance"): _in_trunk,
+        }
+        self._measures, self.missing = _available(groups if networks else {})
+        self._measures |= {
+            "log_spectral_distance_db": self._shape,
+            "level_difference_db": self._level,
+            "l1": _l1,
+        }
+        classic, missing = _available({("psnr_db", "ssim"): _classic})
+        self._measures |= classic
+        self.missing |= missing
 
     def __call__(self, real: Tensor, made: Tensor) -> PictureResult:
-        """Return how far ``made`` is from ``real``.
+        """Return the distances of ``made`` from ``real``.
 
         Parameters
         ----------
@@ -143,12 +117,6 @@ class PictureEvaluator:
             values = {name: float(measure(real, made)) for name, measure in self._measures.items()}
         return PictureResult(values, dict(self.missing), len(real))
 
-    def _add(self, names: tuple[str, ...], build: Callable[[], tuple[PictureMeasure, ...]]) -> None:
-        try:
-            self._measures |= dict(zip(names, build(), strict=True))
-        except (DataError, MissingExtraError) as error:
-            self.missing |= dict.fromkeys(names, str(error))
-
     def _shape(self, real: Tensor, made: Tensor) -> float:
         """Root mean square over bins of the difference of the mean levels over frames; mean over pairs."""
         return float((self._levels(real) - self._levels(made)).square().mean(1).sqrt().mean())
@@ -165,31 +133,55 @@ class PictureEvaluator:
         return (20 * torch.log10(self.picture.decode(pictures).clamp_min(least))).mean(2)
 
 
-def evaluate_pictures(
-    real: Tensor,
-    made: Tensor,
-    picture: SpectrogramPicture,
-    *,
-    weights: PictureWeights | None = None,
-    networks: bool = True,
-) -> PictureResult:
-    """Return how far ``made`` is from ``real``; see `PictureEvaluator`, which is quicker more than once.
+class ImageQuality:
+    """Fréchet distances of sets of colour images from one set of real ones, their networks loaded once.
+
+    ``missing`` holds the reason why a distance is not available, one line each.
 
     Parameters
     ----------
-    real, made : float tensors, shape (pair, 1, rows, columns), in [-1, 1]
-        At least 2 pairs, each of one material.
-    picture : SpectrogramPicture
-        What they were made by.
-    weights, networks
-        As of `PictureEvaluator`.
+    real : float tensor, shape (image, 3, rows, columns), -1 to 1
+        At least 2.
 
     Raises
     ------
     ParameterError
-        If the pictures are not what is said above.
+        If there are fewer.
     """
-    return PictureEvaluator(picture, weights=weights, networks=networks)(real, made)
+
+    def __init__(self, real: Tensor) -> None:
+        if len(real) < 2:
+            raise ParameterError(f"at least 2 real images are needed, got {len(real)}")
+        self.real = real
+        self._measures, self.missing = _available(
+            {
+                ("fid",): lambda: (Fid(),),
+                ("efficientnet_lite0_frechet_distance",): lambda: (TrunkDistance().frechet,),
+            }
+        )
+
+    def __call__(self, made: Tensor) -> dict[str, float]:
+        """Return the distances of ``made``, shape (image, 3, rows, columns), by the names of `MEASURES`.
+
+        Both are biased upwards by few images: compare only sets of one size.
+        """
+        with torch.no_grad():
+            return {name: float(measure(self.real, made)) for name, measure in self._measures.items()}
+
+
+_Groups = Mapping[tuple[str, ...], Callable[[], tuple[PictureMeasure, ...]]]
+
+
+def _available(groups: _Groups) -> tuple[dict[str, PictureMeasure], dict[str, str]]:
+    """Return the measures whose libraries and weights are present, and the reasons why the others are missing."""
+    measures: dict[str, PictureMeasure] = {}
+    missing: dict[str, str] = {}
+    for names, build in groups.items():
+        try:
+            measures |= dict(zip(names, build(), strict=True))
+        except (DataError, MissingExtraError) as error:
+            missing |= dict.fromkeys(names, str(error))
+    return measures, missing
 
 
 def _mean_of(paired: Callable[[Tensor, Tensor], Tensor]) -> PictureMeasure:

@@ -1,4 +1,4 @@
-"""Figures of image generators: images per label beside the losses, and what a weight trades for what."""
+"""Figures of image generators: images per label with the losses, and the trade-off of a weight."""
 
 from __future__ import annotations
 
@@ -14,40 +14,25 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Image
 
 SMOOTHED = 25
-"""Updates that the darker line of a loss is averaged over."""
+"""Number of updates over which the darker line of a loss is averaged."""
 
 
 @dataclass(frozen=True, eq=False)
 class GeneratorRow:
-    """One generator in a figure of several.
-
-    Parameters
-    ----------
-    trials : sequence of sequences of Image
-        Per noise, the image of each label.
-    losses : mapping from str to sequence of (int, float)
-        Update and loss, by the network's name.
-    """
+    """Images and losses of a generator, a row of a figure."""
 
     title: str
     trials: Sequence[Sequence[Image]]
+    """Per noise, the image of each label."""
     losses: Mapping[str, Sequence[tuple[int, float]]]
+    """Update and loss, by the network's name."""
 
 
 def generated_figure(rows: Sequence[GeneratorRow], labels: Sequence[str], *, title: str = "") -> Figure:
     """Draw, per generator, the images of each label from two or more noises, and the losses: Fig. 4 of the paper.
 
-    Parameters
-    ----------
-    rows : sequence of GeneratedRow
-        With as many images per trial as ``labels``.
-    labels : sequence of str
-        What each image was asked to evoke, e.g. a plate's name.
-
-    Raises
-    ------
-    ParameterError
-        If there is no row, or a trial has another number of images.
+    ``labels`` names the intended impression of each image, e.g. a plate. Raises `ParameterError` if there is no row, or
+    a trial has another number of images than ``labels``.
     """
     if not rows:
         raise ParameterError("at least one generator is needed, got none")
@@ -110,36 +95,30 @@ def _smoothed(steps: NDArray[np.float64], values: NDArray[np.float64]) -> NDArra
 
 @dataclass(frozen=True)
 class TradeOff:
-    """Losses and label fidelity at one weight.
-
-    Parameters
-    ----------
-    correlation : sequence of float
-        Of what a rater model says with what was asked, per training.
-    distance : sequence of float
-        Fréchet distance from real images, per training.
-    noise_share, label_share : sequence of float
-        What images differ by, as a share of what real ones do, per training.
-    """
+    """Label fidelity and distance from real images at one weight; each sequence has a value per training."""
 
     weight: float
     correlation: Sequence[float]
+    """Correlation of predicted with requested scores."""
     distance: Sequence[float]
+    """Fréchet distance from real images."""
     noise_share: Sequence[float]
+    """Spread of images over noises, as a share of that of real ones."""
     label_share: Sequence[float]
+    """Spread of images over labels, as a share of that of real ones."""
 
 
 def trade_off_figure(
     weights: Sequence[TradeOff], *, distance: str, best: float | None = None, title: str = ""
 ) -> Figure:
-    """Draw how far images follow their label against how far they are from real ones, and what they differ by.
+    """Draw label fidelity against the distance from real images, and the spread of images.
 
     Parameters
     ----------
     distance : str
-        What the distance is called.
+        Name of the distance.
     best : float, optional
-        Correlation that the rater model reaches on real images: what could be reached.
+        Correlation that the rater model reaches on real images, an upper limit.
     """
     figure = Figure(figsize=(10.5, 4.0), layout="constrained")
     curve, spread = figure.subplots(1, 2)

@@ -1,7 +1,7 @@
 """Spread of generated images by noise and by label, which reveals a collapsed generator.
 
-No number tells a good image. But a generator that draws one image whatever the noise, or does not look at its label,
-is told by what its images differ by, beside what real images differ by.
+A generator that draws one image for all noises, or ignores its label, is recognised by the differences between its
+images, relative to those between real images. The spread says nothing about the quality of an image.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 
 COLLAPSED = 0.1
-"""Share of what real images differ by, below which a generator's images are called the same. Ours."""
+"""Share of the spread of real images below which generated images count as equal. Ours."""
 
 Images = NDArray[np.float32]
 """Shape (image, 3, row, column), -1 to 1."""
@@ -23,21 +23,14 @@ Images = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class ImageSpread:
-    """Mean distance of two images, root mean square over pixels of values in -1 to 1.
-
-    Parameters
-    ----------
-    real : float
-        Of two real images.
-    by_noise : float
-        Of two generated images of one label.
-    by_label : float
-        Of two generated images of one noise.
-    """
+    """Mean distance of two images, root mean square over pixels of values in -1 to 1."""
 
     real: float
+    """Of real images."""
     by_noise: float
+    """Of generated images of one label."""
     by_label: float
+    """Of generated images of one noise."""
 
     @property
     def noise_share(self) -> float:
@@ -51,7 +44,7 @@ class ImageSpread:
 
     @property
     def collapse(self) -> str:
-        """What the generator collapsed to, in words; empty where it did not."""
+        """Kind of collapse, in words; empty without one."""
         same_noise, same_label = (share < COLLAPSED for share in (self.noise_share, self.label_share))
         if same_noise and same_label:
             return "one image for all labels and noises"
@@ -60,7 +53,7 @@ class ImageSpread:
         return "the label makes no difference" if same_label else ""
 
     def as_dict(self) -> dict[str, float]:
-        """Return the three distances, the two shares, and whether it collapsed (1) or not (0)."""
+        """Return the three distances, the two shares, and ``collapsed`` (1 or 0)."""
         return {
             "real_spread": self.real,
             "noise_spread": self.by_noise,
@@ -72,13 +65,7 @@ class ImageSpread:
 
 
 def mean_distance(images: Images) -> float:
-    """Return the mean over all pairs of the root mean square difference of two images.
-
-    Raises
-    ------
-    ParameterError
-        If there are fewer than 2.
-    """
+    """Return the root mean square difference of two images, mean over all pairs; `ParameterError` below 2 images."""
     if len(images) < 2:
         raise ParameterError(f"images must be at least 2 to differ, got {len(images)}")
     flat = images.reshape(len(images), -1).astype(np.float64)
@@ -95,15 +82,16 @@ def image_spread(
     *,
     real: float,
 ) -> ImageSpread:
-    """Return what the images of a generator differ by, over all pairings of labels and noises.
+    """Return the spread of a generator's images over all pairings of labels and noises.
 
     Parameters
     ----------
     make : function
         Of noises (image, noise) and labels (image, word) to images.
     labels : float32 array, shape (label, word)
+        At least 2.
     noises : float32 array, shape (draw, noise)
-        At least 2 of each.
+        At least 2.
     real : float
         `mean_distance` of real images, > 0.
     """

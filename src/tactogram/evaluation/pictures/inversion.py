@@ -1,6 +1,6 @@
 """Inversion loss: the shares of the network and of the inversion in the error of inverted pictures.
 
-Neshov et al. 2026 leave it unevaluated ("beyond the scope", Sec. 2) and name it a limitation (Sec. 5).
+Neshov et al. 2026 do not evaluate it ("beyond the scope", Sec. 2) and call it a limitation (Sec. 5).
 """
 
 from __future__ import annotations
@@ -20,44 +20,28 @@ from tactogram.signal import Signal
 
 @dataclass(frozen=True)
 class InversionLoss:
-    """One measure's distances from real signals; in its unit, lower is better.
-
-    Parameters
-    ----------
-    floor : float or None
-        Of other real signals of the same material: nothing can be asked to be nearer. None where there are none.
-    inversion : float
-        Of the same signals made to pictures and back: what phase, floor, ceiling and resizing cost.
-    total : float
-        Of the signals of generated pictures.
-    """
+    """Distances from real signals by one measure, in its unit; lower is better."""
 
     floor: float | None
+    """Distance of other real signals of the same material, the lower limit; None if there are none."""
     inversion: float
+    """Distance of the same signals converted to pictures and back: the loss by phase, range and resizing."""
     total: float
+    """Distance of the signals of generated pictures."""
 
     @property
     def network(self) -> float:
-        """What generated pictures add: ``total - inversion``. Below 0 where the inversion's errors are made good."""
+        """The network's part, ``total - inversion``; below 0 if it compensates for errors of the inversion."""
         return self.total - self.inversion
 
     @property
     def share_of_inversion(self) -> float | None:
-        """``inversion / total``, at most 1; None where nothing was lost."""
+        """``inversion / total``, at most 1; None without a loss."""
         return min(1.0, self.inversion / self.total) if self.total > 0 else None
 
 
 def invert(pictures: Tensor, picture: SpectrogramPicture, *, seed: int, axis: str = "z") -> list[Signal]:
-    """Return the signal of each picture.
-
-    Parameters
-    ----------
-    pictures : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
-    seed : int
-        Of the phase.
-    axis : str
-        What the signals' axis is called.
-    """
+    """Return the signal of each picture, shape (picture, 1, rows, columns), in [-1, 1]; ``seed`` is the phase's."""
     samples = picture.signal(pictures, seed=seed).cpu().numpy()
     return [Signal(one, picture.rate, picture.unit, (axis,), picture.domain) for one in samples]
 
@@ -70,28 +54,25 @@ def inversion_loss(
     others: Sequence[Signal] = (),
     seed: int,
 ) -> dict[str, InversionLoss]:
-    """Return the loss of one material by each measure of `signal_measures`: all blind to phase.
+    """Return the loss of one material by each measure of `signal_measures`, none of which depends on phase.
+
+    Measures that are undefined for one axis, or for signals as short as a picture, are left out.
 
     Parameters
     ----------
     real : sequence of Signal
-        One axis each; their first ``picture.length`` samples count.
+        One axis each; only the first ``picture.length`` samples count.
     made : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
         Generated for that material.
     others : sequence of Signal
-        Other real signals of the material, for the floor; cut alike.
+        Other real signals of the material, for the floor.
     seed : int
-        Of the phase.
-
-    Returns
-    -------
-    dict from str to Loss
-        Measures that are not defined for one axis, or for signals as short as a picture, are left out.
+        Seed of the phase.
 
     Raises
     ------
     ParameterError
-        If a signal has several axes, is shorter than a picture, or of another kind than the picture.
+        If a signal has several axes, is shorter than a picture, or differs from the picture in kind.
     """
     real = [_cut(signal, picture) for signal in real]
     others = [_cut(signal, picture) for signal in others]
@@ -107,7 +88,7 @@ def inversion_loss(
     for name, measure in signal_measures().items():
         try:
             inversion, total = measure.function(real, back), measure.function(real, generated)
-        except ParameterError:  # a picture may be shorter than a measure asks for
+        except ParameterError:  # a picture may be too short for a measure
             continue
         if inversion is not None and total is not None:
             losses[name] = InversionLoss(measure.function(real, others) if others else None, inversion, total)
@@ -115,20 +96,20 @@ def inversion_loss(
 
 
 def mean_loss(losses: Sequence[Mapping[str, InversionLoss]]) -> dict[str, InversionLoss]:
-    """Return the mean over materials of each measure that all of them have; the floor where all have one."""
+    """Return the mean over materials of each measure that all have; the floor is None if a material has none."""
     if not losses:
         raise ParameterError("at least one material is needed, got none")
-    found = {}
+    means = {}
     for name in losses[0]:
         if all(name in one for one in losses):
-            held = [one[name] for one in losses]
-            floors = [one.floor for one in held if one.floor is not None]
-            found[name] = InversionLoss(
-                float(np.mean(floors)) if len(floors) == len(held) else None,
-                float(np.mean([one.inversion for one in held])),
-                float(np.mean([one.total for one in held])),
+            each = [one[name] for one in losses]
+            floors = [one.floor for one in each if one.floor is not None]
+            means[name] = InversionLoss(
+                float(np.mean(floors)) if len(floors) == len(each) else None,
+                float(np.mean([one.inversion for one in each])),
+                float(np.mean([one.total for one in each])),
             )
-    return found
+    return means
 
 
 def _cut(signal: Signal, picture: SpectrogramPicture) -> Signal:

@@ -1,13 +1,13 @@
-"""Distances of pictures in networks that know photographs: LPIPS, FID, and our own in a small trunk.
+"""Distances of pictures in networks trained on photographs: LPIPS, FID, and distances in EfficientNet-Lite0.
 
-**The protocol**, one for all of them: pictures of one channel in [-1, 1]; resized to 256 x 256 (bilinear) where they
-are of another size; grey stands for red, green and blue alike (no colour map), colour images stay as they are. LPIPS
-(Zhang et al. 2018) takes that; FID (Heusel et al. 2017) takes it rounded to 8 bits. Published figures on tactile
-spectrograms name no protocol, and a colour map alone changes them: compare only figures of one.
+**The protocol** of all: pictures of one channel in [-1, 1], resized to 256 x 256 (bilinear) if they have another
+size, grey as red, green and blue alike (no colour map); colour images keep their channels. LPIPS (Zhang et al. 2018)
+takes these; FID (Heusel et al. 2017) takes them rounded to 8 bits. Published figures on tactile spectrograms name no
+protocol, and a colour map alone changes them: compare only figures of one protocol.
 
-LPIPS and the Inception network of FID are torchmetrics' and torch-fidelity's. Their weights are read from a local
-file or torch's cache; what cannot be had is said, never replaced. `TrunkDistance` needs no file, bears its own name,
-and is neither.
+LPIPS and the Inception network of FID are those of torchmetrics and torch-fidelity. Their weights are read from a
+local file or torch's cache. Missing weights are an error, never a replacement: `TrunkDistance` needs no file, but is
+neither LPIPS nor FID.
 
 References
 ----------
@@ -35,82 +35,49 @@ from tactogram.nn.vision_import import torchvision, vision_module
 from tactogram.nn.weight_files import read_weights, weight_file
 
 SIZE = 256
-"""Rows and columns that pictures are judged at: the paper's."""
+"""Rows and columns of evaluated pictures: the paper's."""
 BATCH = 32
 PROTOCOL = (
     f"pictures of one channel in [-1, 1], bilinear to {SIZE} x {SIZE}, grey as red, green and blue; LPIPS: AlexNet, "
     "torchmetrics' linear heads; FID: 8 bits, Inception of torch-fidelity, 2048 features"
 )
 INCEPTION_URL = "weights-inception-2015-12-05-6726825d.pth"
-"""What torch-fidelity calls the file that FID is defined by."""
+"""torch-fidelity's name of the file that defines FID."""
 
 
 class Lpips:
     """LPIPS with AlexNet.
 
-    Parameters
-    ----------
-    weights : path, optional
-        torchvision's AlexNet file; by default in torch's cache.
-    random : bool
-        Weights from seed 0 in place of the trained ones: for tests. **What comes out means nothing.**
-    option : str
-        What a file is given by, for errors.
-
-    Raises
-    ------
-    MissingExtraError
-        If the extra ``vision`` is not installed.
-    DataError
-        If the weights are not here or not of AlexNet; one line.
+    ``weights`` is torchvision's AlexNet file, by default in torch's cache; ``option`` names that parameter in errors.
+    Raises `MissingExtraError` without the extra ``vision``, and `DataError` if the weights are missing or unsuitable.
     """
 
-    def __init__(self, weights: Path | str = "", *, random: bool = False, option: str = "alexnet") -> None:
+    def __init__(self, weights: Path | str = "", *, option: str = "alexnet") -> None:
         models = torchvision().models
         with torch.random.fork_rng(devices=()):
             torch.manual_seed(0)
             self._network: nn.Module = vision_module("torchmetrics.functional.image.lpips")._NoTrainLpips(
                 net="alex", pnet_rand=True
             )
-        if not random:
-            file = weight_file(
-                weights, models.AlexNet_Weights.DEFAULT.url, of="AlexNet (LPIPS)", option=option
-            )
-            state = read_weights(file)
-            # torchmetrics cuts AlexNet's features into five slices and keeps the number of each layer.
-            own = self._network.net.state_dict()
-            names = {name: f"features.{name.partition('.')[2]}" for name in own}
-            _load(self._network.net, {name: state.get(old) for name, old in names.items()}, file, "AlexNet")
+        file = weight_file(weights, models.AlexNet_Weights.DEFAULT.url, of="AlexNet (LPIPS)", option=option)
+        state = read_weights(file)
+        # torchmetrics splits AlexNet's features into five slices that keep the number of each layer.
+        names = {name: f"features.{name.partition('.')[2]}" for name in self._network.net.state_dict()}
+        _load(self._network.net, {name: state.get(old) for name, old in names.items()}, file, "AlexNet")
 
     def __call__(self, real: Tensor, made: Tensor) -> Tensor:
-        """Return the distance of each pair, shape (pair,), >= 0; lower is better.
-
-        Parameters
-        ----------
-        real, made : float tensor, shape (pair, 1, rows, columns), in [-1, 1]
-        """
+        """Return the distance of each pair, shape (pair,), >= 0, of pictures (pair, 1, rows, columns) in [-1, 1]."""
         check_pictures(real, made, paired=True)
-        found = []
         with torch.no_grad():
-            for a, b in zip(_batches(real), _batches(made), strict=True):
-                found.append(self._network.to(a.device)(a, b).flatten())
-        return torch.cat(found)
+            pairs = zip(_batches(real), _batches(made), strict=True)
+            return torch.cat([self._network.to(a.device)(a, b).flatten() for a, b in pairs])
 
 
 class Fid:
-    """FID with torch-fidelity's Inception network, which it is defined by.
+    """FID with torch-fidelity's Inception network, which defines it.
 
-    Parameters
-    ----------
-    weights : path, optional
-        torch-fidelity's file; by default in torch's cache.
-    random : bool
-        As in `Lpips`: what comes out means nothing.
-
-    Raises
-    ------
-    MissingExtraError, DataError
-        As in `Lpips`.
+    ``weights`` is torch-fidelity's file, by default in torch's cache. ``random`` draws them from seed 0 instead, for
+    tests: the distances are meaningless. Errors are those of `Lpips`.
     """
 
     def __init__(self, weights: Path | str = "", *, random: bool = False) -> None:
@@ -121,7 +88,7 @@ class Fid:
             state = read_weights(file)
 
         class Inception(library):  # type: ignore[valid-type,misc]
-            """The library reads its file with pickle, which could run code: ours is read by `read_weights`."""
+            """Inception without the library's unpickling, which could run code: `read_weights` reads the file."""
 
             def load_state_dict(self, _: Mapping[str, Any], **options: Any) -> Any:
                 if state is not None:
@@ -136,32 +103,20 @@ class Fid:
     def features(self, pictures: Tensor) -> NDArray[np.float64]:
         """Return 2048 features of each picture, float64, shape (picture, 2048)."""
         check_pictures(pictures)
-        found = []
+        features = []
         with torch.no_grad():
             for batch in _batches(pictures):
                 eight_bit = ((batch + 1) * 127.5).round().clamp(0, 255).to(torch.uint8)
-                found.append(self._network.to(batch.device)(eight_bit).double().cpu())
-        return torch.cat(found).numpy()
+                features.append(self._network.to(batch.device)(eight_bit).double().cpu())
+        return torch.cat(features).numpy()
 
     def __call__(self, real: Tensor, made: Tensor) -> float:
-        """Return the distance of two sets, >= 0; lower is better. Biased upwards by few pictures.
-
-        Parameters
-        ----------
-        real, made : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
-            At least 2 each.
-        """
+        """Return the distance, >= 0, of two sets of at least 2 pictures; few pictures bias it upwards."""
         return frechet_distance(self.features(real), self.features(made))
 
 
 class TrunkDistance:
-    """Distances in EfficientNet-Lite0, whose weights come inside a package. Neither LPIPS nor FID.
-
-    Raises
-    ------
-    MissingExtraError
-        If the extra ``vision`` is not installed.
-    """
+    """Distances in EfficientNet-Lite0, whose weights are part of a package of the extra ``vision``."""
 
     def __init__(self) -> None:
         self._trunk = Trunk("efficientnet_lite0")
@@ -169,7 +124,7 @@ class TrunkDistance:
         self._last: list[tuple[Tensor, Tensor]] = []
 
     def paired(self, real: Tensor, made: Tensor) -> Tensor:
-        """Return 1 less the cosine of the last maps at each place, mean over places, shape (pair,); 0 to 2."""
+        """Return 1 - the cosine of the last maps, mean over places, shape (pair,); 0 to 2."""
         check_pictures(real, made, paired=True)
         return 1 - F.cosine_similarity(self._maps(real), self._maps(made)).mean((1, 2))
 
@@ -181,18 +136,18 @@ class TrunkDistance:
         return frechet_distance(one, other)
 
     def _maps(self, pictures: Tensor) -> Tensor:
-        """Return the last maps, (picture, 1280, 8, 8); those of the last two sets are kept, for the other distance."""
-        for held, maps in self._last:
-            if held is pictures:
+        """Return the last maps, (picture, 1280, 8, 8); those of the last two sets are cached for the other distance."""
+        for cached, maps in self._last:
+            if cached is pictures:
                 return maps
         with torch.no_grad():
-            found = torch.cat([self._trunk.to(batch.device).maps(batch) for batch in _batches(pictures)])
-        self._last = [*self._last[-1:], (pictures, found)]
-        return found
+            maps = torch.cat([self._trunk.to(batch.device).maps(batch) for batch in _batches(pictures)])
+        self._last = [*self._last[-1:], (pictures, maps)]
+        return maps
 
 
 def check_pictures(*sets: Tensor, paired: bool = False) -> None:
-    """Refuse what is not (picture, 1 or 3, rows, columns) in [-1, 1], or, ``paired``, not as many of one size."""
+    """Check that sets are (picture, 1 or 3, rows, columns) in [-1, 1], and, if ``paired``, of one shape."""
     for pictures in sets:
         if pictures.ndim != 4 or pictures.shape[1] not in (1, 3) or not len(pictures):
             raise ParameterError(
@@ -206,10 +161,10 @@ def check_pictures(*sets: Tensor, paired: bool = False) -> None:
 
 
 def _batches(pictures: Tensor) -> Iterator[Tensor]:
-    """Yield pictures as the protocol has them, float32, shape (at most `BATCH`, 3, SIZE, SIZE)."""
+    """Yield pictures in the form of the protocol, float32, shape (at most `BATCH`, 3, SIZE, SIZE)."""
     for start in range(0, len(pictures), BATCH):
         batch = pictures[start : start + BATCH].float()
-        if batch.shape[-2:] != (SIZE, SIZE):  # the same size would be left as it is, but slowly
+        if batch.shape[-2:] != (SIZE, SIZE):  # resizing to the same size changes nothing, slowly
             batch = F.interpolate(batch, (SIZE, SIZE), mode="bilinear", antialias=True)
         yield batch.clamp(-1, 1).expand(-1, 3, -1, -1)
 
