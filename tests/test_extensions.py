@@ -79,8 +79,8 @@ OTHER_MEANINGS = {
     ("capture source", "capture/stream/csv_source.py", "serial"): "a kind of log",
     ("capture source", "capture/twelite/source.py", "twelite"): "a kind of log",
     ("capture source", "capture/twelite/simulator.py", "twelite"): "a kind of log",
-    ("capture source", "cli/capture_log.py", "serial"): "a kind of log",
-    ("capture source", "cli/capture_log.py", "twelite"): "a kind of log",
+    ("capture source", "workflows/capture/requests.py", "serial"): "a kind of log",
+    ("capture source", "workflows/capture/requests.py", "twelite"): "a kind of log",
     ("capture source", "capture/stream/byte_stream.py", "serial"): "a library",
     ("capture source", "capture/logs/xdf.py", "lsl"): "an extra",
 } | {("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()}
@@ -236,7 +236,7 @@ def test_a_measure_is_one_file(recipe, store, tmp_path, capsys):
     modules, [command] = recipe
     assert len(modules) == 1
     assert main(["train", "ar_texture", "--recipe", "tiny", "--data", str(store), "--out", "run"]) == 0
-    assert main([*command, "--judging", "steps=4", "--judging", "most=2"]) == 0
+    assert main([*command, "--evaluation", "steps=4", "--evaluation", "most=2"]) == 0
     assert "kurtosis_difference" in capsys.readouterr().out
     row = json.loads((tmp_path / "run/evaluation.json").read_text())["measures"]["kurtosis_difference"]
     assert {"model", "floor", "ceiling"} <= {column for column, value in row.items() if value is not None}

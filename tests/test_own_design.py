@@ -96,7 +96,7 @@ def test_what_was_put_in_is_found_and_nothing_where_nothing_was(own, tmp_path):
 def test_it_appears_in_the_studio(own, tmp_path):
     entries = workspace_studies(Workspace(tmp_path))
     [entry] = [entry for entry in entries if not entry.shipped]
-    assert (entry.title, entry.wrong) == ("Pleasant floors", "")
+    assert (entry.title, entry.error) == ("Pleasant floors", "")
     assert entry.question_text == "How pleasant does it feel?"
     assert "margins: pleasantness ±5 mm" in entry.line
     assert "pleasantness" in power_tables()

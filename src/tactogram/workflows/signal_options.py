@@ -8,7 +8,7 @@ from tactogram.workflows.request import Option, Request
 
 @dataclass(frozen=True, kw_only=True)
 class SignalOptions(Request):
-    """What a signal file may leave open."""
+    """Facts that a signal file may omit."""
 
     unit: Annotated[
         str | None, Option("unit of the samples, where the file does not state it: m/s^2, m/s, m, N, V or 1")
