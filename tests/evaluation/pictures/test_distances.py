@@ -1,6 +1,7 @@
 """Distances of pictures: against formulas written out, and honest where weights are absent."""
 
 import json
+from dataclasses import asdict
 from importlib.util import find_spec
 
 import numpy as np
@@ -182,7 +183,7 @@ def test_what_cannot_be_had_is_missing_and_never_replaced(tmp_path, monkeypatch)
     assert set(found.missing) == {"lpips", "fid"}
     assert set(found.values) == set(MEASURES) - {"lpips", "fid"}
     assert "alexnet-owt" in found.missing["lpips"]
-    read = json.loads(json.dumps(found.as_dict(), allow_nan=False))
+    read = json.loads(json.dumps(asdict(found), allow_nan=False))
     assert read["pictures"] == 2
     assert "256 x 256" in read["protocol"]
 

@@ -22,8 +22,8 @@ EMBEDDING_MEASURES: Mapping[str, MeasureInfo] = {
     "frechet_distance": MeasureInfo("Fréchet distance in the embedding"),
     "precision": MeasureInfo("precision: share of the generated that lies among the real", "higher"),
     "recall": MeasureInfo("recall: share of the real that lies among the generated", "higher"),
-    "density": MeasureInfo("density of the real where the generated lie", "higher"),
-    "coverage": MeasureInfo("coverage: share of the real that has generated near it", "higher"),
+    "density": MeasureInfo("density of the real around the generated", "higher"),
+    "coverage": MeasureInfo("coverage: share of the real with generated nearby", "higher"),
     "two_sample_accuracy": MeasureInfo("nearest-neighbour two-sample accuracy"),
 }
 MEMORY_MEASURES: Mapping[str, MeasureInfo] = {

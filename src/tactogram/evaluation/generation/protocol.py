@@ -59,7 +59,6 @@ class PartCallback(Protocol):
 
     def __call__(self, task: str, done: int, total: int, /) -> None:
         """Report progress."""
-        ...
 
 
 def evaluate_generation(
@@ -79,18 +78,17 @@ def evaluate_generation(
 
     Signal and embedding measures compare each set with the test part. For classifier accuracies, the floor uses
     real recordings in place of generated ones, and the ceiling is chance. For memorisation, the floor is the unseen
-    recordings, the ceiling the training data itself.
+    recordings, the ceiling the training data itself. Raises `ParameterError` if a set lacks a material or signal, or
+    signals differ in kind.
 
     Parameters
     ----------
     sets : mapping name -> material -> signals
         ``"model"`` and the baselines; each with enough of every material of ``test`` for the pieces.
     train, test : mapping material -> signals
-        Of one rate, unit and set of axes. Materials of ``train`` that are not in ``test`` serve only as other
-        materials.
+        Of one rate, unit and set of axes. Materials absent from ``test`` serve only as other materials.
     floor : mapping material -> signals, optional
-        Recordings of materials of ``test`` absent from training, used for the floor in place of the training part.
-        Measures that need a material from training are None for them.
+        Recordings for the floor of materials absent from ``train``; measures that need training data are then None.
     pieces : PiecePlan, optional
         By default that of `plan_pieces`.
     embed : callable, optional
@@ -99,15 +97,9 @@ def evaluate_generation(
     classifier : Classifier, optional
         Trained on real recordings; classifies the generated signals.
     fit : callable
-        Trains a quick classifier on signals and labels, for training on generated and testing on real signals, and
-        the reverse. Needs at least two materials.
+        Trains a quick classifier on signals and labels of at least two materials.
     workers : int, optional
-        Threads; by default one per core. They do not affect the result.
-
-    Raises
-    ------
-    ParameterError
-        If a set lacks a material or signal, or signals differ in kind.
+        Threads, which do not affect the result; by default one per core.
     """
     real = {**train, **(floor or {})}
     _check(sets, real, test)
@@ -238,13 +230,14 @@ def _embedded(
 
 def _embedding_distances(real: _Points, made: _Points) -> Values:
     a, b = real.points, made.points
-    values: dict[str, float | None] = dict.fromkeys(EMBEDDING_MEASURES)
-    if len(a) >= 3:
-        values["frechet_distance"] = frechet_distance(a, b)
-        manifold = precision_recall_density_coverage(a, b, k=min(NEIGHBOURS, len(a) // 2))
-        values |= {name: float(value) for name, value in manifold._asdict().items()}
-        values["two_sample_accuracy"] = _two_sample_accuracy(real, made)
-    return values
+    if len(a) < 3:
+        return dict.fromkeys(EMBEDDING_MEASURES)
+    manifold = precision_recall_density_coverage(a, b, k=min(NEIGHBOURS, len(a) // 2))
+    return {
+        "frechet_distance": frechet_distance(a, b),
+        **{name: float(value) for name, value in manifold._asdict().items()},
+        "two_sample_accuracy": _two_sample_accuracy(real, made),
+    }
 
 
 def _two_sample_accuracy(real: _Points, made: _Points) -> float:

@@ -46,7 +46,7 @@ def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tab
         return fit(signals, [material for material, pieces in part.items() for _ in pieces.signals])
 
     tables: Tables = {
-        name: {m: {} for m in cut[TEST]}
+        name: {material: {} for material in cut[TEST]}
         for name in ("tested_on_generated_accuracy", "trained_on_generated_accuracy")
     }
     on_real = trained(cut[FLOOR])
@@ -56,13 +56,10 @@ def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tab
         on_set = on_real if column == FLOOR else trained(part)
         for material, pieces in part.items():
             real = cut[TEST][material]
-            comparisons = {
-                "tested_on_generated_accuracy": (on_real, real if column == FLOOR else pieces),
-                "trained_on_generated_accuracy": (on_set, real),
-            }
-            for name, (classify, tested) in comparisons.items():
+            comparisons = (on_real, real if column == FLOOR else pieces), (on_set, real)
+            for table, (classify, tested) in zip(tables.values(), comparisons, strict=True):
                 answers = classify(tested.signals)
-                tables[name][material][column] = float(np.mean([answer == material for answer in answers]))
+                table[material][column] = float(np.mean([answer == material for answer in answers]))
     for table in tables.values():
         for row in table.values():
             row.update(_chance(len(cut[TEST])))
@@ -70,5 +67,5 @@ def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tab
 
 
 def _chance(materials: int) -> dict[str, float | None]:
-    """Return the ceiling of an accuracy."""
+    """Return the ceiling of an accuracy: chance."""
     return {CEILING: 1 / materials, NEAREST: None}

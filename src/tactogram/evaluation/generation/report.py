@@ -65,14 +65,14 @@ def position_figure(result: GenerationResult) -> Figure:
         axes.axvline(place, color="#9aa4ae", lw=0.8)
     rng = np.random.default_rng(0)
     for row, name in enumerate(names):
-        positions = [result.position(name, material) for material in result.materials]
-        defined = np.array([p for p in positions if p is not None])
+        positions = np.array([result.position(name, material) for material in result.materials], float)
+        defined = positions[~np.isnan(positions)]
         axes.scatter(
             np.clip(defined, *DRAWN), row + rng.uniform(-0.16, 0.16, len(defined)), s=7, alpha=0.35, lw=0,
             color=_colour(MODEL, result),
         )  # fmt: skip
     for column, marker in zip((MODEL, *_others(result)), MARKERS, strict=False):
-        means = [_or_nan(result.position(name, column=column)) for name in names]
+        means = np.array([result.position(name, column=column) for name in names], float)  # None becomes NaN
         axes.scatter(
             np.clip(means, *DRAWN), range(len(names)), s=60 if column == MODEL else 32, marker=marker,
             color=_colour(column, result), label=column, edgecolor="white", lw=0.6, zorder=3 + (column == MODEL),
@@ -94,9 +94,8 @@ def position_figure(result: GenerationResult) -> Figure:
 def overview_figure(result: GenerationResult) -> Figure:
     """Draw positions as a map, a row per material, a column per measure; grey where a measure is undecided."""
     names, materials = list(result.values), (None, *result.materials)
-    positions = np.array(
-        [[_or_nan(result.position(name, material)) for name in names] for material in materials]
-    )
+    # None becomes NaN.
+    positions = np.array([[result.position(name, m) for name in names] for m in materials], float)
     figure = Figure(figsize=(2.2 + 0.46 * len(names), 2.6 + 0.24 * len(materials)), layout="constrained")
     axes = figure.add_subplot()
     colours: Colormap = LinearSegmentedColormap.from_list(
@@ -292,7 +291,3 @@ def _colour(column: str, result: GenerationResult) -> str:
 
 def _listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _or_nan(value: float | None) -> float:
-    return np.nan if value is None else value

@@ -48,18 +48,9 @@ def spectrograms_figure(
 ) -> Figure:
     """Draw spectrograms in groups side by side, one row per axis, as in Figures 7 to 9 of Saga et al.
 
-    Parameters
-    ----------
-    groups : mapping from str to mapping from str to Signal
-        For example ``{"tile": {"recorded": …, "generated": …}}``; all of one rate, unit and set of axes.
-    scale : {"0-1", "dB"}
-        ``0-1`` divides the magnitudes of a row of a group by the largest of them, for display only. ``dB`` is re 1
-        unit per bin, one scale for the whole figure, which preserves the level.
-
-    Raises
-    ------
-    ParameterError
-        If there is no signal, or the signals differ in kind.
+    ``groups`` is for example ``{"tile": {"recorded": …, "generated": …}}``. The scale ``0-1`` divides the magnitudes of
+    a row of a group by the largest of them, for display only; ``dB`` is re 1 unit per bin, one scale for the whole
+    figure, which preserves the level. Raises `ParameterError` if there is no signal, or rates, units or axes differ.
     """
     every = [signal for members in groups.values() for signal in members.values()]
     first = check_alike(every)
@@ -104,18 +95,14 @@ def draw_spectrograms(
                     limits = (top - RANGE_DB, top)
                 else:
                     values, limits = picture.magnitude / largest, (0.0, 1.0)
-                half = (picture.frequency[1] - picture.frequency[0]) / 2
+                frequency, time = picture.frequency, picture.time
+                half = (frequency[1] - frequency[0]) / 2
                 mesh = cell.imshow(
                     values,
                     origin="lower",
                     aspect="auto",
                     # The first frame begins at 0; the last ends half a frame after its middle.
-                    extent=(
-                        0,
-                        picture.time[-1] + picture.time[0],
-                        picture.frequency[0] - half,
-                        picture.frequency[-1] + half,
-                    ),
+                    extent=(0, time[-1] + time[0], frequency[0] - half, frequency[-1] + half),
                     vmin=limits[0],
                     vmax=limits[1],
                     cmap="magma",
@@ -132,10 +119,8 @@ def draw_spectrograms(
         grid[row, 0].set_ylabel(f"{name}\nfrequency, Hz", fontsize=8)
     bar = figure.colorbar(mesh, ax=grid, fraction=0.03, pad=0.01, aspect=30)
     share = "magnitude" if len(drawn) == 1 else "magnitude per group"
-    bar.set_label(
-        f"dB re 1 {unit_text(first.unit)}" if scale == "dB" else f"{share}\n1: largest on the axis",
-        fontsize=8,
-    )
+    label = f"dB re 1 {unit_text(first.unit)}" if scale == "dB" else f"{share}\n1: largest on the axis"
+    bar.set_label(label, fontsize=8)
     bar.ax.tick_params(labelsize=7)
 
 

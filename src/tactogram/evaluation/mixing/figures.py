@@ -35,19 +35,8 @@ def mixing_figure(
     position between the ends with the spread of its signals, a line per axis and a thick one for all; the bands
     around 0 and 1 are the spread of the ends. The lower right plot shows the distance from the line between the ends.
 
-    Parameters
-    ----------
-    steps : sequence of Signal
-        One for each step of ``ladder``.
-    start, end : str
-        Names of the materials.
-    start_weights : sequence of float, optional
-        Weights of ``start``; by default 1 - those of ``end``.
-
-    Raises
-    ------
-    ParameterError
-        If the number of steps differs from the ladder's.
+    There is one of ``steps`` for each of the ladder's; ``start`` and ``end`` are the materials' names. The weights of
+    ``start`` are 1 - those of ``end`` by default. Raises `ParameterError` if the number of steps differs.
     """
     if len(steps) != len(ladder.weights):
         raise ParameterError(f"steps must be {len(ladder.weights)} as in the ladder, got {len(steps)}")

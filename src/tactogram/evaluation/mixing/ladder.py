@@ -44,9 +44,8 @@ class MixSeries:
     @property
     def start_weights(self) -> NDArray[np.float64]:
         """Weight of ``start`` at each step."""
-        return (
-            np.ones_like(self.ladder.weights) if self.mode == "add" else np.round(1 - self.ladder.weights, 12)
-        )
+        weights = self.ladder.weights
+        return np.ones_like(weights) if self.mode == "add" else np.round(1 - weights, 12)
 
     def figure(self, *, title: str = "") -> Figure:
         """Draw spectrograms of the steps, and their positions below."""

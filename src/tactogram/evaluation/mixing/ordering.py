@@ -37,6 +37,8 @@ def order_of(
 ) -> dict[str, float]:
     """Return the test of whether ``position`` rises with ``weights``, and the weight at which it passes one half.
 
+    The result holds `FIGURES`, as in `tactogram.evaluation.mixing.placement.MixingLadder`; NaN where ``position`` is.
+
     Parameters
     ----------
     position : float64 array, shape (step,)
@@ -44,16 +46,8 @@ def order_of(
     members : sequence of float64 arrays, shape (signal,)
         Positions of the step's signals; their variance is pooled over steps.
     weights : float64 array, shape (step,)
-        Rising.
     end_error : float64 array, shape (2,)
         Standard errors of the ends at 0 and 1, which move all steps together.
-    rng : numpy Generator
-        Source of the draws behind the test and the intervals.
-
-    Returns
-    -------
-    dict
-        `FIGURES`, as in `tactogram.evaluation.mixing.placement.MixingLadder`; NaN where ``position`` is.
     """
     if np.isnan(position).any():
         return dict.fromkeys(FIGURES, np.nan)

@@ -143,10 +143,10 @@ def positions(
 
     Raises
     ------
-    ParameterError
-        If there are too few signals, they differ in kind, or weights do not rise.
     IndistinctEndsError
-        If the squared distance of the ends is less than twice what chance makes of equal ones.
+        If the squared distance of the ends is less than twice its expectation for equal ends.
+    ParameterError
+        If there are too few signals or they differ in kind, or weights do not rise.
     """
     w = np.linspace(0, 1, len(steps)) if weights is None else np.asarray(weights, np.float64)
     if w.shape != (len(steps),) or len(w) < 2 or not (np.isfinite(w).all() and (np.diff(w) > 0).all()):

@@ -31,21 +31,12 @@ def texture_features(signals: Sequence[Signal], *, level: bool = True) -> NDArra
     band over its squared mean. The logarithm of a noisy power has a bias that depends on the amount of data:
     signals are therefore cut to pieces as long as the shortest of them, and features are means over pieces.
 
-    Parameters
-    ----------
-    signals : sequence of Signal
-        Of one rate, unit and set of axes, over time.
-    level : bool
-        If False, the levels of an axis are relative to its power in all bands.
+    Without ``level``, the levels of an axis are relative to its power in all bands. Raises `ParameterError` if signals
+    differ in rate, unit or axes, are not over time, or one is shorter than `SEGMENT_S`.
 
     Returns
     -------
     float64 array, shape (signal, axis, feature), dB
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind, or one is shorter than `SEGMENT_S`.
     """
     seconds = min((signal.seconds for signal in signals), default=0.0)
     check_alike(signals, shortest_s=max(SEGMENT_S, seconds))

@@ -1,9 +1,6 @@
 """Attention maps of a picture generator: Grad-CAM, as Neshov et al. 2026 use it (Sec. 4.4, Figure 4).
 
-References
-----------
-- Selvaraju, R. R. et al. (2017). Grad-CAM: visual explanations from deep networks via gradient-based localization.
-  ICCV.
+Selvaraju, R. R. et al. (2017). Grad-CAM: visual explanations from deep networks via gradient-based localization. ICCV.
 """
 
 from __future__ import annotations
@@ -63,10 +60,8 @@ def attention_maps(
 
     Raises
     ------
-    ParameterError
-        If ``generator`` has no transposed convolution, or ``activations`` is another word.
-    MissingExtraError
-        If captum is not installed; names the extra ``vision``.
+    ParameterError, MissingExtraError
+        If ``generator`` has no transposed convolution; if captum of the extra ``vision`` is not installed.
     """
     if activations not in ("output", "input"):
         raise ParameterError(f"activations must be 'output' or 'input', got {activations!r}")

@@ -28,18 +28,9 @@ class PictureChoice:
 def picture_choice(by: DistanceName, weights: str = "") -> PictureChoice:
     """Return the distance by which weights are chosen.
 
-    Parameters
-    ----------
-    by : {"lpips", "row_statistics"}
-        LPIPS with AlexNet, as Neshov et al. 2026, Sec. 3.2; or `row_statistics_distance`, which needs no weights and
-        replaces LPIPS, with a note, if AlexNet's weights are missing.
-    weights : str
-        AlexNet's file; by default in torch's cache.
-
-    Raises
-    ------
-    DataError, MissingExtraError
-        If ``weights`` names a file and LPIPS is not available.
+    ``lpips`` is LPIPS with AlexNet, as in Neshov et al. 2026, Sec. 3.2; ``weights`` is AlexNet's file, by default in
+    torch's cache. ``row_statistics`` needs no weights and replaces LPIPS, with a note, if they are missing; for a named
+    file, `DataError` or `MissingExtraError` is raised instead.
     """
     note = ""
     if by == "lpips":

@@ -8,8 +8,7 @@ not available; none is replaced by another. Pictures are not signals: report dis
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
@@ -54,27 +53,18 @@ class PictureResult:
 
     values: Mapping[str, float]
     """By the names of `MEASURES`."""
-    missing: Mapping[str, str] = field(default_factory=dict)
+    missing: Mapping[str, str]
     """Reason why a measure is not available, one line each."""
-    pictures: int = 0
+    pictures: int
     """Number of real and of generated pictures."""
     protocol: str = PROTOCOL
     """Size, channels and range of the networks' input."""
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON types."""
-        return asdict(self)
-
 
 class PictureEvaluator:
-    """Evaluation of spectrogram pictures by all of `MEASURES`, whose networks are loaded once.
+    """Evaluation of spectrogram pictures by `MEASURES`, without ``networks`` by those that need none.
 
-    Parameters
-    ----------
-    picture : SpectrogramPicture
-    weights : PictureWeights, optional
-    networks : bool
-        False leaves out the measures that need a network.
+    Networks are loaded once. ``missing`` holds the reason for each measure that is not available, one line each.
     """
 
     def __init__(
@@ -87,28 +77,17 @@ class PictureEvaluator:
             ("fid",): lambda: (Fid(files.inception),),
             ("efficientnet_lite0_distance", "efficientnet_lite0_frechet_distance"): _in_trunk,
         }
-        self._measures, self.missing = _available(groups if networks else {})
-        self._measures |= {
-            "log_spectral_distance_db": self._shape,
-            "level_difference_db": self._level,
-            "l1": _l1,
+        plain: _Groups = {
+            ("log_spectral_distance_db", "level_difference_db"): lambda: (self._shape, self._level),
+            ("l1",): lambda: (_l1,),
+            ("psnr_db", "ssim"): _classic,
         }
-        classic, missing = _available({("psnr_db", "ssim"): _classic})
-        self._measures |= classic
-        self.missing |= missing
+        self._measures, self.missing = _available({**(groups if networks else {}), **plain})
 
     def __call__(self, real: Tensor, made: Tensor) -> PictureResult:
-        """Return the distances of ``made`` from ``real``.
+        """Return the distances of ``made`` from ``real``, both of shape (pair, 1, rows, columns), in [-1, 1].
 
-        Parameters
-        ----------
-        real, made : float tensor, shape (pair, 1, rows, columns), in [-1, 1]
-            At least 2 pairs, each of one material.
-
-        Raises
-        ------
-        ParameterError
-            If they are not.
+        Each pair is of one material. Raises `ParameterError` below 2 pairs, or for another shape or range.
         """
         check_pictures(real, made, paired=True)
         if len(real) < 2:
@@ -136,17 +115,8 @@ class PictureEvaluator:
 class ImageQuality:
     """Fréchet distances of sets of colour images from one set of real ones, their networks loaded once.
 
-    ``missing`` holds the reason why a distance is not available, one line each.
-
-    Parameters
-    ----------
-    real : float tensor, shape (image, 3, rows, columns), -1 to 1
-        At least 2.
-
-    Raises
-    ------
-    ParameterError
-        If there are fewer.
+    ``real`` has shape (image, 3, rows, columns), -1 to 1; below 2 images, `ParameterError` is raised. ``missing`` is as
+    in `PictureEvaluator`.
     """
 
     def __init__(self, real: Tensor) -> None:

@@ -1,9 +1,9 @@
-"""Figures of pictures of touch: real beside generated, where the generator looks, and the worst cases."""
+"""Figures of pictures of touch: real and generated pictures, attention maps, and the worst cases."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from textwrap import fill
 from typing import Any
 
@@ -18,31 +18,23 @@ from tactogram.evaluation.figures import unit_text
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 
 COLOURS = "magma"
-"""As all spectrograms of this project; the paper's are in jet, which has edges where the data has none."""
+"""As in all spectrograms of this project; jet, as in the paper, shows edges that the data does not have."""
 
 
 @dataclass(frozen=True, eq=False)
 class PictureCase:
-    """A photo, what is felt there, and what was generated from it.
-
-    Parameters
-    ----------
-    title : str
-        For example the material.
-    photo : float tensor, shape (channel, row, column), in [-1, 1]
-    pictures : mapping from str to float tensor, shape (1, row, column), in [-1, 1]
-        By what they are: ``{"real": …, "generated": …}``.
-    attention : mapping from str to float tensor, shape (row, column), 0..1
-        Maps to lay over some of ``pictures``, by their names.
-    note : str
-        A line under the title, e.g. the error.
-    """
+    """Photo of a place, and its real and generated pictures."""
 
     title: str
+    """For example the material."""
     photo: Tensor
+    """Shape (channel, row, column), in [-1, 1]."""
     pictures: Mapping[str, Tensor]
+    """Pictures by kind, e.g. ``{"real": …, "generated": …}``, shape (1, row, column), in [-1, 1]."""
     attention: Mapping[str, Tensor] | None = None
+    """Maps over some of ``pictures``, by their names, shape (row, column), 0..1."""
     note: str = ""
+    """Line below the title, e.g. the error."""
 
 
 def pictures_figure(
@@ -52,22 +44,11 @@ def pictures_figure(
     title: str = "",
     attention_notes: Mapping[str, str] | None = None,
 ) -> Figure:
-    """Draw a row per case: photo, then its pictures, then the attention maps, as in Figures 3 to 5 of the paper.
+    """Draw a row per case: photo, pictures and attention maps, as in Figures 3 to 5 of the paper.
 
-    One scale of levels for all, in dB re 1 unit: the level is seen too. Attention is laid over its picture in jet, as
-    published.
-
-    Parameters
-    ----------
-    cases : sequence of PictureCase
-        With pictures of the same names.
-    attention_notes : mapping from str to str, optional
-        Lines above the attention maps, by the names of their pictures; see `attention_maps.attention_note`.
-
-    Raises
-    ------
-    ParameterError
-        If there is none, or names differ.
+    All share one scale of levels, in dB re 1 unit. Attention is drawn over its picture in jet, as published.
+    ``attention_notes`` are captions of the attention maps, by the names of their pictures (`attention_note`). Raises
+    `ParameterError` without a case, or if the names of the pictures differ between cases.
     """
     if not cases:
         raise ParameterError("at least one case is needed, got none")
@@ -86,7 +67,7 @@ def pictures_figure(
             mesh = _picture(place, case.pictures[name], picture)
         for place, name in zip(row[1 + len(names) :], maps, strict=True):
             _picture(place, case.pictures[name], picture, grey=True)
-            _overlay(place, case.attention, name, picture)
+            _overlay(place, (case.attention or {})[name], picture)
     notes = attention_notes or {}
     attention = (f"attention, {name}\n{fill(notes.get(name, ''), 26)}".strip() for name in maps)
     for place, name in zip(grid[0], ["photo", *names, *attention], strict=True):
@@ -108,23 +89,11 @@ def pictures_figure(
 def worst_cases(
     errors: Sequence[float] | NDArray[np.float64], materials: Sequence[str], *, count: int = 3
 ) -> list[int]:
-    """Return the places of the ``count`` largest errors, the largest first, one per material.
+    """Return the indices of the ``count`` largest errors, one per material, the largest first.
 
-    Measured, not picked: Figure 5 of the paper shows "the most challenging" cases of three classes.
-
-    Parameters
-    ----------
-    errors : float array, shape (case,)
-        Any distance of a pair, e.g. LPIPS or L1; finite.
-    materials : sequence of str
-        Of each case.
-    count : int
-        At most so many materials.
-
-    Raises
-    ------
-    ParameterError
-        If there are not as many errors as materials, or one is not finite.
+    An objective selection: Figure 5 of the paper shows "the most challenging" cases of three classes. ``errors``, shape
+    (case,), are any distances of pairs, e.g. LPIPS or L1. Raises `ParameterError` unless they are finite and as many as
+    ``materials``.
     """
     values = np.asarray(errors, np.float64)
     if values.shape != (len(materials),) or not np.isfinite(values).all():
@@ -138,40 +107,18 @@ def worst_cases(
 
 
 def failures_figure(
-    cases: Sequence[PictureCase],
-    errors: Sequence[float],
-    picture: SpectrogramPicture,
-    *,
-    measure: str,
-    count: int = 3,
+    cases: Sequence[PictureCase], errors: Sequence[float], picture: SpectrogramPicture, *, measure: str
 ) -> Figure:
-    """Draw the cases with the largest error, one per material, with its number and its rank; see `worst_cases`.
-
-    Parameters
-    ----------
-    cases : sequence of PictureCase
-        All that were measured; ``title`` is the material.
-    errors : sequence of float
-        Of each case.
-    measure : str
-        What the errors are of, for the title.
-    """
-    chosen = worst_cases(errors, [case.title for case in cases], count=count)
+    """Draw the cases with the largest errors by ``measure``, one per material (`worst_cases`); titles are materials."""
+    chosen = worst_cases(errors, [case.title for case in cases])
     median = float(np.median(np.asarray(errors, np.float64)))
-    shown = [_noted(cases[place], f"{errors[place]:.3g} (median {median:.3g})") for place in chosen]
+    shown = [replace(cases[place], note=f"{errors[place]:.3g} (median {median:.3g})") for place in chosen]
     return pictures_figure(shown, picture, title=f"Largest {measure} of {len(cases)} cases, one per material")
-
-
-def _noted(case: PictureCase, note: str) -> PictureCase:
-    return PictureCase(case.title, case.photo, case.pictures, case.attention, note)
 
 
 def _photo(place: Axes, case: PictureCase) -> None:
     pixels = ((case.photo.detach().cpu().numpy() + 1) / 2).clip(0, 1)
-    if len(pixels) == 1:
-        place.imshow(pixels[0], cmap="gray", vmin=0, vmax=1)
-    else:
-        place.imshow(pixels.transpose(1, 2, 0))
+    place.imshow(pixels.transpose(1, 2, 0), cmap="gray", vmin=0, vmax=1)  # colours ignore the map
     place.set(xticks=[], yticks=[])
     place.set_ylabel("\n".join([fill(case.title, 18), case.note]).strip(), fontsize=7)
 
@@ -190,20 +137,17 @@ def _picture(place: Axes, one: Tensor, picture: SpectrogramPicture, *, grey: boo
     )
 
 
-def _overlay(
-    place: Axes, attention: Mapping[str, Tensor] | None, name: str, picture: SpectrogramPicture
-) -> None:
-    if attention is not None:
-        place.imshow(
-            attention[name].detach().cpu().numpy(),
-            origin="lower",
-            aspect="auto",
-            cmap="jet",
-            vmin=0,
-            vmax=1,
-            alpha=0.5,
-            extent=_extent(picture),
-        )
+def _overlay(place: Axes, attention: Tensor, picture: SpectrogramPicture) -> None:
+    place.imshow(
+        attention.detach().cpu().numpy(),
+        origin="lower",
+        aspect="auto",
+        cmap="jet",
+        vmin=0,
+        vmax=1,
+        alpha=0.5,
+        extent=_extent(picture),
+    )
 
 
 def _extent(picture: SpectrogramPicture) -> tuple[float, float, float, float]:

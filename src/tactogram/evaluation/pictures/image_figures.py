@@ -89,8 +89,7 @@ def _smoothed(steps: NDArray[np.float64], values: NDArray[np.float64]) -> NDArra
     first = np.searchsorted(steps, steps - SMOOTHED, side="right")
     total = np.concatenate([[0.0], np.cumsum(values)])
     last = np.arange(1, len(values) + 1)
-    smoothed: NDArray[np.float64] = (total[last] - total[first]) / (last - first)
-    return smoothed
+    return np.asarray((total[last] - total[first]) / (last - first))
 
 
 @dataclass(frozen=True)
@@ -111,14 +110,9 @@ class TradeOff:
 def trade_off_figure(
     weights: Sequence[TradeOff], *, distance: str, best: float | None = None, title: str = ""
 ) -> Figure:
-    """Draw label fidelity against the distance from real images, and the spread of images.
+    """Draw label fidelity against the ``distance`` (its name) from real images, and the spread of images.
 
-    Parameters
-    ----------
-    distance : str
-        Name of the distance.
-    best : float, optional
-        Correlation that the rater model reaches on real images, an upper limit.
+    ``best`` is the correlation that the rater model reaches on real images, an upper limit.
     """
     figure = Figure(figsize=(10.5, 4.0), layout="constrained")
     curve, spread = figure.subplots(1, 2)
@@ -142,7 +136,7 @@ def trade_off_figure(
         curve.text(
             0.99,
             best,
-            "real images that the rater model did not see",
+            "real images unknown to the rater model",
             fontsize=7,
             color="0.3",
             ha="right",
@@ -152,21 +146,16 @@ def trade_off_figure(
     curve.margins(x=0.2, y=0.15)
     curve.set(
         xlabel=f"{distance} (lower: more like real images)",
-        ylabel="correlation of predicted with asked scores",
+        ylabel="correlation of predicted with requested scores",
     )
     places = np.arange(len(weights))
-    for shift, name, colour in ((-0.18, "noise_share", "tab:green"), (0.18, "label_share", "tab:purple")):
-        values = [float(np.mean(getattr(one, name))) for one in weights]
-        spread.bar(
-            places + shift,
-            values,
-            0.36,
-            color=colour,
-            label="over noises of one label" if name == "noise_share" else "over labels of one noise",
-        )
+    by_noise = [float(np.mean(one.noise_share)) for one in weights]
+    by_label = [float(np.mean(one.label_share)) for one in weights]
+    spread.bar(places - 0.18, by_noise, 0.36, color="tab:green", label="over noises of one label")
+    spread.bar(places + 0.18, by_label, 0.36, color="tab:purple", label="over labels of one noise")
     spread.axhline(1, color="0.7", linewidth=0.8)
     spread.set_xticks(places, [f"{one.weight:,.0f}" for one in weights])
-    spread.set(xlabel="image weight", ylabel="what images differ by, share of real ones")
+    spread.set(xlabel="image weight", ylabel="spread of images, share of real ones")
     spread.legend(fontsize=8)
     if title:
         figure.suptitle(title, fontsize=10)

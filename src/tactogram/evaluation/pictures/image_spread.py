@@ -84,16 +84,8 @@ def image_spread(
 ) -> ImageSpread:
     """Return the spread of a generator's images over all pairings of labels and noises.
 
-    Parameters
-    ----------
-    make : function
-        Of noises (image, noise) and labels (image, word) to images.
-    labels : float32 array, shape (label, word)
-        At least 2.
-    noises : float32 array, shape (draw, noise)
-        At least 2.
-    real : float
-        `mean_distance` of real images, > 0.
+    ``make`` is called with noises, shape (image, noise), and labels, shape (image, word). At least 2 ``labels`` (label,
+    word) and ``noises`` (draw, noise) are needed; ``real`` is the `mean_distance` of real images, > 0.
     """
     made = np.stack([make(noises, np.repeat(label[None], len(noises), 0)) for label in labels])
     by_noise = np.mean([mean_distance(row) for row in made])

@@ -56,23 +56,17 @@ def inversion_loss(
 ) -> dict[str, InversionLoss]:
     """Return the loss of one material by each measure of `signal_measures`, none of which depends on phase.
 
-    Measures that are undefined for one axis, or for signals as short as a picture, are left out.
+    Measures that are undefined for one axis, or for signals as short as a picture, are left out. Raises
+    `ParameterError` if a signal has several axes, is shorter than a picture, or differs from it in kind.
 
     Parameters
     ----------
-    real : sequence of Signal
-        One axis each; only the first ``picture.length`` samples count.
+    real, others : sequence of Signal
+        Of the material; ``others`` are for the floor. Only the first ``picture.length`` samples count.
     made : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
-        Generated for that material.
-    others : sequence of Signal
-        Other real signals of the material, for the floor.
+        Generated for the material.
     seed : int
         Seed of the phase.
-
-    Raises
-    ------
-    ParameterError
-        If a signal has several axes, is shorter than a picture, or differs from the picture in kind.
     """
     real = [_cut(signal, picture) for signal in real]
     others = [_cut(signal, picture) for signal in others]

@@ -48,7 +48,7 @@ def evaluate_pictures(
     Returns
     -------
     dict
-        `PictureResult.as_dict`; ``per_material`` the log-spectral distance of each; ``label_accuracy`` if the model
+        Fields of `PictureResult`; ``per_material`` the log-spectral distance of each; ``label_accuracy`` if the model
         predicts a label; ``leak``, the share of the test part that was trained on (`PairLeak`); ``inversion``, the
         parts of the loss of the inverted signals (`InversionLoss`, with ``network`` and ``share_of_inversion``);
         ``split`` and ``simulated``.
@@ -78,7 +78,7 @@ def _evaluated(
     train, test = training_and_test(loaded)
     tested = pairs_of_test(loaded, test)
     pairs = generated_pairs(loaded, tested, most, progress)
-    found = PictureEvaluator(picture, weights=weights or PictureWeights())(pairs.real, pairs.made).as_dict()
+    found = asdict(PictureEvaluator(picture, weights=weights)(pairs.real, pairs.made))
     plain = PictureEvaluator(picture, networks=False)
     found["per_material"] = {
         name: plain(pairs.real[places], pairs.made[places]).values["log_spectral_distance_db"]
