@@ -18,25 +18,15 @@ SOURCES = PluginGroup("capture source", "tactogram.capture.sources", "tactogram.
 
 
 def source_kind(name: str) -> SourceKind:
-    """Return a kind of source by name.
-
-    Raises
-    ------
-    ParameterError
-        If there is none of that name, or its module declares none.
-    """
+    """Return a kind of source by name; `ParameterError` if there is none, or its module declares none."""
     return SOURCES.definition(name, "SOURCE", SourceKind)
 
 
 def find_devices(name: str, *, find_s: float = 0.5) -> dict[str, str]:
-    """Return the devices of a kind at hand: descriptions by address.
+    """Return the connected devices of a kind: descriptions by address.
 
-    Raises
-    ------
-    ParameterError
-        If there is no such kind, or its devices cannot be listed.
-    MissingExtraError, DeviceError
-        If its library or driver is not installed.
+    Raises `ParameterError` if there is no such kind, or its devices cannot be listed; `MissingExtraError` or
+    `DeviceError` if its library or driver is not installed.
     """
     kind = source_kind(name)
     if kind.find is None:
@@ -64,13 +54,7 @@ def open_source(address: str) -> Source:
 
 
 def parse_address(address: str) -> tuple[SourceKind, str, BaseModel]:
-    """Return kind, place and options of an address.
-
-    Raises
-    ------
-    ParameterError
-        If it is not an address, or an option is wrong.
-    """
+    """Return kind, place and options of an address; `ParameterError` if one of them is wrong."""
     name, colon, rest = address.partition(":")
     if not colon or name not in SOURCES:
         examples = ", ".join(source_kind(known).example for known in SOURCES.names())

@@ -22,23 +22,16 @@ class SourceLost(DeviceError):  # noqa: N818 - named like SourceEnded
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Consecutive samples.
-
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, n), the source's unit
-        NaN in every axis where a sample was lost. At least one sample. Read-only.
-    first_index : int
-        Position of the first one, counted from the source's first sample, lost ones included: each block continues the
-        preceding one.
-    arrival_s : float
-        Arrival of the last one, s on the clock of ``time.monotonic``; for a file, on the file's clock (NaN without
-        one).
-    """
+    """Consecutive samples."""
 
     samples: NDArray[np.float32]
+    """float32, shape (axis, n), n >= 1, the source's unit; NaN in every axis where a sample was lost. Read-only."""
     first_index: int
+    """Position of the first sample, counted from the source's first, lost ones included: each block continues the
+    preceding one."""
     arrival_s: float
+    """Arrival of the last sample, s on the clock of ``time.monotonic``; for a file, on the file's clock (NaN without
+    one)."""
 
     def __post_init__(self) -> None:
         samples = np.ascontiguousarray(self.samples, dtype=np.float32)
@@ -76,30 +69,18 @@ class Source(Protocol):
 
     A context manager: entering opens the device, leaving closes it. ``axes`` and ``rate`` may be known only
     after entering, or after the first block.
-
-    Attributes
-    ----------
-    name : str
-        Its address, e.g. ``"twelite:/dev/ttyUSB0"``.
-    unit : str
-        Of its samples, one of `tactogram.signal.UNITS`.
-    rate : float or None
-        Nominal samples per second; None while unknown. The *measured* rate is in `facts`.
     """
 
     name: str
+    """Its address, e.g. ``"twelite:/dev/ttyUSB0"``."""
     axes: tuple[str, ...]
     unit: str
+    """Of its samples, one of `tactogram.signal.UNITS`."""
     rate: float | None
+    """Nominal samples per second; None while unknown. The *measured* rate is in `facts`."""
 
     def __enter__(self) -> Self:
-        """Open it.
-
-        Raises
-        ------
-        DeviceError, MissingExtraError
-            If it does not open; one line.
-        """
+        """Open it, or raise `DeviceError` or `MissingExtraError`."""
         ...
 
     def __exit__(

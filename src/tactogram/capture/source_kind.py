@@ -17,47 +17,28 @@ class OpenFunction(Protocol):
     """Function from the parts of an address to a source."""
 
     def __call__(self, place: str, options: Any, /, *, name: str) -> Source:
-        """Return a source that is not entered yet.
+        """Return the source at the address ``name``, not entered yet.
 
-        Parameters
-        ----------
-        place : str
-            The part of the address between the colon and the question mark; may be empty.
-        options : BaseModel
-            Of the kind.
-        name : str
-            The whole address.
-
-        Raises
-        ------
-        ParameterError
-            If the place or the options are wrong; devices are opened later, by entering the source.
+        ``place`` is the part between the colon and the question mark; it may be empty. Raises `ParameterError` if the
+        place or the options are wrong; devices are opened later, by entering the source.
         """
         ...
 
 
 @dataclass(frozen=True)
 class SourceKind:
-    """A kind of source, addressed as ``name:place?option=value&…``.
-
-    Parameters
-    ----------
-    name : str
-        Start of its addresses, equal to the module's name.
-    example : str
-        An address.
-    options : type of BaseModel
-        Options that are files have the type Path; ``log``, if present, is a new file for all bytes.
-    find : callable, optional
-        Returns the devices at hand: descriptions by address. Its argument limits the search on a network, s.
-    """
+    """A kind of source, addressed as ``name:place?option=value&…``."""
 
     name: str
+    """Start of its addresses, equal to the module's name."""
     title: str
     example: str
+    """An address."""
     options: type[BaseModel]
+    """Options that are files have the type Path; ``log``, if present, is a new file for all bytes."""
     open: OpenFunction
     find: Callable[[float], Mapping[str, str]] | None = None
+    """Returns the connected devices: descriptions by address. Its argument limits the search on a network, s."""
     place_is_file: bool = False
     simulated: bool = False
 
@@ -68,13 +49,7 @@ class SourceKind:
 
 
 def required_place(place: str, name: str, what: str) -> str:
-    """Return ``place``, the part of an address after the colon.
-
-    Raises
-    ------
-    ParameterError
-        If it is empty.
-    """
+    """Return ``place``, the part of an address after the colon, or raise `ParameterError` if it is empty."""
     if not place:
         raise ParameterError(f"{name.rstrip(':')}: must name {what} after the colon")
     return place

@@ -15,10 +15,7 @@ from tactogram.errors import ParameterError
 def live_figure(found: Sequence[WindowClassification], truth: Sequence[str], *, title: str) -> Figure:
     """Draw probabilities over time with the true materials, windows that are none of these, and the latency.
 
-    Parameters
-    ----------
-    truth : sequence of str
-        Material stroked at the end of each window.
+    ``truth`` is the material stroked at the end of each window.
     """
     classified = [guess for guess in found if guess.classification is not None]
     if not classified or len(found) != len(truth):

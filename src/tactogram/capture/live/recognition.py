@@ -31,18 +31,12 @@ RATE_STEP = 0.1
 
 @dataclass(frozen=True)
 class Classification:
-    """Classification of one window.
-
-    Parameters
-    ----------
-    probabilities : mapping from str to float
-        By material; sum 1.
-    none_of_these : bool or None
-        Whether it is too far from all materials of the classifier; None if unknown.
-    """
+    """Classification of one window."""
 
     probabilities: Mapping[str, float]
+    """By material; sum 1."""
     none_of_these: bool | None = None
+    """Whether the window is too far from all materials of the classifier; None if unknown."""
 
 
 ClassifyWindow = Callable[[Signal], Classification]
@@ -51,36 +45,25 @@ ClassifyWindow = Callable[[Signal], Classification]
 
 @dataclass(frozen=True)
 class WindowClassification:
-    """One window and its classification.
-
-    Parameters
-    ----------
-    end_index : int
-        Position of the sample after its last, counted from the source's first.
-    time_s : float
-        Arrival of its last sample, s after the first block.
-    classification : Classification or None
-        None if too much of the window was lost.
-    lost : float
-        Lost share of its samples.
-    level : float
-        rms about the mean, root of the sum of squares over axes, the source's unit.
-    latency_s : float or None
-        From the arrival of its last sample to the probabilities; None for a source without a clock.
-    skipped : int
-        Windows skipped since the preceding one.
-    """
+    """One window and its classification."""
 
     end_index: int
+    """Position of the sample after its last, counted from the source's first."""
     time_s: float
+    """Arrival of its last sample, s after the first block."""
     classification: Classification | None
+    """None if too much of the window was lost."""
     lost: float
+    """Lost share of its samples."""
     level: float
+    """rms about the mean, root of the sum of squares over axes, the source's unit."""
     latency_s: float | None
+    """From the arrival of its last sample to the probabilities; None for a source without a clock."""
     skipped: int
+    """Windows skipped since the preceding one."""
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return JSON values."""
         facts = asdict(self)
         classification = facts.pop("classification") or {"probabilities": None, "none_of_these": None}
         return {"material": self.material, **classification, **facts}
@@ -124,26 +107,10 @@ def classify_windows(
     most_lost: float = MOST_LOST,
     clock: Callable[[], float] = monotonic,
 ) -> Iterator[WindowClassification]:
-    """Yield a `WindowClassification` every ``hop_s``, until the source ends or ``seconds`` of it have arrived.
+    """Yield a window of ``window_s`` every ``hop_s``, until the source ends or ``seconds`` of it have arrived.
 
-    Parameters
-    ----------
-    feed : Feed
-        Of an open source.
-    classify : ClassifyWindow
-    window_s, hop_s : float
-        Length of a window, and distance to the next one, s.
-    most_lost : float
-        See `MOST_LOST`.
-    clock : callable
-        Clock of the source's arrivals.
-
-    Raises
-    ------
-    ParameterError
-        If window or hop is not > 0.
-    SourceLost
-        If the source disappears.
+    ``most_lost`` is as `MOST_LOST`; ``clock`` is that of the source's arrivals. Raises `ParameterError` if window or
+    hop is not > 0, `SourceLost` if the source disappears.
     """
     if not (window_s > 0 and hop_s > 0):
         raise ParameterError(f"window and hop must be > 0 s, got {window_s:g} and {hop_s:g}")
@@ -188,14 +155,7 @@ def window_signal(
 ) -> tuple[Signal | None, float]:
     """Return a window as a Signal with losses bridged (None if all was lost), and the lost share.
 
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, time)
-        NaN where lost.
-    rate : float, Hz
-        Rounded to `RATE_STEP`.
-    unit, axes
-        As in `Signal`.
+    ``samples`` is float32, shape (axis, time), NaN where lost; ``rate`` (Hz) is rounded to `RATE_STEP`.
     """
     lost = float(np.isnan(samples).any(axis=0).mean())
     if lost == 1.0:

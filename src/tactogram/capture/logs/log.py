@@ -26,30 +26,20 @@ _SEARCHED_BYTES = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class SensorLog:
-    """Log of one sensor.
-
-    Parameters
-    ----------
-    name : str
-        Serial number of the sensor, or the name of the log.
-    samples : float32 array, shape (axis, time), ``unit``
-        NaN where lost. At least one sample.
-    unit : str
-    rate : RateEstimate or None
-        Measured; None if the log has no times.
-    start_s : float
-        Arrival of the first packet, by the log's clock; NaN if it has none.
-    facts : dict
-        As `Source.facts`.
-    """
+    """Log of one sensor."""
 
     name: str
+    """Serial number of the sensor, or the name of the log."""
     samples: NDArray[np.float32]
+    """float32, shape (axis, time), ``unit``; NaN where lost. At least one sample."""
     axes: tuple[str, ...]
     unit: str
     rate: RateEstimate | None
+    """Measured; None if the log has no times."""
     start_s: float
+    """Arrival of the first packet, by the log's clock; NaN if it has none."""
     facts: dict[str, Any]
+    """As `Source.facts`."""
     simulated: bool
 
 
@@ -105,7 +95,7 @@ def read_log(
 
 
 def log_kind(path: Path) -> LogKind:
-    """Return the kind of device that a log is of: our own logs name it, in others a packet near the start decides."""
+    """Return the kind of device that wrote a log: named in our own logs, else detected by a packet near the start."""
     facts = log_facts(path)
     if facts is not None:
         if facts.get("kind") not in ("twelite", "serial"):

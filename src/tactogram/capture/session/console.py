@@ -15,24 +15,16 @@ from tactogram.capture.session.feed import MeterReading
 
 @dataclass(frozen=True)
 class CaptureStatus:
-    """Status of a recording session.
-
-    Parameters
-    ----------
-    place : str
-        The take, its number and the total.
-    phase : str
-        ``"countdown"``, ``"recording"``, ``"question"``.
-    text : str
-        The question, or the remaining time.
-    share : float
-        Finished share of the phase, 0 to 1.
-    """
+    """Status of a recording session."""
 
     place: str
+    """The take, its number and the total."""
     phase: str
+    """``"countdown"``, ``"waiting"``, ``"recording"`` or ``"question"``."""
     text: str
+    """The question, or the remaining time."""
     share: float = 0.0
+    """Finished share of the phase, 0 to 1."""
     levels: MeterReading | None = None
 
 
@@ -53,13 +45,9 @@ class Console(Protocol):
 
 
 class LineConsole:
-    """Lines on stderr; answers from the lines of a file or pipe, or always the default.
+    """Lines on stderr; answers from the lines of a file or pipe, or always the default (``answers`` None).
 
-    Parameters
-    ----------
-    answers : text file or None
-        One answer per line, by its first letter; an empty line is the default, the end of the file is
-        ``q``. None always gives the default.
+    A line answers by its first letter; an empty one is the default, the end of the file is ``q``.
     """
 
     def __init__(self, answers: TextIO | None, out: TextIO | None = None) -> None:

@@ -24,47 +24,26 @@ MEASURED_S = 0.5
 
 @dataclass(frozen=True)
 class MeterReading:
-    """Reading of a level meter.
-
-    Parameters
-    ----------
-    rms : float
-        Of the last `METER_S`, about the mean, root of the sum of squares over axes, source's unit.
-    peak : float
-        Largest magnitude of any axis, gravity and offsets included, since these clip, too.
-    full_scale : float or None
-        Of the sensor.
-    clipped : bool
-        Whether ``peak`` reached it.
-    lost : int
-        Samples lost since the source was opened.
-    rate : float or None
-        Measured, Hz.
-    """
+    """Reading of a level meter."""
 
     rms: float
+    """Of the last `METER_S`, about the mean, root of the sum of squares over axes, source's unit."""
     peak: float
+    """Largest magnitude of any axis, gravity and offsets included, since these clip, too."""
     full_scale: float | None
     clipped: bool
+    """Whether ``peak`` reached ``full_scale``."""
     lost: int
+    """Samples lost since the source was opened."""
     rate: float | None
+    """Measured, Hz."""
 
 
 class Feed:
-    """Reader of a source with a buffer.
+    """Reader of an open source with a buffer.
 
-    Parameters
-    ----------
-    source : Source
-        Open.
-    reference_rate : float, optional
-        Nominal rate, Hz; by default the source's.
-    full_scale : float, optional
-        By default the source's.
-    silence_s : float
-        Time without samples after which the source counts as lost.
-    clock : callable
-        As ``time.monotonic``.
+    ``reference_rate`` (nominal, Hz) and ``full_scale`` are by default the source's. After ``silence_s`` without
+    samples the source counts as lost.
     """
 
     def __init__(
@@ -122,10 +101,7 @@ class Feed:
     def poll(self, timeout_s: float = 0.1, *, patient: bool = False) -> Block | None:
         """Read one block, or None if none arrived in time; ``patient`` tolerates any silence.
 
-        Raises
-        ------
-        SourceEnded, SourceLost
-            As `Source.read`; also `SourceLost` after ``silence_s`` without samples.
+        Raises `SourceEnded` and `SourceLost` as `Source.read`; `SourceLost` also after ``silence_s`` without samples.
         """
         block = self.source.read(timeout_s)
         now = self._clock()
@@ -155,10 +131,7 @@ class Feed:
     def take(self, start: int, stop: int) -> Take:
         """Return samples ``start`` to ``stop`` (exclusive), kept since `mark`.
 
-        Raises
-        ------
-        DataError
-            If there are none, or the rate is still unknown.
+        Raises `DataError` if there are none, or the rate is still unknown.
         """
         self._measured, self._measured_at = None, -1
         measured, rate = self.measured_rate, self.rate

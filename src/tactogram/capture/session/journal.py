@@ -24,27 +24,16 @@ FILE = "session.jsonl"
 
 
 class Journal:
-    """The journal in ``folder``, which is created; a context manager that locks the session.
-
-    Attributes
-    ----------
-    events : list of dict
-        Of all runs. Each has ``event`` and ``time`` (UTC).
-    """
+    """The journal in ``folder``, which is created; a context manager that locks the session."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.path = folder, folder / FILE
         self.events: list[dict[str, Any]] = []
+        """Of all runs; each has ``event`` and ``time`` (UTC)."""
         self._file: TextIO | None = None
 
     def __enter__(self) -> Self:
-        """Open and read it.
-
-        Raises
-        ------
-        DataError
-            If another process uses this session, or a line other than the last is damaged.
-        """
+        """Open and read it; `DataError` if another process uses it, or a line other than the last is damaged."""
         self.folder.mkdir(parents=True, exist_ok=True)
         file = self.path.open("a+", encoding="utf-8")
         try:
@@ -77,10 +66,7 @@ class Journal:
     def write(self, event: str, facts: Mapping[str, Any] | None = None) -> None:
         """Add an event; it is on the disk when this returns.
 
-        Raises
-        ------
-        OSError
-            If the disk is full; the event is then removed.
+        Raises `OSError` if the disk is full; the event is then removed.
         """
         if self._file is None:
             raise DataError(f"{self.path} is not open")

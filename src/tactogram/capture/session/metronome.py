@@ -43,12 +43,7 @@ def click_track(
 ) -> Signal:
     """Return the beats as a sound, peak 0.5, unit 1, one axis: the first at 0 s.
 
-    Parameters
-    ----------
-    interval_s, seconds : float, s
-    back_and_forth : bool
-        Whether every other beat is lower.
-    rate : float, Hz
+    With ``back_and_forth`` every other beat is lower.
     """
     if not (interval_s > 0 and seconds > 0):
         raise ParameterError(f"interval and seconds must be > 0, got {interval_s:g} and {seconds:g}")
@@ -76,15 +71,7 @@ class SilentMetronome:
 
 
 class LoudspeakerMetronome:
-    """Beats through a loudspeaker.
-
-    Parameters
-    ----------
-    play : callable
-        Starts to play a Signal and returns at once.
-    hush : callable
-        Stops it.
-    """
+    """Beats through a loudspeaker: ``play`` starts to play a Signal and returns at once, ``hush`` stops it."""
 
     def __init__(self, play: Callable[[Signal], None], hush: Callable[[], None]) -> None:
         self._play, self._hush = play, hush
@@ -99,13 +86,7 @@ class LoudspeakerMetronome:
 
 
 class BellMetronome:
-    """Beats of the terminal's bell, for systems without sound: as exact as a sleeping thread, some milliseconds.
-
-    Parameters
-    ----------
-    ring : callable, optional
-        Rings once; by default the terminal's bell on stderr.
-    """
+    """Beats of the terminal's bell, for systems without sound: as exact as a sleeping thread, some milliseconds."""
 
     def __init__(self, ring: Callable[[], None] | None = None) -> None:
         self._ring = ring or _bell

@@ -44,10 +44,7 @@ Recognise = Callable[[Signal], Mapping[str, float]]
 def session_folder(store: Path, session: str) -> Path:
     """Return the folder of a session's journal and raw logs: ``STORE.sessions/SESSION``, next to the store.
 
-    Raises
-    ------
-    ParameterError
-        If ``session`` cannot be the name of a folder.
+    Raises `ParameterError` if ``session`` cannot be the name of a folder.
     """
     if not _NAME.fullmatch(session):
         raise ParameterError(f"a session's name must be letters, digits and _.+-, got {session!r}")
@@ -56,15 +53,7 @@ def session_folder(store: Path, session: str) -> Path:
 
 @dataclass(frozen=True)
 class SessionProgress:
-    """Progress of a session.
-
-    Parameters
-    ----------
-    trials : tuple of Trial
-        All, in their order.
-    accepted, skipped : frozenset of int
-        Their numbers.
-    """
+    """Trials of a session in order, and the numbers of the accepted and skipped ones."""
 
     trials: tuple[PlannedTake, ...]
     accepted: frozenset[int] = frozenset()
@@ -79,12 +68,7 @@ class SessionProgress:
 def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store | None) -> SessionProgress:
     """Return a session's progress, from its journal and the store.
 
-    A session without accepted or skipped trials may be restarted with another plan.
-
-    Raises
-    ------
-    DataError
-        If the session was begun with another plan.
+    A session without accepted or skipped trials may be restarted with another plan; any other raises `DataError`.
     """
     trials = plan.trials()
     taken = [] if store is None else [info for info in store.index if info.session == session]
@@ -104,26 +88,11 @@ def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store 
 
 
 class RecordingSession:
-    """Run of a plan.
+    """Run of a plan with an open source and journal.
 
-    Parameters
-    ----------
-    store : Path
-        Created with the first take.
-    name : str
-        Of the session.
-    source : Source
-        Open.
-    journal : Journal
-        Open.
-    recognise : callable, optional
-        See `Recognise`; each take is shown with its most probable material.
-    on_trial : callable, optional
-        Called with each trial before it begins, so that a simulated device plays its material.
-    log : str
-        Name of the source's raw log in the session's folder.
-    clock : callable
-        As ``time.monotonic``.
+    ``store`` is created with the first take. ``on_trial`` is called before each trial, so that a simulated device plays
+    its material. With ``recognise``, each take is shown with its most probable material. ``log`` is the name of the
+    source's raw log in the session's folder, ``clock`` a function like ``time.monotonic``.
     """
 
     def __init__(
@@ -159,15 +128,8 @@ class RecordingSession:
     def run(self) -> dict[str, Any]:
         """Record the remaining trials, until the experimenter stops or the source ends.
 
-        Returns
-        -------
-        dict
-            ``accepted``, ``redone``, ``skipped`` (in this run), ``left``, ``stopped`` (why it ended early, or None).
-
-        Raises
-        ------
-        SourceLost
-            If the source disappeared. Accepted takes are in the store.
+        Returns ``accepted``, ``redone``, ``skipped`` (in this run), ``left`` and ``stopped`` (why it ended early, or
+        None). Raises `SourceLost` if the source disappeared; accepted takes are in the store.
         """
         begun = self._journal.of("begun")
         if not begun or begun[-1]["plan"] != self.plan.sha256:
@@ -322,12 +284,7 @@ class RecordingSession:
     def _accept(self, trial: PlannedTake, take: Take, verdict: TakeAssessment) -> None:
         """Write a take to the store; it is on the disk when this returns.
 
-        Raises
-        ------
-        OSError
-            If the disk is full.
-        DataError
-            If all samples were lost, or the same samples are already in the store.
+        Raises `OSError` if the disk is full, `DataError` if all samples were lost or are already in the store.
         """
         plan = self.plan
         labels = {

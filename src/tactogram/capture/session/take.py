@@ -31,27 +31,18 @@ STREAM_OF_UNIT = {"m/s^2": "acceleration", "m/s": "velocity", "m": "position", "
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """Samples between start and stop.
-
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, time), ``unit``
-        NaN in every axis where a sample was lost.
-    unit : str
-    rate : float, Hz
-        See `rate_of`.
-    measured : float or None, Hz
-        By the source.
-    first_index : int
-        Position of the first sample since the source was opened, lost ones included, as in the raw log.
-    """
+    """Samples between start and stop."""
 
     samples: NDArray[np.float32]
+    """float32, shape (axis, time), ``unit``; NaN in every axis where a sample was lost."""
     axes: tuple[str, ...]
     unit: str
     rate: float
+    """Hz, see `rate_of`."""
     measured: float | None
+    """Rate measured by the source, Hz."""
     first_index: int
+    """Position of the first sample since the source was opened, lost ones included, as in the raw log."""
 
     def __len__(self) -> int:
         """Return the number of samples per axis, lost ones included."""
@@ -76,10 +67,7 @@ class Take:
 def joined(blocks: Sequence[Block], *, start: int, stop: int) -> NDArray[np.float32]:
     """Return samples ``start`` to ``stop`` (exclusive) of a source's blocks, float32, shape (axis, time).
 
-    Raises
-    ------
-    DataError
-        If there are none, or the blocks are not consecutive.
+    Raises `DataError` if there are none, or the blocks are not consecutive.
     """
     inside = [b for b in blocks if b.first_index < stop and b.first_index + len(b) > start]
     if not inside:
@@ -100,13 +88,8 @@ def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> fl
 
     It is ``reference`` until a measurement contradicts it: one with an interval within `RATE_KNOWN` that excludes
     the reference, and a difference of more than `RATE_TOLERANCE`. A few arrivals on a busy computer are not enough.
-    Without a reference it is the measured rate, once its interval is as narrow.
-
-    Parameters
-    ----------
-    measured : mapping or None
-        ``hz``, ``low``, ``high``, as in a source's facts.
-    reference : float or None, Hz
+    Without a reference it is the measured rate, once its interval is as narrow. ``measured`` has ``hz``, ``low`` and
+    ``high``, as in a source's facts.
     """
     if measured is None:
         return reference
@@ -118,27 +101,11 @@ def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> fl
 
 
 def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tuple[int, int]]]:
-    """Return ``samples`` with losses bridged by straight lines, and the positions of the losses.
+    """Return ``samples`` with losses bridged by straight lines, and the start and stop of each loss.
 
     A packet of ten lost samples cannot be reconstructed from its neighbours, so nothing more elaborate is tried; at
-    an end the nearest sample is repeated.
-
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, time)
-        NaN in every axis where a sample was lost.
-
-    Returns
-    -------
-    samples : float32 array, shape (axis, time)
-        Finite.
-    gaps : list of (int, int)
-        First sample of each loss, and the first after it.
-
-    Raises
-    ------
-    DataError
-        If all samples were lost.
+    an end the nearest sample is repeated. ``samples`` is float32, shape (axis, time), with NaN in every axis where a
+    sample was lost; the result is finite. Raises `DataError` if all samples were lost.
     """
     received = ~np.isnan(samples).any(axis=0)
     if not received.any():
@@ -154,19 +121,10 @@ def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tup
 
 
 def recording_of(take: Take, *, stream: str = "", what: Mapping[str, Any], simulated: bool) -> Recording:
-    """Return ``take`` as a recording for the store.
+    """Return ``take`` as a recording for the store, with the fields ``what`` besides streams and history.
 
     A store holds finite samples. Losses are bridged by straight lines and marked in `RECEIVED`, and ``history``
-    gives their number and positions, so that users can exclude them.
-
-    Parameters
-    ----------
-    stream : str
-        Its name; by default by the unit.
-    what : mapping
-        Fields of `Recording` besides streams and history.
-    simulated : bool
-        Whether the source is.
+    gives their number and positions, so that users can exclude them. The stream is named by the unit by default.
     """
     samples, lost = bridged(take.samples)
     name = stream or STREAM_OF_UNIT.get(take.unit, "signal")
@@ -191,7 +149,7 @@ def restored(recording: Recording, *, stream: str = "") -> NDArray[np.float32]:
 
 
 def rate_text(take: Take) -> str:
-    """Return a line on the rate."""
+    """Return a line about the rate."""
     if take.measured is None:
         return f"{take.rate:g} Hz as the source says; not measured"
     if take.measured == take.rate:
@@ -200,7 +158,7 @@ def rate_text(take: Take) -> str:
 
 
 def loss_text(take: Take, lost: Sequence[tuple[int, int]]) -> str:
-    """Return a line on what was lost and where; the first ten losses by place, all of them by number."""
+    """Return a line about the losses: their number, and the positions of the first ten."""
     places = ", ".join(f"{a / take.rate:.3f}-{b / take.rate:.3f}" for a, b in lost[:10])
     more = ", …" if len(lost) > 10 else ""
     return (

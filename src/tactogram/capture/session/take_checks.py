@@ -24,20 +24,13 @@ FLAT_S = 0.5
 
 @dataclass(frozen=True)
 class TakeCheck:
-    """Result of one check.
-
-    Parameters
-    ----------
-    name : str
-        ``length``, ``losses``, ``clipping``, ``flat``, ``level`` or ``rate``.
-    verdict : {"good", "note", "bad"}
-    text : str
-        The value, and the limit if it is exceeded.
-    """
+    """Result of one check."""
 
     name: str
+    """``length``, ``losses``, ``clipping``, ``flat``, ``level`` or ``rate``."""
     verdict: Literal["good", "note", "bad"]
     text: str
+    """The value, and the limit if it is exceeded."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +41,7 @@ class TakeAssessment:
 
     @property
     def good(self) -> bool:
-        """Whether nothing is bad."""
+        """Whether no check is bad."""
         return all(finding.verdict != "bad" for finding in self.findings)
 
     def __str__(self) -> str:
@@ -60,7 +53,7 @@ class TakeAssessment:
         return "good" + (": " + "; ".join(notes) if notes else "")
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return JSON values."""
         return {"good": self.good} | {f.name: {"verdict": f.verdict, "text": f.text} for f in self.findings}
 
 
@@ -72,16 +65,10 @@ def check_take(
     nominal: float | None = None,
     full_scale: float | None = None,
 ) -> TakeAssessment:
-    """Return the quality of ``take``.
+    """Return the quality of ``take``, planned to last ``seconds``.
 
-    Parameters
-    ----------
-    seconds : float
-        Planned length.
-    nominal : float, optional
-        Rate of the source or the plan, Hz.
-    full_scale : float, optional
-        Of the source; ``limits.full_scale`` overrides it.
+    ``nominal`` is the rate of the source or the plan, Hz; ``limits.full_scale`` overrides the source's
+    ``full_scale``.
     """
     found = [_length(take, limits, seconds), *_losses(take, limits), _rate(take, limits, nominal)]
     if take.lost < len(take):

@@ -1,4 +1,4 @@
-"""A session on a terminal: a panel on stderr with a level meter, and single keys for answers."""
+"""Session console on a terminal: a panel on stderr with a level meter, and answers by single keys."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tactogram.capture.session.console import CaptureStatus
 from tactogram.capture.session.feed import MeterReading
 
 FLOOR_DB, TOP_DB = -40.0, 0.0
-"""What the meter spans, dB relative to full scale; without a full scale relative to `NO_FULL_SCALE`."""
+"""Range of the meter, dB relative to full scale; without a full scale, relative to `NO_FULL_SCALE`."""
 NO_FULL_SCALE = 100.0
 WIDTH = 44
 
@@ -45,7 +45,7 @@ def meter(levels: MeterReading) -> RenderableType:
 
 
 def panel(status: CaptureStatus) -> RenderableType:
-    """Return all that is shown of a session at a moment."""
+    """Return the panel of a session's current status."""
     parts: list[RenderableType] = []
     if status.phase == "question":
         parts.append(Text(status.text, style="bold yellow"))
@@ -60,7 +60,7 @@ def panel(status: CaptureStatus) -> RenderableType:
 
 
 class TerminalConsole:
-    """A panel that is drawn anew, ten times a second, and keys that need no Enter; a context manager."""
+    """A panel redrawn ten times a second, and answers by single keys; a context manager."""
 
     def __init__(self) -> None:
         self._rich = RichConsole(stderr=True)
@@ -80,7 +80,7 @@ class TerminalConsole:
             self._live = None
 
     def show(self, status: CaptureStatus) -> None:
-        """Draw it."""
+        """Redraw the panel."""
         self._status = status
         if self._live is not None:
             self._live.update(panel(status))
@@ -90,7 +90,7 @@ class TerminalConsole:
         self._rich.print(text, markup=False, highlight=False)
 
     def ask(self, question: str, keys: Mapping[str, str], *, default: str, idle: Callable[[], None]) -> str:
-        """Return the key that was pressed; Enter and space are the default, Ctrl-C and Ctrl-D are ``q``."""
+        """Return the pressed key; Enter and space give the default, Ctrl-C and Ctrl-D give ``q``."""
         choices = "   ".join(f"[{key}] {meaning}" for key, meaning in keys.items())
         text = f"{question}\n{choices}   (Enter: {keys[default]})"
         with _single_keys() as pressed:
@@ -110,7 +110,7 @@ class TerminalConsole:
 
 @contextmanager
 def _single_keys() -> Iterator[Callable[[], str]]:
-    """Give a function that returns the key pressed, "" if none was; the terminal is set back afterwards."""
+    """Yield a function that returns the pressed key ("" if none), and restore the terminal afterwards."""
     import termios
     import tty
 
@@ -121,7 +121,7 @@ def _single_keys() -> Iterator[Callable[[], str]]:
     def pressed() -> str:
         if not select.select([number], [], [], 0)[0]:
             return ""
-        # The end of the input (a closed terminal) reads as nothing: nobody will answer any more.
+        # A closed terminal reads as empty input, and no answer will follow.
         return os.read(number, 8).decode(errors="replace")[:1] or "\x04"
 
     try:

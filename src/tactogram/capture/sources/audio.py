@@ -42,12 +42,7 @@ class AudioFormat(BaseModel):
 class AudioSource:
     """An audio input; see `tactogram.capture.source.Source`.
 
-    Parameters
-    ----------
-    device : str
-        Part of its name; empty for the default input.
-    name : str
-        The address.
+    ``device`` is part of its name, empty for the default input; ``name`` is the address.
     """
 
     def __init__(self, device: str, form: AudioFormat, *, name: str) -> None:
@@ -65,13 +60,7 @@ class AudioSource:
         self._stream: Any = None
 
     def __enter__(self) -> Self:
-        """Open it.
-
-        Raises
-        ------
-        MissingExtraError, DeviceError
-            If no library is installed, or the device does not open.
-        """
+        """Open it; `MissingExtraError` without a library, `DeviceError` if the device does not open."""
         if self.form.library in ("auto", "sounddevice"):
             try:
                 self._open_sounddevice()
@@ -92,13 +81,7 @@ class AudioSource:
             stream.close()
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples; None if none arrived within ``timeout_s``.
-
-        Raises
-        ------
-        SourceLost
-            If the device stopped.
-        """
+        """Return new samples, None if none arrived within ``timeout_s``; `SourceLost` if the device stopped."""
         block = self._queue.get(timeout_s)
         if block is not None:
             self.meter.add(block.first_index + len(block), block.arrival_s)
@@ -179,10 +162,7 @@ def _find(find_s: float) -> dict[str, str]:
 def audio_inputs() -> list[str]:
     """Return the names of the real audio inputs.
 
-    Raises
-    ------
-    MissingExtraError, DeviceError
-        If no library is installed, or none finds an audio system.
+    Raises `MissingExtraError` or `DeviceError` if no library is installed, or none finds an audio system.
     """
     try:
         sounddevice = imported("sounddevice", extra="devices", what="audio inputs")

@@ -42,12 +42,7 @@ class ScopeFormat(BaseModel):
 class DigilentSource:
     """Inputs of an Analog Discovery; see `tactogram.capture.source.Source`.
 
-    Parameters
-    ----------
-    serial : str
-        Serial number; empty for the first device.
-    name : str
-        The address.
+    ``serial`` is the serial number, empty for the first device; ``name`` is the address.
     """
 
     def __init__(self, serial: str, form: ScopeFormat, *, name: str) -> None:
@@ -67,10 +62,7 @@ class DigilentSource:
     def __enter__(self) -> Self:
         """Open and start it.
 
-        Raises
-        ------
-        MissingExtraError, DeviceError
-            If dwfpy or WaveForms is not installed, or the device is not connected.
+        Raises `MissingExtraError` or `DeviceError` if dwfpy, WaveForms or the device is missing.
         """
         dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
         with device_errors(self.name, library="dwfpy"):
@@ -104,13 +96,7 @@ class DigilentSource:
                 return
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples; None if none arrived within ``timeout_s``.
-
-        Raises
-        ------
-        SourceLost
-            If the device was disconnected.
-        """
+        """Return new samples, None if none arrived in time; `SourceLost` if the device was disconnected."""
         if self._device is None:
             raise SourceLost(f"{self.name}: is not open")
         until = monotonic() + timeout_s

@@ -34,14 +34,8 @@ class LslSource:
     """A stream of Lab Streaming Layer; see `tactogram.capture.source.Source`.
 
     While connected, the layer itself loses nothing; samples are missing where its buffer overflowed or the sender
-    was interrupted, which the time stamps reveal (`split_at_gaps`).
-
-    Parameters
-    ----------
-    stream : str
-        Its name; empty to find it by its type.
-    name : str
-        The address.
+    was interrupted, which the time stamps reveal (`split_at_gaps`). ``stream`` is its name, empty to find it by its
+    type; ``name`` is the address.
     """
 
     rate: float | None
@@ -61,10 +55,7 @@ class LslSource:
     def __enter__(self) -> Self:
         """Find and open it.
 
-        Raises
-        ------
-        MissingExtraError, DeviceError
-            If pylsl is not installed, or the stream is not found or holds text.
+        Raises `MissingExtraError` or `DeviceError` if pylsl or the stream is missing, or the stream holds text.
         """
         pylsl, find_s = lsl(), self._options.find_s
         by, value = ("name", self._stream) if self._stream else ("type", self._options.type or "")
@@ -93,13 +84,7 @@ class LslSource:
             inlet.close_stream()
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples; None if none arrived within ``timeout_s``.
-
-        Raises
-        ------
-        SourceLost
-            If the stream was closed.
-        """
+        """Return new samples, None if none arrived in time; `SourceLost` if the stream was closed."""
         if self._inlet is None:
             raise SourceLost(f"{self.name}: is not open")
         try:

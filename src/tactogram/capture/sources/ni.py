@@ -50,12 +50,7 @@ class AnalogFormat(BaseModel):
 class NiSource:
     """Analogue inputs of a National Instruments device; see `tactogram.capture.source.Source`.
 
-    Parameters
-    ----------
-    channels : str
-        In the notation of NI-DAQmx: ``Dev1/ai0:2``.
-    name : str
-        The address.
+    ``channels`` are in the notation of NI-DAQmx, ``Dev1/ai0:2``; ``name`` is the address.
     """
 
     def __init__(self, channels: str, form: AnalogFormat, *, name: str) -> None:
@@ -77,10 +72,7 @@ class NiSource:
     def __enter__(self) -> Self:
         """Open and start it.
 
-        Raises
-        ------
-        MissingExtraError, DeviceError
-            If nidaqmx or its driver is not installed, or the device is not connected.
+        Raises `MissingExtraError` or `DeviceError` if nidaqmx, its driver or the device is missing.
         """
         nidaqmx = imported("nidaqmx", extra="daq", what="National Instruments devices")
         constants = imported("nidaqmx.constants", extra="daq", what="National Instruments devices")
@@ -108,13 +100,7 @@ class NiSource:
                 return
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples; None if none arrived within ``timeout_s``.
-
-        Raises
-        ------
-        SourceLost
-            If the device was disconnected, or the driver stopped because its buffer of `WAITING_S` was full.
-        """
+        """Return new samples, None if none arrived in time; `SourceLost` if the device was disconnected."""
         if self._task is None:
             raise SourceLost(f"{self.name}: is not open")
         wanted = max(1, min(int(self.form.rate * 0.01), 4096))

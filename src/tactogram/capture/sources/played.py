@@ -44,18 +44,9 @@ class StoreReplayOptions(SimulatedReceiver):
 
 
 class StrokeReplay:
-    """A simulated hand that strokes one recording at a time, repeated from a random position.
+    """A simulated hand that strokes one recording of a store at a time, repeated from a random position.
 
-    Parameters
-    ----------
-    store : Store
-        Recordings of three axes in m/s^2.
-    rate : float, Hz
-        Of the sensor.
-    seed : int
-        Draws recordings and positions.
-    stream : str
-        Stream of the recordings.
+    The stream ``stream`` of the recordings has three axes in m/s^2; ``rate`` is the sensor's, Hz.
     """
 
     def __init__(self, store: Store, *, rate: float, seed: int = 0, stream: str = "acceleration") -> None:
@@ -77,10 +68,7 @@ class StrokeReplay:
     def touch(self, material: str, *, contactor: str | None = None, speed_mm_s: float | None = None) -> None:
         """Stroke a recording of ``material`` from now on, preferably of the contactor and speed.
 
-        Raises
-        ------
-        ParameterError
-            If the material has no recording.
+        Raises `ParameterError` if the material has no recording.
         """
         infos = [info for info in self._infos if info.material == material]
         if not infos:
@@ -146,13 +134,7 @@ class StoreReplayPort(SimulatedPort):
 
 
 class StoreReplaySource(TweliteSource):
-    """A simulated TWE-Lite device whose sensor strokes the recordings of a store; a `PlanFollower`.
-
-    Parameters
-    ----------
-    name : str
-        The address.
-    """
+    """A simulated TWE-Lite device whose sensor strokes the recordings of a store; a `PlanFollower`."""
 
     def __init__(self, store: Store, options: StoreReplayOptions, *, name: str) -> None:
         self.hand = StrokeReplay(store, rate=options.rate, seed=options.seed)

@@ -20,21 +20,8 @@ WAITED_S = 0.005
 class PairRecorder:
     """Recorder of two axes of an entered source; samples that waited before are discarded.
 
-    Parameters
-    ----------
-    source : Source
-        In V.
-    axes : tuple of str, optional
-        By default its first two.
-    full_scale : tuple of float
-        Largest magnitudes of the two, V.
-    clock : callable
-        As ``time.monotonic``; in tests.
-
-    Raises
-    ------
-    ParameterError
-        If the source is not in V, has no nominal rate, or lacks the axes.
+    By default its first two axes, with ``full_scale`` as their largest magnitudes, V. Raises `ParameterError` if the
+    source is not in V, has no nominal rate, or lacks the axes.
     """
 
     def __init__(
@@ -63,12 +50,7 @@ class PairRecorder:
         """Return both axes from ``after_s`` on, V, float64, shape (time,) each; NaN where samples were lost.
 
         ``after_s`` is counted in samples rather than slept, because samples buffered by a driver are older than they
-        seem.
-
-        Raises
-        ------
-        DeviceError
-            If no samples arrive for `STALLED_S`, or the source disappeared or ended.
+        seem. Raises `DeviceError` if no samples arrive for `STALLED_S`, or the source disappeared or ended.
         """
         # A quick source always has some more samples: a short block is the end of the waiting ones.
         while (waited := self._source.read(0.0)) is not None and len(waited) > WAITED_S * self.rate:

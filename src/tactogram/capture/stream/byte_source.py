@@ -16,14 +16,7 @@ from tactogram.capture.stream.raw_log import LoggedStream
 class ByteSource(ABC):
     """Base of sources that parse bytes; see `tactogram.capture.source.Source`.
 
-    Parameters
-    ----------
-    name : str
-        The address.
-    kind : str
-        Kind of the log: ``"twelite"`` or ``"serial"``.
-    log : Path, optional
-        A new file for all bytes (`RawLog`).
+    ``name`` is the address, ``log`` a new file for all bytes (`RawLog`) of the kind ``"twelite"`` or ``"serial"``.
     """
 
     def __init__(
@@ -45,13 +38,7 @@ class ByteSource(ABC):
         self._stream.__exit__(kind, error, trace)
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples; None if none arrived within ``timeout_s``.
-
-        Raises
-        ------
-        SourceEnded, SourceLost
-            As the stream.
-        """
+        """Return new samples; None if none arrived within ``timeout_s``."""
         if self._end is not None:
             raise SourceEnded(self._end)
         until = monotonic() + timeout_s

@@ -32,10 +32,7 @@ class ByteStream(Protocol):
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
         """Return bytes and their arrival (s, clock of ``time.monotonic``, or a log's); None if none arrived in time.
 
-        Raises
-        ------
-        SourceEnded, SourceLost
-            If there will be no more.
+        Raises `SourceEnded` or `SourceLost` if there will be no more.
         """
         ...
 
@@ -50,10 +47,7 @@ class SerialPort:
     def __enter__(self) -> Self:
         """Open it.
 
-        Raises
-        ------
-        MissingExtraError, DeviceError
-            If pyserial is not installed, or the port is missing, not permitted or in use.
+        Raises `MissingExtraError` without pyserial, `DeviceError` if the port is missing, not permitted or in use.
         """
         serial = imported("serial", extra="devices", what="sensors on a serial port")
         with device_errors(self.name):
@@ -73,13 +67,7 @@ class SerialPort:
                 return
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return bytes and their arrival; None if none arrived within ``timeout_s``.
-
-        Raises
-        ------
-        SourceLost
-            If the plug was pulled.
-        """
+        """Return bytes and their arrival; None if none arrived in time; `SourceLost` if the plug was pulled."""
         if self._port is None:
             raise SourceLost(f"{self.name}: is not open")
         until = monotonic() + timeout_s

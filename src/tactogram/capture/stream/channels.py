@@ -24,10 +24,7 @@ def axis_names(
 ) -> tuple[str, ...]:
     """Return the names of ``count`` axes: those given, separated by commas, else z, or x, y and z, or ``default``.
 
-    Raises
-    ------
-    ParameterError
-        If the names are not ``count`` different ones.
+    Raises `ParameterError` if the names are not ``count`` different ones.
     """
     if not names:
         general = tuple(default) or tuple(f"c{number}" for number in range(1, count + 1))
@@ -61,19 +58,9 @@ def split_at_gaps(
 ) -> list[NDArray[np.float32]]:
     """Return ``samples`` in pieces, with NaN for the samples missing where the time stamps jump.
 
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, n)
-    stamps : float64 array, shape (n,), s
-    rate : float or None
-        Nominal; without it there are no gaps.
-    last_stamp : float or None
-        Of the preceding sample.
-
-    Raises
-    ------
-    DataError
-        If more than `MOST_FILLED` values would be missing.
+    ``samples`` is float32, shape (axis, n), ``stamps`` float64, shape (n,), s, ``last_stamp`` that of the preceding
+    sample. Without a nominal ``rate`` there are no gaps. Raises `DataError` if more than `MOST_FILLED` values would be
+    missing.
     """
     if rate is None:
         return [samples]

@@ -15,22 +15,15 @@ _LABEL = re.compile(r"^\s*([A-Za-z_][\w ]*)\s*[:=]\s*(.*)$")
 
 
 class CsvParser:
-    """Parser of bytes in arbitrary pieces into rows of numbers.
-
-    Attributes
-    ----------
-    rejected : Counter
-        Lines after the first row that are not rows, by reason.
-    before : int
-        Lines before the first row: start-up messages, and the partial line at which reading begins.
-    headings : list of str
-        Names of the columns; empty without a heading.
-    """
+    """Parser of bytes in arbitrary pieces into rows of numbers."""
 
     def __init__(self) -> None:
         self.rejected: Counter[str] = Counter()
+        """Lines after the first row that are not rows, by reason."""
         self.before = self.comments = 0
+        """Lines before the first row: start-up messages, and the partial line at which reading begins."""
         self.headings: list[str] = []
+        """Names of the columns; empty without a heading."""
         self.columns = 0
         self._buffer = bytearray()
         self._too_long = False

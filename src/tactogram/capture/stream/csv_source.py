@@ -60,14 +60,7 @@ class CsvSource(ByteSource):
     """A board that prints a line per sample; see `tactogram.capture.source.Source`.
 
     The board's time column reveals lost samples, and NaN takes their place. Without one, only damaged lines are
-    noticed: each counts as one lost sample.
-
-    Parameters
-    ----------
-    name : str
-        The address.
-    log : Path, optional
-        A new file for all bytes.
+    noticed: each counts as one lost sample. ``name`` is the address, ``log`` a new file for all bytes.
     """
 
     def __init__(

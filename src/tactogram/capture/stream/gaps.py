@@ -30,27 +30,20 @@ class GapFreeSegment:
 
 @dataclass(frozen=True)
 class GapFillSummary:
-    """Summary of filled gaps.
-
-    Parameters
-    ----------
-    how : {"linear", "hold"}
-    samples, gaps : int
-        Numbers of filled samples and gaps.
-    longest : int
-        Samples of the longest gap.
-    share : float
-        Filled share of all samples.
-    """
+    """Summary of filled gaps."""
 
     how: str
+    """``"linear"`` or ``"hold"``."""
     samples: int
+    """Number of filled samples."""
     gaps: int
     longest: int
+    """Samples of the longest gap."""
     share: float
+    """Filled share of all samples."""
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return JSON values."""
         return asdict(self)
 
 
@@ -67,17 +60,10 @@ def gap_free(
     *,
     least_s: float = 0.0,
 ) -> list[GapFreeSegment]:
-    """Return the segments between the gaps, in order.
+    """Return the segments between the gaps, in order; those shorter than ``least_s`` are left out.
 
-    Parameters
-    ----------
-    samples : float32 array, shape (axis, time), ``unit``
-        NaN where lost.
-    rate : float, Hz
-    unit, axes
-        As in `Signal`.
-    least_s : float
-        Shorter segments are left out.
+    ``samples`` is float32, shape (axis, time), ``unit``, NaN where lost; ``rate`` is in Hz, ``unit`` and ``axes`` as in
+    `Signal`.
     """
     least = max(1, round(least_s * rate))
     return [

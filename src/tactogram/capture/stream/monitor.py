@@ -15,13 +15,8 @@ BlockListener = Callable[[Source, Block | None], None]
 class TappedSource:
     """A source that also passes each block to a listener.
 
-    Parameters
-    ----------
-    source : Source
-        Not entered yet.
-    listener : BlockListener
-        Must be quick. Its exceptions end the reading, so that it can stop a session or a live classifier by
-        ``KeyboardInterrupt``.
+    The listener must be quick. Its exceptions end the reading, so that it can stop a session or a live classifier by
+    ``KeyboardInterrupt``.
     """
 
     def __init__(self, source: Source, listener: BlockListener) -> None:

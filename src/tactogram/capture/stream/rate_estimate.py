@@ -19,30 +19,23 @@ rate in 91 to 94 of 100 simulated recordings of 5 to 60 s, the 98 % interval in 
 
 @dataclass(frozen=True)
 class RateEstimate:
-    """A measured rate.
+    """A measured rate and its 95 % interval, Hz.
 
-    Parameters
-    ----------
-    hz, low, high : float, Hz
-        The estimate and its 95 % interval. The interval covers scatter only, not the error of the computer's clock,
-        which may be some 50 ppm.
-    packets : int
-        Number of arrivals.
-    seconds : float
-        From the first to the last.
-    late_s : float
-        Median delay relative to the promptest arrivals.
+    The interval covers scatter only, not the error of the computer's clock, which may be some 50 ppm.
     """
 
     hz: float
     low: float
     high: float
     packets: int
+    """Number of arrivals."""
     seconds: float
+    """From the first arrival to the last."""
     late_s: float
+    """Median delay relative to the promptest arrivals."""
 
     def facts(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return JSON values."""
         return asdict(self)
 
 

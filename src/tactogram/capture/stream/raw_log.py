@@ -40,21 +40,9 @@ _STAMP_STARTS = frozenset(bytes([c]) for c in b"0123456789[( \t")
 
 
 class RawLog:
-    """Writer of a log, piece by piece; written pieces survive a crash of this program.
+    """Writer of a log of the kind ``"twelite"`` or ``"serial"``; written pieces survive a crash of this program.
 
-    Parameters
-    ----------
-    path : Path
-        Must not exist yet.
-    kind : str
-        ``"twelite"`` or ``"serial"``.
-    address : str
-        Of the source.
-
-    Raises
-    ------
-    DataError
-        If it cannot be created.
+    ``path`` must not exist yet; `DataError` if it cannot be created.
     """
 
     def __init__(self, path: Path | str, *, kind: str, address: str, simulated: bool = False) -> None:
@@ -78,13 +66,7 @@ class RawLog:
         self.close()
 
     def write(self, data: bytes, arrival_s: float) -> None:
-        """Write one piece.
-
-        Raises
-        ------
-        DataError
-            If the disk is full or gone.
-        """
+        """Write one piece; `DataError` if the disk is full or gone."""
         try:
             self._file.write(f"{arrival_s!r}\t{escaped(data)}\n")
             self._file.flush()
@@ -92,7 +74,7 @@ class RawLog:
             raise _log_error(self.path, "cannot be written", error) from error
 
     def close(self) -> None:
-        """Close it."""
+        """Close the file."""
         self._file.close()
 
 
@@ -146,10 +128,7 @@ def unescaped(text: str) -> bytes:
 def log_facts(path: Path) -> dict[str, Any] | None:
     """Return the facts in the first line of our own log; None for another program's.
 
-    Raises
-    ------
-    DataError
-        If it is not readable, or its first line is damaged.
+    Raises `DataError` if it is not readable, or its first line is damaged.
     """
     with _opened(path) as file:
         first = file.readline(_MOST_HEAD_BYTES)
@@ -166,12 +145,8 @@ def log_pieces(path: Path) -> Iterator[tuple[bytes, float]]:
     """Yield the bytes of a log with their arrival, NaN where it is unknown.
 
     In other programs' logs, a time in front of a line is parsed (s, ``12:34:56.789``, or a date and time);
-    all else is passed on unchanged.
-
-    Raises
-    ------
-    DataError
-        If it is not readable, or our own log is damaged; only its last line may be incomplete, as after a crash.
+    all else is passed on unchanged. Raises `DataError` if a log is not readable, or our own is damaged; only its last
+    line may be incomplete, as after a crash.
     """
     if log_facts(path) is not None:
         return _own_pieces(path)

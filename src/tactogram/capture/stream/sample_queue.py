@@ -13,12 +13,9 @@ from tactogram.capture.source import Block, SourceLost
 
 
 class BlockQueue:
-    """Blocks from a driver's thread to the reader's; samples that do not fit are lost, marked and counted.
+    """Blocks from a driver's thread to the reader's.
 
-    Parameters
-    ----------
-    most : int
-        Samples that may wait.
+    At most ``most`` samples wait; samples that do not fit are lost, marked and counted.
     """
 
     def __init__(self, axes: int, most: int) -> None:
@@ -56,10 +53,7 @@ class BlockQueue:
     def get(self, timeout_s: float) -> Block | None:
         """Return all waiting samples as one block; None if none arrived in time.
 
-        Raises
-        ------
-        SourceLost
-            If the queue is empty and closed.
+        Raises `SourceLost` if the queue is empty and closed.
         """
         with self._changed:
             if not self._waiting and self._end is None:

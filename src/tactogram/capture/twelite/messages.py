@@ -1,8 +1,8 @@
 """Messages of a TWE-Lite receiver (App_Tag parent, App_Wings) with an ADXL34x sensor: bytes and lines to packets.
 
 Forms, columns and units are facts of the receiver's documentation and firmware (App_Tag 2.2.4); ``docs/capture.md``
-lists them. Only two of the five forms carry a checksum: hex and binary. The others are held to their exact columns
-instead, and a line that is not exactly of its form is refused as a whole: what is half right may be wrong.
+lists them. Only two of the five forms have a checksum: hex and binary. Lines of the others must match their columns
+exactly and are otherwise rejected as a whole, since the rest of a damaged line may be wrong, too.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ Form = Literal["hex", "binary", "standard", "semicolon", "comma"]
 
 AXES = ("x", "y", "z")
 SUMMARY_AXES = tuple(f"{axis}_{what}" for axis in AXES for what in ("min", "mean", "max"))
-"""What a summary gives: of each axis the least, the mean and the largest of what was sampled since the last one."""
+"""Values of a summary: minimum, mean and maximum of each axis since the last summary."""
 
 FIFO_SAMPLES = 10
-"""Samples of a ten-sample packet in the forms that do not say how many there are."""
+"""Samples of a ten-sample packet in the forms without their number."""
 
 MILLI_G = 1e-3 * STANDARD_GRAVITY
 UNITS_BY_MODE: dict[Mode, float] = {
@@ -34,8 +34,8 @@ UNITS_BY_MODE: dict[Mode, float] = {
     "low_energy": 10 * MILLI_G,
     "summary": 10 * MILLI_G,
 }
-"""m/s^2 of one step. Ten-sample packets come in mg, single and low-energy ones in 10 mg. That of summaries is stated
-nowhere that we could read, and taken to be that of single samples."""
+"""m/s^2 per step. Ten-sample packets are in mg, single and low-energy ones in 10 mg. Summaries are assumed to be in
+10 mg, too: no available document states their unit."""
 
 _MODES: dict[int, Mode] = {0x00: "single", 0xF9: "summary", 0xFA: "fifo", 0xFE: "low_energy"}
 _ADXL = 0x35
@@ -46,40 +46,25 @@ _START = _HEADER.size + _BODY.size
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Packet:
-    """Content of one radio packet.
-
-    Parameters
-    ----------
-    sender : str
-        Serial number of the sensor, 8 hex digits as on its hex frames.
-    sequence : int
-        0 to 65535, one more with every packet that the sensor sent.
-    mode : {"single", "fifo", "low_energy", "summary"}
-    samples : float32 array, shape (axis, n), m/s^2
-        In the order they were taken; NaN where the line of a sample was broken. Axes are `AXES`, or `SUMMARY_AXES` in
-        the mode summary, whose n is 1.
-    form : {"hex", "binary", "standard", "semicolon", "comma"}
-    arrival_s : float
-        When its last byte came; NaN if not known.
-    receiver_s : float
-        What the receiver's own clock said (to 0.01 s in the ten-sample mode); NaN in the forms that do not say.
-    relay : str
-        Who passed it on; 80000000 is nobody.
-    lqi : int
-        Quality of the radio link, 0 to 255.
-    battery_mv, adc1_mv, adc2_mv : int
-        Voltages at the sensor.
-    """
+    """Content of one radio packet."""
 
     sender: str
+    """Serial number of the sensor, 8 hex digits as on its hex frames."""
     sequence: int
+    """0 to 65535, increased by one with every packet of the sensor."""
     mode: Mode
     samples: NDArray[np.float32]
+    """float32, shape (axis, n), m/s^2, in order of time; NaN where the line of a sample was broken. Axes are `AXES`, or
+    `SUMMARY_AXES` in the mode summary, whose n is 1."""
     form: Form
     arrival_s: float = float("nan")
+    """Arrival of the last byte; NaN if unknown."""
     receiver_s: float = float("nan")
+    """Time on the receiver's clock (to 0.01 s in the ten-sample mode); NaN in the forms without it."""
     relay: str = "80000000"
+    """Address of the relay; 80000000 without one."""
     lqi: int = 0
+    """Quality of the radio link, 0 to 255."""
     battery_mv: int = 0
     adc1_mv: int = 0
     adc2_mv: int = 0
@@ -87,7 +72,7 @@ class Packet:
 
 @dataclass(frozen=True, slots=True)
 class OtherPacket:
-    """Valid packet without acceleration: another kind of sensor, the receiver's clock, its greeting."""
+    """Valid packet without acceleration: another kind of sensor, or the receiver's clock or greeting."""
 
     what: str
 
@@ -101,18 +86,18 @@ class RejectedLine:
 
 @dataclass(frozen=True, slots=True)
 class ContinuationPacket:
-    """A further sample of the ten-sample packet whose first line came before: x, y, z in mg."""
+    """A further sample (x, y, z in mg) of the ten-sample packet begun by a preceding line."""
 
     values: tuple[int, int, int]
 
 
 def battery_mv(code: int) -> int:
-    """Return the voltage in mV that one byte stands for: steps of 5 mV from 1950, of 10 mV from 2800."""
+    """Return the voltage in mV that a byte encodes: steps of 5 mV from 1950, of 10 mV from 2800."""
     return 1950 + 5 * code if code <= 170 else 2800 + 10 * (code - 170)
 
 
 def battery_code(millivolts: int) -> int:
-    """Return the byte that stands for a voltage, the inverse of `battery_mv`."""
+    """Return the byte that encodes a voltage, the inverse of `battery_mv`."""
     return (millivolts - 1950) // 5 if millivolts <= 2800 else 170 + (millivolts - 2800) // 10
 
 
@@ -122,13 +107,7 @@ def checksum(payload: bytes | bytearray) -> int:
 
 
 def decode_hex(body: str, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
-    """Return what the hex digits after a colon say.
-
-    Parameters
-    ----------
-    body : str
-        Upper-case hex digits, checksum last.
-    """
+    """Decode the upper-case hex digits after a colon, checksum last."""
     if len(body) % 2 or len(body) < 4 or not _HEX.fullmatch(body):
         return RejectedLine("not hex")
     data = bytes.fromhex(body)
@@ -138,9 +117,9 @@ def decode_hex(body: str, arrival_s: float) -> Packet | OtherPacket | RejectedLi
 
 
 def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
-    """Return what the payload of a hex or binary frame says, its checksum being right."""
+    """Decode the payload of a hex or binary frame whose checksum is correct."""
     if payload[0] < 0x80:
-        # The standard application and all others that have no relay's address in front.
+        # The standard application and all others whose frames do not begin with a relay's address.
         return OtherPacket(f"frame of kind 0x{payload[1]:02X}")
     if len(payload) < _HEADER.size:
         return RejectedLine("length")
@@ -159,7 +138,7 @@ def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | Oth
         if not count or len(values) != 6 * count:
             return RejectedLine("length")
     elif mode == "summary":
-        # Nine values, then how many samples they are of.
+        # Nine values, then the number of summarised samples.
         if len(values) != 20:
             return RejectedLine("length")
         values = values[:18]
@@ -183,7 +162,7 @@ def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | Oth
 
 
 def decode_standard(line: str, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
-    """Return what a line ``::rc=…`` says. Its separators are colons; one firmware prints ``;`` before the first z."""
+    """Decode a line ``::rc=…``. Its separators are colons; one firmware prints ``;`` before the first z."""
     found = _STANDARD.fullmatch(line)
     if found is None:
         return RejectedLine("standard form")
@@ -209,9 +188,9 @@ def decode_standard(line: str, arrival_s: float) -> Packet | OtherPacket | Rejec
 
 
 def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket | OtherPacket | RejectedLine:
-    """Return what a line of the semicolon or comma form says.
+    """Decode a line of the semicolon or comma form.
 
-    A ten-sample packet comes as one line with the packet's columns and its first sample, which is returned as a
+    A ten-sample packet consists of one line with the packet's columns and its first sample, which is returned as a
     packet of one sample in the mode ``"fifo"``, and lines with twelve empty columns and one sample each.
     """
     form: Form = "semicolon" if line[0] == ";" else "comma"
@@ -233,7 +212,7 @@ def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket |
         return RejectedLine(f"mode 0x{int(code, 16):02X}")
     row = tuple(first.split(";"))
     if mode == "summary":
-        # The least, mean and largest of x stand where a sample stands; y, z and the count of samples follow.
+        # Minimum, mean and maximum of x take the place of a sample; y, z and the number of samples follow.
         further_values = rest.split(";") if rest else []
         if len(further_values) != 8:
             return RejectedLine("columns")
@@ -275,7 +254,7 @@ def _of_text(
     )
 
 
-# A value is printed with at least four characters, the sign being one of them.
+# A value is printed with at least four characters, including the sign.
 _VALUE = r"(?:-\d{3,5}|\d{4,5})"
 _HEX = re.compile(r"[0-9A-F]+")
 _STANDARD = re.compile(

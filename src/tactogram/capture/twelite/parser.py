@@ -32,21 +32,15 @@ class TweliteParser:
     """Parser of bytes in arbitrary pieces into packets.
 
     Binary frames and lines of every text form are distinguished as they arrive; a receiver may change its form. Every
-    byte is accounted for: after `finish`, ``bytes_taken + bytes_rejected`` is the number of bytes fed.
-
-    Attributes
-    ----------
-    rejected : Counter
-        Unreadable lines and frames, by reason.
-    other : Counter
-        Readable ones without acceleration.
-    bytes_taken, bytes_rejected : int
-        Bytes of readable messages (with line ends and empty lines), and all others.
+    byte is accounted for: after `finish`, ``bytes_taken`` (readable messages, line ends and empty lines) plus
+    ``bytes_rejected`` is the number of bytes fed.
     """
 
     def __init__(self) -> None:
         self.rejected: Counter[str] = Counter()
+        """Unreadable lines and frames, by reason."""
         self.other: Counter[str] = Counter()
+        """Readable ones without acceleration."""
         self.bytes_taken = self.bytes_rejected = 0
         self._buffer = bytearray()
         self._skipping_line = False

@@ -33,27 +33,18 @@ class TimelineSegment:
 
 
 class Timeline:
-    """The samples of one sensor in order, NaN where lost.
-
-    Attributes
-    ----------
-    mode : str or None
-        Of the first packet. Packets of other modes have other units and are only counted.
-    received, lost : int
-        Samples received, and known to be lost.
-    dropped : Counter
-        Unused packets: ``duplicate`` (two relays), ``late`` (after a later packet), ``stray`` (with an
-        inconsistent number), ``another mode``.
-    restarts : int
-        Jumps that are not losses: the sensor restarted. The gap lasts as long as the silence if arrival times are
-        known, else one packet; it is not in ``lost_packets``.
-    """
+    """The samples of one sensor in order, NaN where lost."""
 
     def __init__(self, sender: str) -> None:
         self.sender = sender
         self.mode: Mode | None = None
+        """Of the first packet. Packets of other modes have other units and are only counted."""
         self.received = self.lost = self.lost_packets = self.restarts = 0
+        """Counts so far. A restart is a jump that is not a loss: its gap lasts as long as the silence if arrival times
+        are known, else one packet, and is not in ``lost_packets``."""
         self.dropped: Counter[str] = Counter()
+        """Unused packets: ``duplicate`` (two relays), ``late`` (after a later packet), ``stray`` (with an inconsistent
+        number), ``another mode``."""
         self.meter = RateMeter()
         self.battery_mv = self.lqi = 0
         self._next = 0

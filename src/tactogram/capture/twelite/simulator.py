@@ -69,42 +69,25 @@ class SimulatedReceiver(BaseModel):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Transmission:
-    """One radio packet and its fate.
-
-    Parameters
-    ----------
-    time_s : float
-        When its last byte arrives, s after the start.
-    data : bytes
-        The receiver's output; empty if the packet was lost.
-    sequence : int
-        Unwrapped: it continues beyond 65535.
-    samples : float32 array, shape (axis, n), m/s^2
-        As the sensor quantised them.
-    damaged : bool
-        Whether a byte of ``data`` is wrong.
-    """
+    """One radio packet and its fate."""
 
     time_s: float
+    """Arrival of its last byte, s after the start."""
     data: bytes
+    """The receiver's output; empty if the packet was lost."""
     sequence: int
+    """Unwrapped: it continues beyond 65535."""
     samples: NDArray[np.float32]
+    """As the sensor quantised them, float32, shape (axis, n), m/s^2."""
     damaged: bool
+    """Whether a byte of ``data`` is wrong."""
 
 
 def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> Iterator[Transmission]:
     """Yield the packets of a simulated sensor and receiver.
 
-    Parameters
-    ----------
-    signal : Signal, optional
-        Measured by the sensor: axes x, y, z, m/s^2, resampled to its rate; by default a finger that strokes a
-        rough surface twice a second, with gravity along z.
-
-    Raises
-    ------
-    ParameterError
-        If ``signal`` is not three axes in m/s^2.
+    The sensor measures ``signal``: axes x, y, z, m/s^2 (else `ParameterError`), resampled to its rate; by default a
+    finger that strokes a rough surface twice a second, with gravity along z.
     """
     rng = np.random.default_rng(receiver.seed)
     per_packet, period = receiver.samples_per_packet, receiver.samples_per_packet / receiver.rate
@@ -128,14 +111,9 @@ def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> 
 
 
 def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64], time_s: float) -> bytes:
-    """Return the bytes that a receiver prints for one packet.
+    """Return the bytes that a receiver prints for one packet at ``time_s`` on its clock.
 
-    Parameters
-    ----------
-    counts : int64 array, shape (axis, n)
-        In mg (ten-sample packets) or 10 mg.
-    time_s : float
-        The receiver's clock.
+    ``counts`` is int64, shape (axis, n), in mg (ten-sample packets) or 10 mg.
     """
     sequence %= 65536
     battery, adc1, adc2, lqi = 3330, 1399, 754, 99
@@ -227,17 +205,7 @@ def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
 class SimulatedPort:
     """A pty that a simulated receiver prints to in real time; a `ByteStream` on its other end.
 
-    Parameters
-    ----------
-    signal : Signal, optional
-        As in `transmissions`.
-    paced : bool
-        Whether packets arrive in real time; otherwise as fast as they are read.
-
-    Attributes
-    ----------
-    sent, lost, damaged : int
-        Radio packets so far: all, the lost, and those with a wrong byte.
+    ``signal`` is as in `transmissions`. Unless ``paced``, packets arrive as fast as they are read.
     """
 
     def __init__(
@@ -249,6 +217,7 @@ class SimulatedPort:
         self.receiver, self.paced, self._signal = receiver, paced, signal
         self.name = "simulated:twelite"
         self.sent = self.lost = self.damaged = 0
+        """Radio packets so far: all, the lost, and those with a wrong byte."""
         self._stop, self._finished = threading.Event(), threading.Event()
         self._master = self._slave = -1
         self._thread: threading.Thread | None = None
@@ -262,13 +231,10 @@ class SimulatedPort:
     def __enter__(self) -> Self:
         """Create and open the pty, and begin to print.
 
-        Raises
-        ------
-        DeviceError
-            On a system without pseudo-terminals (Windows).
+        Raises `DeviceError` on a system without pseudo-terminals (Windows).
         """
         try:
-            import tty  # not there on Windows
+            import tty  # missing on Windows
         except ModuleNotFoundError as error:
             raise DeviceError(
                 f"{self.name}: needs a pseudo-terminal, which this system does not have"
@@ -305,12 +271,7 @@ class SimulatedPort:
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
         """Return bytes and their arrival; None if none arrived in time.
 
-        Raises
-        ------
-        SourceEnded
-            At the end of the simulation.
-        SourceLost
-            If it was unplugged.
+        Raises `SourceEnded` at the end of the simulation, `SourceLost` if it was unplugged.
         """
         # Checked before reading, so that the last bytes are read before the end is raised.
         over = self._finished.is_set()
@@ -353,16 +314,9 @@ class SimulatedPort:
 def write_log(
     path: Path | str, receiver: SimulatedReceiver, signal: Signal | None = None, *, start_s: float = 0.0
 ) -> int:
-    """Write the output of a simulated receiver to a raw log, as if read live; return the number of packets.
+    """Write the output of a simulated receiver to a new raw log, as if read live; return the number of packets.
 
-    Parameters
-    ----------
-    path : Path
-        A new file.
-    receiver : SimulatedReceiver
-        Needs ``seconds`` unless there is a ``signal``.
-    start_s : float
-        Arrival time at the start.
+    The receiver needs ``seconds`` unless there is a ``signal``; ``start_s`` is the arrival time at the start.
     """
     if receiver.seconds is None and signal is None:
         raise ParameterError("a simulated log must end: set seconds")

@@ -26,7 +26,7 @@ vary by 10 %, so that an individual calibration is better."""
 
 
 class SensorTimelines:
-    """The timelines of all sensors that one receiver hears."""
+    """The timelines of all sensors of one receiver."""
 
     def __init__(self) -> None:
         self.timelines: dict[str, Timeline] = {}
@@ -50,21 +50,9 @@ class SensorTimelines:
 class TweliteSource(ByteSource):
     """One sensor of a TWE-Lite receiver; see `tactogram.capture.source.Source`.
 
-    Parameters
-    ----------
-    stream : ByteStream
-        The receiver's bytes.
-    name : str
-        The address.
-    sender : str, optional
-        Serial number of the sensor, the 7 printed digits or the 8 of its frames; by default the first one received.
-        Others are counted in `facts`.
-    rate : float, optional
-        Nominal rate, Hz.
-    scale : float
-        Factor of the samples: 1 follows the firmware, `TRUE_STEP` the sensor's data sheet.
-    log : Path, optional
-        A new file for all bytes (`RawLog`).
+    ``sender`` is its serial number, the 7 printed digits or the 8 of its frames; by default the first one received.
+    Others are counted in `facts`. ``scale`` is a factor of the samples: 1 follows the firmware, `TRUE_STEP` the
+    sensor's data sheet. ``name`` is the address, ``rate`` the nominal rate (Hz), ``log`` a new file for all bytes.
     """
 
     unit = "m/s^2"
@@ -90,7 +78,7 @@ class TweliteSource(ByteSource):
         self._sender = None if sender is None else serial_number(sender)
 
     def facts(self) -> dict[str, Any]:
-        """Return the facts so far: of the sensor, of the other ones, and of the bytes."""
+        """Return the facts so far: about the sensor, the other sensors, and the bytes."""
         line = self.senders.timelines.get(self._sender or "") or Timeline(self._sender or "")
         others = {name: other.received for name, other in self.senders.timelines.items() if other is not line}
         return line.facts() | parser_facts(self.parser) | {"others": others, "simulated": self.simulated}
@@ -129,10 +117,7 @@ def parser_facts(parser: TweliteParser) -> dict[str, Any]:
 def serial_number(text: str) -> str:
     """Return a sensor's serial number in the form of its hex frames: 8 digits, the first one 8.
 
-    Raises
-    ------
-    ParameterError
-        If ``text`` is not a serial number.
+    Raises `ParameterError` if ``text`` is not a serial number.
     """
     if not re.fullmatch(r"8?[0-9A-Fa-f]{7}", text):
         raise ParameterError(f"sender must be a serial number of 7 hex digits, e.g. 1013C85, got {text!r}")
