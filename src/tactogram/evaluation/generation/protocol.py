@@ -81,6 +81,8 @@ def evaluate_generation(
     recordings, the ceiling the training data itself. Raises `ParameterError` if a set lacks a material or signal, or
     signals differ in kind.
 
+    Pieces are by default those of `plan_pieces`. The threads, by default one per core, do not affect the result.
+
     Parameters
     ----------
     sets : mapping name -> material -> signals
@@ -89,8 +91,6 @@ def evaluate_generation(
         Of one rate, unit and set of axes. Materials absent from ``test`` serve only as other materials.
     floor : mapping material -> signals, optional
         Recordings for the floor of materials absent from ``train``; measures that need training data are then None.
-    pieces : PiecePlan, optional
-        By default that of `plan_pieces`.
     embed : callable, optional
         Returns the points of a signal in an embedding, float, shape (point, feature), equally many for signals of
         one length. Without it, embedding measures are left out.
@@ -98,8 +98,6 @@ def evaluate_generation(
         Trained on real recordings; classifies the generated signals.
     fit : callable
         Trains a quick classifier on signals and labels of at least two materials.
-    workers : int, optional
-        Threads, which do not affect the result; by default one per core.
     """
     real = {**train, **(floor or {})}
     _check(sets, real, test)

@@ -35,7 +35,7 @@ def order_of(
     end_error: Array,
     rng: np.random.Generator,
 ) -> dict[str, float]:
-    """Return the test of whether ``position`` rises with ``weights``, and the weight at which it passes one half.
+    """Return the test of whether ``position`` rises with ``weights``, shape (step,), and the weight at one half.
 
     The result holds `FIGURES`, as in `tactogram.evaluation.mixing.placement.MixingLadder`; NaN where ``position`` is.
 
@@ -45,7 +45,6 @@ def order_of(
         Mean of each step's ``members``; NaN where it is undefined.
     members : sequence of float64 arrays, shape (signal,)
         Positions of the step's signals; their variance is pooled over steps.
-    weights : float64 array, shape (step,)
     end_error : float64 array, shape (2,)
         Standard errors of the ends at 0 and 1, which move all steps together.
     """

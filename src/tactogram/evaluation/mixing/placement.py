@@ -138,8 +138,6 @@ def positions(
         Weight of the end's material, rising; by default evenly from 0 to 1.
     level : bool
         Whether the level counts; without it, only the shape of the spectrum and the modulation do.
-    seed : int
-        Seed of the draws behind intervals and the test.
 
     Raises
     ------

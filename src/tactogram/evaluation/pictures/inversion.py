@@ -56,8 +56,8 @@ def inversion_loss(
 ) -> dict[str, InversionLoss]:
     """Return the loss of one material by each measure of `signal_measures`, none of which depends on phase.
 
-    Measures that are undefined for one axis, or for signals as short as a picture, are left out. Raises
-    `ParameterError` if a signal has several axes, is shorter than a picture, or differs from it in kind.
+    Measures undefined for one axis, or for signals as short as a picture, are left out; ``seed`` is that of the
+    phase. Raises `ParameterError` if a signal has several axes, is shorter than a picture, or differs from it in kind.
 
     Parameters
     ----------
@@ -65,8 +65,6 @@ def inversion_loss(
         Of the material; ``others`` are for the floor. Only the first ``picture.length`` samples count.
     made : float tensor, shape (picture, 1, rows, columns), in [-1, 1]
         Generated for the material.
-    seed : int
-        Seed of the phase.
     """
     real = [_cut(signal, picture) for signal in real]
     others = [_cut(signal, picture) for signal in others]

@@ -9,8 +9,6 @@ LPIPS and the Inception network of FID are those of torchmetrics and torch-fidel
 local file or torch's cache. Missing weights are an error, never a replacement: `TrunkDistance` needs no file, but is
 neither LPIPS nor FID.
 
-References
-----------
 - Zhang, R. et al. (2018). The unreasonable effectiveness of deep features as a perceptual metric. CVPR.
 - Heusel, M. et al. (2017). GANs trained by a two time-scale update rule converge to a local Nash equilibrium. NeurIPS.
 """
