@@ -3,8 +3,8 @@
 "Conditional Generative Adversarial Network-Based Tactile Stimulus Generation for Ultrasonic Tactile Display",
 Sec. IV-C: "the generator was selected at a point in the iterations where the generator's loss was the smallest non-zero
 value and the discriminator's correct response rate was between 40% and 60%. … If the above conditions were not
-satisfied during training, we defined the training as a failure." The rate is averaged over iterations here: that of one
-batch is too noisy to go by.
+satisfied during training, we defined the training as a failure." Here, the rate is averaged over
+iterations: that of one batch is too noisy.
 """
 
 from __future__ import annotations
@@ -19,23 +19,15 @@ from tactogram.errors import ParameterError
 
 @dataclass(frozen=True)
 class SelectionRule:
-    """Smallest non-zero loss of the generator where the smoothed correct rate is within limits.
-
-    Parameters
-    ----------
-    low, high : float
-        Limits of the smoothed rate, both included.
-    window : int
-        Iterations that the rate is averaged over: the one in question and those before it, none after it, so that
-        the rule can be followed while training. Before ``window`` iterations are done, none is taken.
-    after : int
-        None of the first so many iterations is taken: an untrained discriminator is right in half of the cases too.
-    """
+    """Smallest non-zero loss of the generator at a smoothed correct rate from ``low`` to ``high``, inclusive."""
 
     low: float = 0.4
     high: float = 0.6
     window: int = 100
+    """Iterations over which the rate is averaged: the current one and those before it, so that the rule works during
+    training. The first ``window`` - 1 iterations cannot be selected."""
     after: int = 0
+    """Initial iterations that cannot be selected: an untrained discriminator is right in half of the cases, too."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.low < self.high <= 1:
@@ -46,23 +38,13 @@ class SelectionRule:
             )
 
     def allows(self, iteration: int, loss: float, smoothed_rate: float) -> bool:
-        """Say whether an iteration, counted from 1, may be taken at all."""
+        """Return whether an iteration, counted from 1, can be selected."""
         return iteration > self.after and loss > 0 and self.low <= smoothed_rate <= self.high
 
 
 @dataclass(frozen=True)
 class SelectedIteration:
-    """The iteration that was taken.
-
-    Parameters
-    ----------
-    iteration : int
-        From 1.
-    loss : float
-        Of the generator, at that iteration.
-    rate : float
-        The smoothed correct rate there.
-    """
+    """A selected iteration, counted from 1, with the generator's loss and the smoothed correct rate."""
 
     iteration: int
     loss: float
@@ -72,14 +54,9 @@ class SelectedIteration:
 def choose(
     losses: NDArray[np.floating], rates: NDArray[np.floating], rule: SelectionRule
 ) -> SelectedIteration | None:
-    """Return the iteration that ``rule`` takes, the first of equals; None says that the training failed.
+    """Return the iteration that ``rule`` selects, the first of equals; None if the training failed.
 
-    Parameters
-    ----------
-    losses : array, shape (iteration,)
-        Of the generator.
-    rates : array, shape (iteration,)
-        Share of its answers that the discriminator got right.
+    ``losses`` of the generator and ``rates`` of the discriminator's correct answers have shape (iteration,).
     """
     losses = np.asarray(losses, np.float64)
     averaged = smoothed(rates, rule.window)
@@ -102,16 +79,9 @@ def smoothed(values: NDArray[np.floating], window: int) -> NDArray[np.float64]:
 
 
 class IterationSelector:
-    """Follows a rule while the training goes on, with no more than the last ``window`` rates.
+    """Selection during training, with only the last ``window`` rates in memory.
 
-    Parameters
-    ----------
-    chosen : Chosen, optional
-        The best so far.
-    rates : sequence of float
-        The last ones; fewer than ``rule.window`` at the beginning.
-    seen : int
-        Iterations that are done.
+    ``seen`` is the number of past iterations, ``rates`` their last rates, and ``chosen`` the best so far.
     """
 
     def __init__(
@@ -128,7 +98,7 @@ class IterationSelector:
             self._ring[number % rule.window] = rate
 
     def update(self, loss: float, rate: float) -> bool:
-        """Take in one iteration; say whether it is the best so far, so that its weights must be kept."""
+        """Add an iteration; return whether it is the best so far, so that its weights must be saved."""
         self._ring[self.seen % self.rule.window] = rate
         self.seen += 1
         if self.chosen is not None and loss >= self.chosen.loss:
@@ -141,6 +111,6 @@ class IterationSelector:
 
     @property
     def rate(self) -> float:
-        """The smoothed rate now; NaN before ``window`` iterations are done."""
-        # In the order of time: a mean in another order is another number in its last digit.
+        """The current smoothed rate; NaN before ``window`` iterations."""
+        # In order of time: another order changes the last digit of the mean.
         return float(np.roll(self._ring, -(self.seen % self.rule.window)).mean())

@@ -12,19 +12,14 @@ from scipy.stats import binomtest
 
 from tactogram.errors import ParameterError
 from tactogram.model import Classifier, Example, WindowClassifier
-from tactogram.signal import Signal
 
 
 @dataclass(frozen=True, eq=False)
 class ClassificationResult:
     """Confusion counts of a classifier on recordings absent from its training.
 
-    Parameters
-    ----------
-    materials : tuple of str
-        The classes.
-    windows, recordings : int64 array, shape (true class, answered class)
-        Numbers of windows, and of recordings by their windows' pooled probabilities.
+    ``windows`` and ``recordings`` have shape (true class, answered class), in the order of ``materials``; a recording
+    is classified by its windows' pooled probabilities.
     """
 
     materials: tuple[str, ...]
@@ -88,11 +83,6 @@ def evaluate_classifier(
     """Classify every window of ``examples`` and count the answers.
 
     Without `WindowClassifier`, whole recordings are classified, and each counts as one window.
-
-    Raises
-    ------
-    ParameterError
-        If an example's class is unknown to the classifier.
     """
     classes = len(classifier.materials)
     windows = np.zeros((classes, classes), np.int64)
@@ -103,34 +93,22 @@ def evaluate_classifier(
                 f"recording {example.id} is of {example.material!r}, which the classifier does not know"
             )
         true = classifier.materials.index(example.material)
-        probabilities = _by_window(classifier, example.signal)
+        if isinstance(classifier, WindowClassifier):
+            probabilities = classifier.window_probabilities(example.signal)  # window, material
+        else:
+            probabilities = classifier.probabilities(example.signal)[None]
         np.add.at(windows[true], probabilities.argmax(axis=1), 1)
         recordings[true, pooled(probabilities).argmax()] += 1
         on_example()
     return ClassificationResult(classifier.materials, windows, recordings)
 
 
-def _by_window(classifier: Classifier, signal: Signal) -> NDArray[np.float64]:
-    """Return probabilities, shape (window, material)."""
-    if isinstance(classifier, WindowClassifier):
-        return classifier.window_probabilities(signal)
-    return classifier.probabilities(signal)[None]
-
-
 def pooled(windows: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the probabilities of a recording: the mean of its windows' log probabilities, made to sum to 1.
 
-    In the geometric mean, a window that excludes a class counts more than an undecided one; it has fewer errors on
-    recordings than the arithmetic mean (linear and logarithmic opinion pools, Genest and Zidek 1986).
-
-    Parameters
-    ----------
-    windows : float64 array, shape (window, class)
-        Each row sums to 1.
-
-    Returns
-    -------
-    float64 array, shape (class,)
+    From shape (window, class) to (class,). In the geometric mean, a window that excludes a class counts more than an
+    undecided one; it has fewer errors on recordings than the arithmetic mean (linear and logarithmic opinion pools,
+    Genest and Zidek 1986).
     """
     log = np.log(np.maximum(windows, 1e-12)).mean(axis=0)
     share = np.exp(log - log.max())

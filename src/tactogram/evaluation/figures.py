@@ -1,4 +1,4 @@
-"""Figures of results and of signals. Each returns a matplotlib Figure; none shows or saves it."""
+"""Matplotlib figures of results and signals, neither shown nor saved."""
 
 from __future__ import annotations
 
@@ -17,9 +17,7 @@ from tactogram.statistics.figures import AXIS_COLOURS, INK
 def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: str = "") -> Figure:
     """Draw a confusion matrix like Table I of Saga et al.: rows are true classes and sum to 1.
 
-    Parameters
-    ----------
-    counts : int64 array, shape (true class, answered class)
+    ``counts`` has shape (true class, answered class).
     """
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     size = max(4.5, 1.6 + 0.32 * len(names))
@@ -43,8 +41,8 @@ def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: 
 def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> Figure:
     """Draw the beginning of a signal and its spectrogram, one row per axis.
 
-    The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin, of whole frames
-    alone: zeros laid about the signal would be drawn as an onset and an end.
+    The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin. Only whole
+    frames are drawn: zeros around the signal would look like an onset and an end.
     """
     rows = len(signal.axes)
     figure = Figure(figsize=(9, 0.6 + 1.55 * rows), layout="constrained")
@@ -75,17 +73,14 @@ def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> F
 
 
 def _edges(middles: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Return where cells begin and end, one of ``step`` where there is only one."""
+    """Return the edges of cells of width ``step`` around ``middles``; shape (cell + 1,)."""
     return np.append(middles - step / 2, middles[-1] + step / 2)
 
 
 def spectra_figure(signals: Mapping[str, Sequence[Signal]], *, title: str = "") -> Figure:
-    """Draw the mean power spectrum of each group of signals in one plot per axis, with its spread.
+    """Draw the mean power spectrum of each group of signals, one plot per axis, with a band from smallest to largest.
 
-    Parameters
-    ----------
-    signals : mapping from str to sequence of Signal
-        Groups by name, all of one rate, unit and set of axes; the band is from the smallest to the largest.
+    All signals have one rate, unit and set of axes.
     """
     first = next(iter(signals.values()))[0]
     segment = min(256, *(len(signal) for members in signals.values() for signal in members))
@@ -111,7 +106,7 @@ def spectra_figure(signals: Mapping[str, Sequence[Signal]], *, title: str = "") 
 
 
 def losses_figure(metrics: Sequence[Mapping[str, Any]], *, title: str = "") -> Figure:
-    """Draw the curves of metrics.jsonl over steps, a line per name; thin as logged, thick smoothed."""
+    """Draw the curves of metrics.jsonl over steps, one per name: thin as logged, thick smoothed."""
     figure = Figure(figsize=(9, 2.8), layout="constrained")
     axes = figure.add_subplot()
     names = [n for n in dict.fromkeys(k for m in metrics for k in m) if n not in ("stage", "step")]
@@ -129,7 +124,7 @@ def losses_figure(metrics: Sequence[Mapping[str, Any]], *, title: str = "") -> F
 
 
 def photos_figure(photos: Mapping[str, Image]) -> Figure:
-    """Draw photographs side by side, each under its name."""
+    """Draw photographs in a grid, each under its name."""
     columns = min(5, len(photos))
     rows = -(-len(photos) // columns)
     figure = Figure(figsize=(9, 1.95 * rows), layout="constrained")
@@ -143,5 +138,5 @@ def photos_figure(photos: Mapping[str, Image]) -> Figure:
 
 
 def unit_text(unit: str) -> str:
-    """Return a unit as people write it."""
+    """Return a unit in typographic form."""
     return {"m/s^2": "m/s²", "1": "(ratio)"}.get(unit, unit)

@@ -1,4 +1,4 @@
-"""A report as one HTML file: text, tables, figures and sounds, all inside it."""
+"""Report as one self-contained HTML file: text, tables, figures and sounds."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class ReportText:
 
 @dataclass(frozen=True)
 class ReportTable:
-    """A table; numbers are right-aligned. With a title in ``folded`` only that is seen until it is opened."""
+    """A table; numbers are right-aligned. With a title in ``folded`` it is collapsed under that title."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[object]]
@@ -50,7 +50,7 @@ class ReportFigure:
 
 @dataclass(frozen=True)
 class ReportSound:
-    """A signal to listen to: one axis, brought to an audible rate and to full scale (said in the caption)."""
+    """A signal to listen to: one axis, resampled to an audible rate and normalised (noted in the caption)."""
 
     signal: Signal
     caption: str = ""
@@ -61,7 +61,7 @@ Block = ReportText | ReportTable | ReportFigure | ReportSound
 
 @dataclass(frozen=True)
 class ReportSection:
-    """A heading and what stands under it."""
+    """A heading with its content."""
 
     title: str
     blocks: Sequence[Block]
@@ -70,13 +70,9 @@ class ReportSection:
 def write_report(
     path: Path, *, title: str, summary: str, sections: Sequence[ReportSection], simulated: bool | str
 ) -> Path:
-    """Write the report to ``path`` (beside it, then renamed) and return it.
+    """Write the report to ``path``, atomically, and return the path.
 
-    Parameters
-    ----------
-    title, summary : str
-    simulated : bool or str
-        Whether any of the data was simulated, or what was: said at the top of the page.
+    ``simulated`` is whether any of the data was simulated, or a text that names it, shown at the top of the page.
     """
     page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         files("tactogram.evaluation").joinpath("report.html.jinja").read_text(encoding="utf-8")
@@ -92,7 +88,7 @@ def write_report(
 
 
 def save_figure(path: Path, figure: Figure) -> Path:
-    """Write ``figure`` as PNG to ``path`` and return it; the whole file or nothing."""
+    """Write ``figure`` as PNG to ``path``, atomically, and return the path."""
     with atomic_write(path) as part:
         figure.savefig(part, format="png", dpi=150)
     return path
@@ -121,7 +117,7 @@ def _cell(value: object) -> tuple[str, bool]:
 
 
 def _audible(signal: Signal) -> io.BytesIO:
-    """Return one axis as a WAV file: the one with the most energy, without its mean, peak at 0.9."""
+    """Return the axis with the most energy as a WAV file, without its mean, peak at 0.9."""
     samples = signal.samples - signal.samples.mean(axis=1, keepdims=True)
     strongest = int((samples**2).sum(axis=1).argmax())
     one = Signal(samples[strongest], signal.rate, "1")

@@ -23,17 +23,7 @@ def wilson(share: float, trials: int) -> Accuracy:
 
     With z = 1.96 and n trials: (p + z^2/2n +- z sqrt(p (1-p)/n + z^2/4n^2)) / (1 + z^2/n).
 
-    Parameters
-    ----------
-    share : float
-        0..1; ``share * trials`` need not be a whole number.
-    trials : int
-        Number of *independent* answers in the mean.
-
-    Raises
-    ------
-    ParameterError
-        If there are no trials, or ``share`` is out of range.
+    ``share`` is in 0..1, and ``share * trials`` need not be a whole number; ``trials`` counts *independent* answers.
 
     References
     ----------

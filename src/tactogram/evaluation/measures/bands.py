@@ -34,21 +34,7 @@ DRIFT_HZ = 10.0
 def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float64]:
     """Return edges spaced evenly on a logarithmic scale from ``low`` to ``high``, both included.
 
-    Parameters
-    ----------
-    low, high : float
-        0 < low < high, Hz.
-    per_octave : int
-        Approximate: the number of bands is rounded.
-
-    Returns
-    -------
-    float64 array, shape (band + 1,), Hz
-
-    Raises
-    ------
-    ParameterError
-        If the range is empty.
+    ``per_octave`` is approximate: the number of bands is rounded. float64, shape (band + 1,), Hz.
     """
     if not 0 < low < high:
         raise ParameterError(f"band must be 0 < low < high in Hz, got {low:g} {high:g}")
@@ -72,19 +58,10 @@ def check_felt(rate: float) -> None:
 def band_sums(
     values: NDArray[np.float64], frequency: NDArray[np.float64], edges: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return ``values`` summed in each band.
+    """Return ``values``, shape (..., frequency), summed in each band: float64, shape (..., band).
 
-    Parameters
-    ----------
-    values : float64 array, shape (..., frequency)
-    frequency : float64 array, shape (frequency,), Hz
-        Evenly spaced from 0. A value covers one spacing around its frequency and is split between
-        two bands at an edge, so no band is empty, however narrow.
-    edges : float64 array, shape (band + 1,), Hz
-
-    Returns
-    -------
-    float64 array, shape (..., band)
+    ``frequency`` is evenly spaced from 0. A value covers one spacing around its frequency and is split between two
+    bands at an edge, so no band is empty, however narrow. ``edges`` has shape (band + 1,), Hz.
     """
     spacing = frequency[1] - frequency[0]
     below = np.clip((edges[:, None] - frequency) / spacing + 0.5, 0, 1)
@@ -92,21 +69,11 @@ def band_sums(
 
 
 def felt_weight(frequency: ArrayLike, unit: str) -> NDArray[np.float64]:
-    """Return the factor that turns a power at ``frequency`` into a multiple of the threshold's.
+    """Return the factor that turns a power at ``frequency``, > 0 Hz, into a multiple of the threshold's; same shape.
 
-    Parameters
-    ----------
-    frequency : float array, any shape, Hz
-        > 0.
-    unit : str
-        Of the signal. In `THRESHOLD_UNITS` the weight is absolute: a sine whose *peak* is at the threshold
-        gives 1/2, its mean square in units of the threshold's peak. For any other unit it is the shape
-        of a related curve (`FELT_LIKE`), at most 1: levels are then only relative.
-
-    Returns
-    -------
-    float64 array, the shape of ``frequency``
-        Outside `FELT_HZ` as well: cutting is up to the caller.
+    For `THRESHOLD_UNITS` the weight is absolute: a sine whose *peak* is at the threshold gives 1/2, its mean square in
+    units of the threshold's peak. For any other unit it is the shape of a related curve (`FELT_LIKE`), at most 1:
+    levels are then only relative. Not limited to `FELT_HZ`.
     """
     weight = detection_threshold(frequency, FELT_LIKE.get(unit, unit)) ** -2.0
     return weight if unit in THRESHOLD_UNITS else weight / weight.max()

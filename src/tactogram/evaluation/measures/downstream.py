@@ -35,23 +35,11 @@ def transfer_accuracy(
     generated signal is classified as its own material. Real against other real is the floor of both. Missing
     variety lowers the first and not the second: read both.
 
-    Parameters
-    ----------
-    trained, tested : mapping from str to sequence of Signal
-        By material; all of one rate, unit and set of axes, cut alike (`segments`).
-    fit : function, optional
-        Trains the classifier; by default `linear_discriminant`.
+    All signals have one rate, unit and set of axes and are cut alike (`segments`); every material of ``tested`` is in
+    ``trained``, which has two or more. ``fit`` is `linear_discriminant` by default.
 
-    Returns
-    -------
-    Accuracy
-        The mean over materials of the share classified correctly, 0..1, with Wilson's 95 % interval, which assumes that
-        the signals of ``tested`` are independent: pieces of one recording are not.
-
-    Raises
-    ------
-    ParameterError
-        If ``trained`` has fewer than two materials or lacks one of ``tested``, or the signals differ in kind.
+    The accuracy is the mean over materials of the share classified correctly. Wilson's 95 % interval assumes that the
+    signals of ``tested`` are independent: pieces of one recording are not.
 
     References
     ----------
@@ -77,12 +65,7 @@ def transfer_accuracy(
 def linear_discriminant(signals: Sequence[Signal], labels: Sequence[str]) -> Classify:
     """Train a linear discriminant on `classifier_features`: quick, without settings, and hard to beat.
 
-    Parameters
-    ----------
-    signals : sequence of Signal
-        Of one kind, at least 0.25 s long.
-    labels : sequence of str
-        One per signal; at least two different ones.
+    Signals of one kind, at least 0.25 s long, with two or more different labels.
 
     References
     ----------
@@ -105,21 +88,9 @@ def linear_discriminant(signals: Sequence[Signal], labels: Sequence[str]) -> Cla
 def classifier_features(signals: Sequence[Signal]) -> NDArray[np.float64]:
     """Return the features of a quick classifier: blind to phase, sensitive to level.
 
-    Parameters
-    ----------
-    signals : sequence of Signal
-        Of one kind, at least 0.25 s long.
-
-    Returns
-    -------
-    float64 array, shape (signal, feature)
-        Per axis: level in third octaves of 20-1000 Hz, dB, and the fluctuation of the envelope of that band in
-        octaves of 4-64 Hz, dB re an envelope's mean square (see `envelope_spectrum_distance`).
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind, are too short, or their rate is too low for vibration.
+    float64, shape (signal, feature), of signals of one kind, at least 0.25 s long. Per axis: level in third octaves of
+    20-1000 Hz, dB, and the fluctuation of the envelope of that band in octaves of 4-64 Hz, dB re an envelope's mean
+    square (see `envelope_spectrum_distance`).
     """
     kind = check_alike(signals, shortest_s=SEGMENT_S)
     edges = felt_edges(kind.rate)

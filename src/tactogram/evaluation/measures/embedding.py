@@ -41,20 +41,7 @@ def frechet_distance(one: ArrayLike, other: ArrayLike) -> float:
     from one distribution in 256 dimensions is far above 0. Compare only values from equally many points, with their
     floor.
 
-    Parameters
-    ----------
-    one, other : float array, shape (point, feature)
-        At least 2 points each.
-
-    Returns
-    -------
-    float
-        >= 0, in squared units of the embedding.
-
-    Raises
-    ------
-    ParameterError
-        If they are not two-dimensional, differ in features, are not finite, or have fewer than 2 points.
+    At least 2 points each. The result is >= 0, in squared units of the embedding.
 
     References
     ----------
@@ -82,20 +69,7 @@ def precision_recall_density_coverage(real: ArrayLike, made: ArrayLike, k: int =
 
     Real points against other real points give about 1 in density and 1 - 2^-k in coverage (k = 5: 0.97).
 
-    Parameters
-    ----------
-    real, made : float array, shape (point, feature)
-        More than ``k`` points each.
-
-    Returns
-    -------
-    Manifold
-        Higher is better.
-
-    Raises
-    ------
-    ParameterError
-        If the arrays differ in features, are not finite, or have too few points for ``k``.
+    Higher is better. Both sets need more than ``k`` points.
 
     References
     ----------
@@ -143,23 +117,12 @@ def two_sample_accuracy(
     against real far above 0.5. With groups, a point's own group is excluded, and equally many groups are drawn from
     both sets.
 
-    Parameters
-    ----------
-    one, other : float array, shape (point, feature)
-        Equally many points in both. With groups for both, equally many in every group instead, or chance is not 0.5.
-    one_groups, other_groups : sequence, optional
-        Origin of each point, e.g. the id of its recording. By default each point is its own group.
+    Both sets have equally many points, or with groups for both, equally many in every group; otherwise chance is not
+    0.5. Groups are the origin of each point, e.g. the id of its recording, at least 2 per set; by default each point is
+    its own.
 
-    Returns
-    -------
-    Accuracy
-        The mean of both sets' shares, 0..1, with Wilson's 95 % interval. The points of a group count as one answer,
-        groups as independent.
-
-    Raises
-    ------
-    ParameterError
-        If the sets differ in size without groups, or one has fewer than 2 groups.
+    The accuracy is the mean of both sets' shares, with Wilson's 95 % interval. The points of a group count as one
+    answer, groups as independent.
 
     References
     ----------
@@ -192,10 +155,8 @@ def _nearest_is_own(own: NDArray[np.float64], other: NDArray[np.float64]) -> flo
     As many groups of each set are drawn as the smaller set has. With r groups of the other set nearer than all a of
     the own, none of these is among a drawn of b with probability C(b - r, a) / C(b, a), and vice versa.
 
-    Parameters
-    ----------
-    own, other : float64 array, shape (point, group)
-        Squared distance to the nearest point of each group; infinite for the point's own group.
+    ``own`` and ``other``, shape (point, group), are squared distances to the nearest point of each group; infinite for
+    the point's own group.
     """
     a, b = own.shape[1] - 1, other.shape[1]
     if a <= b:

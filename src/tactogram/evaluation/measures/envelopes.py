@@ -37,27 +37,14 @@ def envelopes(
     high: float,
     gain: Callable[[NDArray[np.float64]], NDArray[np.float64]],
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the Hilbert envelopes of a band, at a rate just high enough for them.
+    """Return the Hilbert envelopes of a band, shape (..., time), >= 0, and their rate, just high enough for them.
 
-    The magnitude of the analytic signal (Gabor 1946). Only the bins of the band are transformed back: a shift
-    in frequency changes no magnitude, so a narrow band costs little. The signal is extended by its mirror
-    image, which avoids steps at its ends.
+    The magnitude of the analytic signal (Gabor 1946); of a sine its amplitude. Only the bins of the band are
+    transformed back: a shift in frequency changes no magnitude, so a narrow band costs little. The signal is extended
+    by its mirror image, which avoids steps at its ends.
 
-    Parameters
-    ----------
-    stack : float64 array, shape (..., time)
-    rate : float, Hz
-    low, high : float, Hz
-        The band; cut at half the rate.
-    gain : function of float64 array, Hz
-        Factor per frequency of the band.
-
-    Returns
-    -------
-    envelope : float64 array, shape (..., time)
-        >= 0; of a sine its amplitude.
-    rate : float, Hz
-        At least twice the band's width and four times the fastest modulation, where the signal has that much.
+    The band ``low`` to ``high``, Hz, is cut at half the rate; ``gain`` is its factor per frequency, Hz. The new rate is
+    at least twice the band's width and four times the fastest modulation, where the signal has that much.
     """
     length = 2 * stack.shape[-1]
     spectrum = fft.rfft(np.concatenate([stack, stack[..., ::-1]], axis=-1), axis=-1)
@@ -73,20 +60,10 @@ def envelopes(
 def modulation_power(
     envelope: NDArray[np.float64], rate: float, window_s: float, edges: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the power of an envelope's fluctuation around its mean of 1, summed in bands.
+    """Return the power of an envelope's fluctuation around its mean of 1, summed in bands: shape (..., band).
 
-    Parameters
-    ----------
-    envelope : float64 array, shape (..., time)
-    rate : float, Hz
-    window_s : float
-        Length of the Hann windows, half overlapping (Welch 1967).
-    edges : float64 array, shape (band + 1,), Hz
-
-    Returns
-    -------
-    float64 array, shape (..., band)
-        m^2 / 2 for a modulation of depth m; 0 for an envelope that is 0 throughout.
+    m^2 / 2 for a modulation of depth m; 0 for an envelope that is 0 throughout. Hann windows of ``window_s`` seconds,
+    half overlapping (Welch 1967).
     """
     mean = envelope.mean(axis=-1, keepdims=True)
     relative = np.divide(envelope, mean, out=np.ones_like(envelope), where=mean > 0)

@@ -21,41 +21,29 @@ class SignalMeasure(Protocol):
     def __call__(self, one: Sequence[Signal], other: Sequence[Signal], /) -> float | None:
         """Return the distance, >= 0; None where it is undefined for signals of this kind.
 
-        Raises
-        ------
-        ParameterError
-            If the signals are too short, or differ in kind.
+        ``one`` and ``other`` are over time, of one rate, unit and set of axes. If they differ in kind or are too short,
+        a `ParameterError` is raised.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Measure:
-    """Declaration of a measure.
-
-    Parameters
-    ----------
-    name : str
-        Its key in results, equal to the module's name; ends with the unit (``_db``) unless it is a pure number.
-    function : SignalMeasure
-        Lower is better.
-    unit : str
-        ``"1"`` for a pure number.
-    source : str
-        Publication.
-    multiaxis : bool
-        Whether it needs several axes; with one it returns None.
-    rank : int
-        Row in tables, the smallest first; measures of equal rank are sorted by name.
-    """
+    """Declaration of a measure."""
 
     name: str
+    """Its key in results, equal to the module's name; ends with the unit (``_db``) unless it is a pure number."""
     function: SignalMeasure
+    """Lower is better."""
     unit: str
+    """``"1"`` for a pure number."""
     title: str
     source: str
+    """Publication."""
     multiaxis: bool = False
+    """Whether it needs several axes; with one it returns None."""
     rank: int = 100
+    """Row in tables, the smallest first; measures of equal rank are sorted by name."""
 
 
 def signal_measures() -> dict[str, Measure]:

@@ -42,22 +42,8 @@ def memorisation(
     once in ``len(unseen)`` pieces; a copy exceeds it whatever its level, sign and start.
     Blind to copies that were stretched in time or filtered strongly.
 
-    Parameters
-    ----------
-    made, trained, unseen : sequence of Signal
-        Generated, training data, and real signals absent from training; of one material, rate, unit and set of axes.
-    seconds : float
-        Length of the pieces, s.
-
-    Returns
-    -------
-    Memorisation
-        ``copied`` is the measure; lower is better.
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind or are too short.
+    All signals are of one material, rate, unit and set of axes; ``unseen`` are real ones absent from training.
+    ``copied`` is the measure; lower is better.
 
     References
     ----------
@@ -75,27 +61,11 @@ def memorisation(
 def nearness(
     signals: Sequence[Signal], trained: Sequence[Signal], *, seconds: float = PIECE_S
 ) -> NDArray[np.float64]:
-    """Return how near each piece of ``signals`` comes to any interval of ``trained``.
+    """Return how near each piece of ``signals`` comes to any interval of ``trained``: float64, shape (piece,), 0..1.
 
     max over positions t in ``trained`` of abs(sum of x(s) y(t + s)) / sqrt(sum of x(s)^2 sum of y(t + s)^2), sums over
-    the piece and the axes, of the signals high-passed at 10 Hz.
-
-    Parameters
-    ----------
-    signals, trained : sequence of Signal
-        Of one kind.
-    seconds : float
-        Length of the pieces, s; they overlap by half.
-
-    Returns
-    -------
-    float64 array, shape (piece,), 0..1
-        1 is a copy up to level and sign; silence is 0.
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind, or none is as long as a piece.
+    the piece and the axes, of the signals high-passed at 10 Hz. Pieces last ``seconds`` and overlap by half. 1 is a
+    copy up to level and sign; silence is 0.
     """
     rate = check_alike(signals, trained).rate
     pieces = _pieces(signals, seconds)

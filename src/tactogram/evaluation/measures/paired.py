@@ -29,27 +29,10 @@ TINY = float(np.finfo(np.float64).eps)
 
 
 def align(distorted: Signal, reference: Signal, *, within_s: float = 0.05) -> tuple[Signal, Signal]:
-    """Return both cut to their best overlap.
+    """Return both cut to their best overlap, of equal length.
 
-    The delay, in whole samples, maximises their cross-correlation, summed over axes (Knapp and Carter
-    1976, without weighting).
-
-    Parameters
-    ----------
-    distorted, reference : Signal
-        Of one rate, unit and set of axes; they may differ in length.
-    within_s : float
-        Largest delay tried, s, >= 0.
-
-    Returns
-    -------
-    distorted, reference : Signal
-        Of equal length.
-
-    Raises
-    ------
-    ParameterError
-        If they differ in kind, or ``within_s`` is negative or leaves no overlap.
+    The delay, in whole samples up to ``within_s`` seconds, maximises their cross-correlation, summed over axes (Knapp
+    and Carter 1976, without weighting). They may differ in length.
     """
     rate = check_alike([distorted], [reference]).rate
     most = round(within_s * rate) if within_s >= 0 else -1
@@ -71,22 +54,8 @@ def align(distorted: Signal, reference: Signal, *, within_s: float = 0.05) -> tu
 def signal_to_noise_ratio_db(distorted: Signal, reference: Signal) -> float:
     """Return the signal-to-noise ratio of two aligned signals, dB. For codecs and inversion only.
 
-    10 log10(sum y^2 / sum (x - y)^2) over samples and axes, y the reference.
-
-    Parameters
-    ----------
-    distorted, reference : Signal
-        Of one kind and length, aligned (`align`).
-
-    Returns
-    -------
-    float
-        dB; infinite for an exact copy, minus infinite for any error on silence.
-
-    Raises
-    ------
-    ParameterError
-        If they differ in kind or length.
+    10 log10(sum y^2 / sum (x - y)^2) over samples and axes, y the reference. Infinite for an exact copy, minus infinite
+    for any error on silence.
     """
     x, y = _pair(distorted, reference)
     error, energy = float(np.sum((x - y) ** 2)), float(np.sum(y**2))
@@ -108,25 +77,9 @@ def st_sim(distorted: Signal, reference: Signal, *, full_scale: float = 1.0, eta
     counts as 0, since the power of a negative number would be complex. Blocks that are constant, or have
     nothing near the threshold, in both signals score 1.
 
-    Parameters
-    ----------
-    distorted, reference : Signal
-        Of one kind and length, aligned (`align`), at least 64 ms long.
-    full_scale : float
-        The threshold's 0 dB in the signals' unit; > 0. The published curve has no unit: it refers to
-        its authors' scaling.
-    eta : float
-        Weight of time against spectrum, 0..1.
-
-    Returns
-    -------
-    float
-        >= 0; 1 for a copy. Slightly above 1 where the distorted signal has more above the threshold.
-
-    Raises
-    ------
-    ParameterError
-        If they differ in kind or length, are too short, or a parameter is out of range.
+    The signals last at least 64 ms. ``full_scale``, > 0, is the threshold's 0 dB in their unit: the published curve has
+    no unit and refers to its authors' scaling. ``eta``, 0..1, is the weight of time against spectrum. The result is >=
+    0; 1 for a copy, slightly above 1 where the distorted signal has more above the threshold.
 
     References
     ----------
@@ -152,20 +105,7 @@ def spqi(distorted: Signal, reference: Signal, *, full_scale: float = 1.0) -> fl
     (`tactogram.signal.perception.spqi_threshold_db`). Blind to sign and, as far as the DCT is, to phase within a
     block. The rate is the signals' own, as in `st_sim`.
 
-    Parameters
-    ----------
-    distorted, reference, full_scale
-        As in `st_sim`.
-
-    Returns
-    -------
-    float
-        0..1; 1 for a copy.
-
-    Raises
-    ------
-    ParameterError
-        As in `st_sim`.
+    The result is in 0..1; 1 for a copy.
 
     References
     ----------

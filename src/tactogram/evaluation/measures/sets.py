@@ -21,24 +21,8 @@ def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = N
     largest of many correlations is larger, a Fréchet distance of few points is biased upwards. A model is
     comparable with its floor only when both were cut with the same ``seconds`` and ``count``.
 
-    Parameters
-    ----------
-    signals : sequence of Signal
-        Over time. Remainders, and signals shorter than a piece, are dropped.
-    seconds : float
-        Length of a piece, s; rounded to whole samples.
-    count : int, optional
-        Number of pieces, spread evenly over all of them.
-
-    Returns
-    -------
-    list of Signal
-        In order, without overlap.
-
-    Raises
-    ------
-    ParameterError
-        If ``seconds`` or ``count`` is not > 0, a piece would be empty, or there are fewer than ``count`` pieces.
+    Pieces do not overlap and are in order; with ``count``, that many spread evenly over all. Remainders, and signals
+    shorter than a piece, are dropped. ``seconds`` is rounded to whole samples.
     """
     if not (seconds > 0 and np.isfinite(seconds)):
         raise ParameterError(f"seconds must be > 0 and finite, got {seconds}")
@@ -62,13 +46,9 @@ def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = N
 
 
 def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
-    """Return one signal of ``sets`` after checking that all are of one kind.
+    """Return one signal of ``sets`` after checking that all are of one kind: rate, unit and axes.
 
-    Raises
-    ------
-    ParameterError
-        If a set is empty, or signals differ in rate, unit or axes, are not over time, or are shorter than
-        ``shortest_s``.
+    A set that is empty, or a signal that is not over time or shorter than ``shortest_s``, is refused, too.
     """
     if not all(sets):
         raise ParameterError("a set to compare needs at least one signal, got none")

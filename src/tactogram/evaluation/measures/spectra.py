@@ -26,20 +26,14 @@ SILENT = 1e-30
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """The power spectra of a set.
-
-    Parameters
-    ----------
-    frequency : float64 array, shape (frequency,), Hz
-    power : float64 array, shape (signal, axis, frequency), unit^2/Hz
-        One-sided. Signals in the order of `stacks`.
-    independent : float64 array, shape (signal,)
-        Number of independent segments in each average.
-    """
+    """Power spectra of a set, in the order of `stacks`."""
 
     frequency: NDArray[np.float64]
+    """Shape (frequency,), Hz."""
     power: NDArray[np.float64]
+    """One-sided, shape (signal, axis, frequency), unit^2/Hz."""
     independent: NDArray[np.float64]
+    """Number of independent segments in each average, shape (signal,)."""
 
 
 def power_spectra(signals: Sequence[Signal]) -> Spectra:

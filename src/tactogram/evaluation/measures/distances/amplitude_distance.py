@@ -26,20 +26,7 @@ def amplitude_distance(one: Sequence[Signal], other: Sequence[Signal]) -> float:
     levels would look like heavy tails. Blind to spectrum and order. Phase matters little: the sum of many components
     of random phase is always normally distributed.
 
-    Parameters
-    ----------
-    one, other : sequence of Signal
-        All of one rate, unit and set of axes, over time.
-
-    Returns
-    -------
-    float
-        Multiples of the rms, 0..sqrt(2) (1 if only one set is silent).
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind.
+    The result is in multiples of the rms, 0..sqrt(2) (1 if only one set is silent).
 
     References
     ----------

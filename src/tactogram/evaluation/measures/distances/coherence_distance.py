@@ -27,23 +27,9 @@ def coherence_distance(
     Magnitude-squared coherence abs(S_xy)^2 / (S_xx S_yy) of each pair of axes (`coherence`), 0..1. Blind to
     level, to the phase between axes, to the spectrum and to everything within one axis.
 
-    Parameters
-    ----------
-    one, other : sequence of Signal
-        All of one rate, unit and set of axes, over time, at least 0.25 s long. Of equal length and number
-        (`segments`): the coherence of independent axes is 1/K on average when estimated from K segments.
-    band : (float, float), Hz
-        Frequencies compared.
-
-    Returns
-    -------
-    float or None
-        0..1; None for signals with one axis.
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind or are too short, or the band holds no bin.
+    Both sets need signals of at least 0.25 s, of equal length and number (`segments`): the coherence of independent
+    axes is 1/K on average when estimated from K segments. ``band`` is in Hz. The result is in 0..1; None for signals
+    with one axis.
 
     References
     ----------
@@ -60,20 +46,10 @@ def coherence_distance(
 
 
 def coherence(signals: Sequence[Signal]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the magnitude-squared coherence of all pairs of axes of a set.
+    """Return frequencies, Hz, and the magnitude-squared coherence of all pairs of axes, shape (axis, axis, frequency).
 
     Cross spectra (Hann segments of 0.25 s, half overlapping) are averaged over all segments of all signals, each
     signal divided by its own power, so that strong and weak signals count the same.
-
-    Parameters
-    ----------
-    signals : sequence of Signal
-        Of one kind, at least 0.25 s long.
-
-    Returns
-    -------
-    frequency : float64 array, shape (frequency,), Hz
-    coherence : float64 array, shape (axis, axis, frequency), 0..1
     """
     rate, axes = signals[0].rate, len(signals[0].axes)
     length = round(SEGMENT_S * rate)

@@ -31,21 +31,8 @@ def envelope_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal]) -
     10 log10(m^2 / 2) dB; less than `MODULATION_FLOOR_DB` counts as that. Blind to level and to the phase of
     carrier and modulation. Narrow bands fluctuate by themselves, so a change in bandwidth registers slightly.
 
-    Parameters
-    ----------
-    one, other : sequence of Signal
-        All of one rate, unit and set of axes, over time, at least 0.5 s long, better 1 s or more; of equal
-        length (`segments`): the logarithm of an average of few windows is up to 2.5 dB too low.
-
-    Returns
-    -------
-    float
-        dB, >= 0.
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind, are too short, or their rate is too low for vibration.
+    Signals last at least 0.5 s, better 1 s or more, and have equal length (`segments`): the logarithm of an average of
+    few windows is up to 2.5 dB too low.
 
     References
     ----------

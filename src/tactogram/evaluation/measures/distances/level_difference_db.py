@@ -17,22 +17,8 @@ def level_difference_db(
 ) -> float:
     """Return by how many dB the mean levels of two sets differ, ignoring the sign.
 
-    The level of a signal is 10 log10 of its mean square within ``band``, summed over axes.
-
-    Parameters
-    ----------
-    one, other, band
-        As in `log_spectral_distance`.
-
-    Returns
-    -------
-    float
-        dB, >= 0. Silence counts as a mean square of `SILENT`.
-
-    Raises
-    ------
-    ParameterError
-        As in `log_spectral_distance`.
+    The level of a signal is 10 log10 of its mean square within ``band``, Hz, summed over axes; silence counts
+    as `SILENT`.
     """
     check_alike(one, other, shortest_s=SEGMENT_S)
     first, second = (_level_db(members, band) for members in (one, other))

@@ -35,22 +35,7 @@ def log_spectral_distance(
     The logarithm of a spectrum from K independent segments is too low by 10/ln 10 (ln K - digamma(K)) dB on average
     (2.5 dB for one). This bias is corrected, so that signals of different lengths can be compared.
 
-    Parameters
-    ----------
-    one, other : sequence of Signal
-        All of one rate, unit and set of axes, over time, at least `SEGMENT_S` long.
-    band : (float, float), Hz
-        Frequencies compared.
-
-    Returns
-    -------
-    float
-        dB, >= 0.
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind or are too short, or the band holds no bin.
+    Signals last at least `SEGMENT_S`; frequencies in ``band``, Hz, are compared.
 
     References
     ----------

@@ -36,21 +36,6 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
     weighted with the shape of the detection threshold, is above a floor 50 dB below the strongest, in whichever set
     has more: absent bands do not count. Blind to level, phase, and to correlation between bands.
 
-    Parameters
-    ----------
-    one, other : sequence of Signal
-        As in `envelope_spectrum_distance`.
-
-    Returns
-    -------
-    float
-        dB, >= 0.
-
-    Raises
-    ------
-    ParameterError
-        As in `envelope_spectrum_distance`.
-
     References
     ----------
     T. Dau, B. Kollmeier, A. Kohlrausch, J. Acoust. Soc. Am. 102 (1997) 2892-2905: modulation filter bank.
@@ -79,12 +64,8 @@ def _modulation_spectrum(
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.float64]]:
     """Return a set's mean modulation spectrum and levels by carrier.
 
-    Returns
-    -------
-    spectra : list of float64 array, one per carrier, shape (axis, modulation band)
-        dB.
-    levels : float64 array, shape (axis, carrier)
-        Mean square of the envelope, dB.
+    Spectra: one per carrier, shape (axis, modulation band), dB. Levels:
+    mean square of the envelope, dB, shape (axis, carrier).
     """
     full_rate = signals[0].rate
     edges = [modulation_edges(full_rate, window, min(c / 2, MODULATION_HZ[1]), per_octave=1) for c in centres]

@@ -29,20 +29,7 @@ def weighted_log_spectral_distance(one: Sequence[Signal], other: Sequence[Signal
     threshold curve is used (see `bands.FELT_LIKE`) and the floor is only relative: level errors count, the
     distance from the threshold does not.
 
-    Parameters
-    ----------
-    one, other : sequence of Signal
-        All of one rate (above 40 Hz), unit and set of axes, over time, at least `SEGMENT_S` long.
-
-    Returns
-    -------
-    float
-        dB, >= 0.
-
-    Raises
-    ------
-    ParameterError
-        If the signals differ in kind, are too short, or their rate is too low for vibration.
+    The rate is above 40 Hz, and signals last at least `SEGMENT_S`.
 
     References
     ----------
