@@ -32,18 +32,8 @@ class AmplitudeSpectrogram:
     negative, so that (``nonnegative``) the phase of bin 0 is 0 in every frame. Decoding starts from that level and
     keeps it in every step; no decoded value is below 0.
 
-    Parameters
-    ----------
-    n_fft, hop : int, samples
-        FrictGAN, Sec. 4: 512 and 128.
-    frames : int
-        FrictGAN, Sec. 3.1: 11.
-    window : str or (str, float)
-        FrictGAN, Sec. 4: Hamming.
-    nonnegative : bool
-        Whether signals are >= 0, as friction coefficients are.
-    iterations : int
-        Of `decode`; 32 in the authors' code (librosa's default).
+    Defaults are FrictGAN's: Sec. 4 for ``n_fft``, ``hop`` and ``window``, Sec. 3.1 for ``frames``; ``iterations`` of
+    `decode` are those of the authors' code (librosa's default).
     """
 
     n_fft: int = 512

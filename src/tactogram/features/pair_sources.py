@@ -67,11 +67,8 @@ def sources(
 ) -> tuple[tuple[PhotoSource, ...], tuple[RecordingSource, ...]]:
     """Return the photographs (for each material they show) and recordings of examples, each once, in their order.
 
-    Raises
-    ------
-    ParameterError
-        If a material has no photograph, an example no material or several axes, a signal another rate, unit or domain
-        than the picture, or anything is too small to be cut.
+    Refused: a material without photographs, an example without material or with several axes, a signal with another
+    rate, unit or domain than the picture, and anything too small to be cut.
     """
     photos: dict[tuple[str, Box, str], PhotoSource] = {}
     recordings = []

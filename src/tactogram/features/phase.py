@@ -35,32 +35,15 @@ def recover(
 
     Each item is scaled by itself, so that a magnitude times a gain gives the signal times the gain.
 
-    Parameters
-    ----------
-    magnitude : float32 or float64 tensor, shape (..., bin, frame)
-        Of ``transform``, finite and >= 0. No gradient flows back.
-    transform : STFT
-    length : int, samples
-        Of the signal.
-    start : {"gradient", "random"}
-        First phase: phase gradient heap integration (`gradient_phase`), or uniform noise.
-    iteration : {"admm+fast_griffin_lim", "admm", "fast_griffin_lim", "griffin_lim"}
-        Alternating projections (Griffin & Lim 1984); the same with momentum 0.99 (Perraudin, Balazs & Søndergaard, "A
-        fast Griffin-Lim algorithm", WASPAA 2013); the alternating direction method of multipliers (Masuyama, Yatabe &
-        Oikawa 2019); or half the steps of that, which leaves wrong solutions, then half with momentum, which settles.
-    iterations : int
-        Steps of one inverse and one forward transform each; 0 returns the start.
-    seed : int
-        Every item of a batch gets the same random numbers, as it would alone.
+    ``magnitude``, float32 or float64, shape (..., bin, frame), is of ``transform``, finite and >= 0; the signal has
+    shape (..., length). No gradient flows back. Every item of a batch gets the same random numbers, as it would alone.
 
-    Returns
-    -------
-    tensor, shape (..., time), of the precision and on the device of ``magnitude``
-
-    Raises
-    ------
-    ParameterError
-        If ``magnitude`` is not one of ``length`` samples, negative or not finite.
+    ``start`` is the first phase: phase gradient heap integration (`gradient_phase`), or uniform noise. ``iteration`` is
+    ``griffin_lim``, alternating projections (Griffin & Lim 1984); ``fast_griffin_lim``, the same with momentum 0.99
+    (Perraudin, Balazs & Søndergaard, "A fast Griffin-Lim algorithm", WASPAA 2013); ``admm``, the alternating direction
+    method of multipliers (Masuyama, Yatabe & Oikawa 2019); or half the steps of that, which leaves wrong solutions,
+    then half with momentum, which settles. A step is one inverse and one forward transform; 0 ``iterations`` return the
+    start.
     """
     check_precision("magnitude", magnitude)
     transform.check(magnitude, length)
@@ -94,15 +77,7 @@ def spectral_convergence(x: Tensor, magnitude: Tensor, transform: STFT) -> Tenso
     ``20 log10( || |STFT(x)| - A || / ||A|| )`` over all bins and frames, with the STFT of the magnitude ``A``
     (Sturmel & Daudet 2011). It measures the recovered signal, not an intermediate spectrogram.
 
-    Parameters
-    ----------
-    x : tensor, shape (..., time)
-    magnitude : tensor, shape (..., bin, frame)
-    transform : STFT
-
-    Returns
-    -------
-    tensor, shape (...), dB
+    From shapes (..., time) and (..., bin, frame) to (...), dB.
     """
     error = (transform.forward(x).abs() - magnitude).square().sum((-2, -1))
     return 10 * torch.log10(error / magnitude.square().sum((-2, -1)))

@@ -19,36 +19,25 @@ LUMA = (0.299, 0.587, 0.114)
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoCrops:
-    """Crops of photographs; defaults are the paper's (Neshov et al. 2026, Sec. 4.1, "Visual Data").
-
-    Parameters
-    ----------
-    crop : int, pixels
-        Side of the square cut from a photograph.
-    size : int, pixels
-        Side of the network's input, at most ``crop``, which is averaged down.
-    grayscale : bool
-        One channel (ITU-R BT.601), or three.
-    per_photo, per_recording : int
-        Random crops of each photograph, and of each recording.
-    repeats : int
-        Random pairings of all crops of a material.
-    flips : bool
-        Left to right and top to bottom, each with probability 1/2.
-    brightness, contrast : float, 0..1
-        Each by a factor drawn evenly from 1 - x to 1 + x, as in torchvision's ``ColorJitter``. The paper states no
-        amount.
-    """
+    """Crops of photographs; defaults are the paper's (Neshov et al. 2026, Sec. 4.1, "Visual Data")."""
 
     crop: int = 256
+    """Side of the square cut from a photograph, pixels."""
     size: int = 256
+    """Side of the network's input, pixels, at most ``crop``, which is averaged down."""
     grayscale: bool = True
+    """One channel (ITU-R BT.601), or three."""
     per_photo: int = 10
     per_recording: int = 10
+    """Random crops of each recording, as ``per_photo`` of each photograph."""
     repeats: int = 10
+    """Random pairings of all crops of a material."""
     flips: bool = True
+    """Left to right and top to bottom, each with probability 1/2."""
     brightness: float = 0.2
     contrast: float = 0.2
+    """``brightness`` and ``contrast`` change by a factor drawn evenly from 1 - x to 1 + x, as in torchvision's
+    ``ColorJitter``. The paper states no amount."""
 
     def __post_init__(self) -> None:
         for name in ("crop", "size", "per_photo", "per_recording", "repeats"):

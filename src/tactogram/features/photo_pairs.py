@@ -68,25 +68,18 @@ LEAKS: Mapping[Protocol, str] = {
 
 @dataclass(frozen=True, eq=False)
 class PairBatch:
-    """Some pairs.
-
-    Parameters
-    ----------
-    photo : float32 tensor, shape (pair, channel, size, size), in [-1, 1]
-    picture : float32 tensor, shape (pair, 1, rows, columns), in [-1, 1]
-    label : int64 tensor, shape (pair,)
-        Place in `WeakPairs.materials`; -1 for a material that is not among them.
-    ids : tuple of str
-        The recording of each pair.
-    photos : tuple of str
-        The photograph of each pair: its key.
-    """
+    """A batch of pairs."""
 
     photo: Tensor
+    """float32, shape (pair, channel, size, size), in [-1, 1]."""
     picture: Tensor
+    """float32, shape (pair, 1, rows, columns), in [-1, 1]."""
     label: Tensor
+    """int64, shape (pair,): index in `WeakPairs.materials`; -1 for other materials."""
     ids: tuple[str, ...]
+    """The recording of each pair."""
     photos: tuple[str, ...]
+    """The key of each pair's photograph."""
 
     def __len__(self) -> int:
         """Return the number of pairs."""
@@ -101,14 +94,8 @@ class PairBatch:
 class WeakPairs:
     """Pairs by number, created by `weak_pairs`. Crops are made on demand, and the last ones cached.
 
-    Parameters
-    ----------
-    photos : sequence of PhotoSource
-    recordings : sequence of RecordingSource
-    pairs : int64 array, shape (pair, 2)
-        Number of the photograph's crop and of the recording's; crop k of source s is ``s * crops + k``.
-    picture, crops, seed, materials, protocol, cache_mib
-        As in `weak_pairs`.
+    ``pairs``, int64, shape (pair, 2), are the numbers of the photograph's crop and of the recording's; crop k of source
+    s is ``s * crops + k``. The other parameters are those of `weak_pairs`.
     """
 
     def __init__(
@@ -170,12 +157,7 @@ class WeakPairs:
     def batches(self, size: int, *, start: int = 0, workers: int = 0) -> Iterator[PairBatch]:
         """Yield batches of ``size`` pairs from number ``start`` on, without end.
 
-        Parameters
-        ----------
-        size : int
-        start : int
-        workers : int
-            Threads that prepare the next batches; 0 prepares each on demand. The batches are the same.
+        ``workers`` threads prepare the next batches; 0 prepares each on demand. The batches are the same.
         """
         if not workers:
             while True:
@@ -248,11 +230,9 @@ def weak_pairs(
 
     Parameters
     ----------
-    examples : sequence of Example, or mapping from str to such
+    examples : sequence of Example, or mapping from str to sequence of Example
         ``source-split``: the examples of the part. The other two protocols leak: they need the examples of all parts by
         name, e.g. ``{"train": …, "validation": …, "test": …}``. Signals have one axis.
-    picture : SpectrogramPicture
-    crops : PhotoCrops
     seed : int
         Of crops, augmentation, pairing and order. Leaky protocols need the same for all parts.
     protocol : {"source-split", "crop-split", "pair-then-split"}

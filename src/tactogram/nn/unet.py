@@ -26,19 +26,10 @@ LEAK = 0.2
 class UNet(nn.Module):
     """The generator of pix2pix; each stage halves or doubles rows and columns by a 4 x 4 kernel.
 
-    Convolutions but the last have no bias, as batch normalisation follows; the first has neither.
-
-    Parameters
-    ----------
-    into, out : int
-        Channels of input and output.
-    widths : sequence of int
-        Channels after each stage of the encoder, finest first. Rows and columns of the input are multiples of
-        2 ** len(widths).
-    bottleneck : nn.Module, optional
-        Called with the coarsest features and the condition of `forward`; returns features of the same shape.
-    dropout : int
-        Stages of the decoder, coarsest first, that drop half of their values in training, and if `noise` is on.
+    Convolutions but the last have no bias, as batch normalisation follows; the first has neither. ``widths`` are the
+    channels after each stage of the encoder, finest first; rows and columns of the input are multiples of 2 **
+    len(widths). ``bottleneck`` maps the coarsest features and the condition of `forward` to features of the same shape.
+    ``dropout`` stages of the decoder, coarsest first, drop half of their values in training, and if `noise` is on.
     """
 
     def __init__(

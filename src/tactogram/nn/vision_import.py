@@ -25,13 +25,7 @@ OPERATORS = ("nms", "qnms")
 
 @cache
 def torchvision() -> ModuleType:
-    """Return torchvision, imported even if its compiled operators do not load.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed, or does not import for another reason; names the extra ``vision``.
-    """
+    """Return torchvision, imported even if its compiled operators do not load."""
     try:
         return _import("torchvision")
     except ModuleNotFoundError as error:
@@ -49,13 +43,7 @@ def torchvision() -> ModuleType:
 
 
 def vision_module(name: str) -> ModuleType:
-    """Return a module of a package of the extra ``vision``, e.g. ``torchmetrics.image``, imported after torchvision.
-
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed, or does not import; names the extra ``vision``.
-    """
+    """Return a module of a package of the extra ``vision``, e.g. ``torchmetrics.image``, imported after torchvision."""
     torchvision()
     try:
         return _import(name)

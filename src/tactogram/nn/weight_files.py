@@ -15,11 +15,6 @@ def weight_file(path: Path | str, url: str, *, of: str, option: str) -> Path:
     """Return the file of a network's weights: ``path``, or if empty the file of ``url`` in torch's cache.
 
     ``of`` (the network) and ``option`` (the setting of ``path``) are named in errors.
-
-    Raises
-    ------
-    DataError
-        If there is no such file; names the place it was searched in.
     """
     if path:
         file = Path(path).expanduser()
@@ -35,13 +30,7 @@ def weight_file(path: Path | str, url: str, *, of: str, option: str) -> Path:
 
 
 def read_weights(file: Path) -> Mapping[str, Tensor]:
-    """Return the tensors in a ``.pth`` or ``.safetensors`` file by name.
-
-    Raises
-    ------
-    DataError
-        If the file is not readable, or contains anything but tensors.
-    """
+    """Return the tensors in a ``.pth`` or ``.safetensors`` file by name; a file of anything else is refused."""
     try:
         if file.suffix == ".safetensors":
             from safetensors.torch import load_file
