@@ -238,5 +238,5 @@ def test_digilent_that_goes_away_or_is_not_there_is_told(dwfpy):
         pass
     with open_source("digilent:") as source:
         Discovery.last.close()
-        with pytest.raises(SourceLost, match="went away"):
+        with pytest.raises(SourceLost, match="disappeared"):
             source.read(0.0)

@@ -67,13 +67,13 @@ def parse_address(address: str) -> tuple[SourceKind, str, BaseModel]:
     if len(values) != len(pairs):
         raise ParameterError(f"{address}: each option may be given once, got {query!r}")
     if any("\0" in text for text in (place, *values.values())):
-        raise ParameterError(f"a source's address must not hold a null character, got {address!r}")
+        raise ParameterError(f"a source's address must not contain a null character, got {address!r}")
     kind = source_kind(name)
     return kind, place, validated(kind.options, values, where=address)
 
 
 def find_sources(*, find_s: float = 0.5) -> list[dict[str, Any]]:
-    """Return the sources at hand, and those whose devices or drivers are missing.
+    """Return the available sources, and those whose devices or drivers are missing.
 
     Parameters
     ----------

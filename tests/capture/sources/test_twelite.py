@@ -96,7 +96,7 @@ def test_pulled_plug_is_told_in_one_line():
     with TweliteSource(port, name="simulated:twelite") as source:
         assert source.read(1.0) is not None
         port.unplug()
-        with pytest.raises(SourceLost, match="went away while it was read") as caught:
+        with pytest.raises(SourceLost, match="disappeared while it was read") as caught:
             source.read(0.05)
     assert "\n" not in str(caught.value)
 

@@ -39,7 +39,7 @@ def test_what_waited_and_what_settles_is_left_out():
 
 def test_a_source_that_says_nothing_ends_it():
     now = iter(np.arange(0, 100, 0.5))
-    with pytest.raises(DeviceError, match="gave no samples for 2 s"):
+    with pytest.raises(DeviceError, match="no samples for 2 s"):
         PairRecorder(Numbered(ends=0), clock=lambda: next(now)).take(0.1, after_s=0.0)
 
 

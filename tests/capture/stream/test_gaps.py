@@ -57,7 +57,7 @@ def test_gaps_at_the_ends_are_cut_off_and_not_filled():
 
 
 def test_a_gap_longer_than_allowed_is_refused():
-    with pytest.raises(DataError, match=r"a gap of 0.2 s is longer than what may be filled \(0.1 s\)"):
+    with pytest.raises(DataError, match=r"a gap of 0.2 s is longer than the limit for filling \(0.1 s\)"):
         filled(with_gaps((20, 40)), 100.0, "m/s^2", how="linear")
 
 

@@ -177,7 +177,7 @@ def test_a_file_without_samples_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "nothing.txt"
     path.write_bytes(content)
 
-    with pytest.raises(DataError, match=r"nothing\.txt: holds no (packet|row)") as caught:
+    with pytest.raises(DataError, match=r"nothing\.txt: contains no (packet|row)") as caught:
         read_log(path)
     assert "\n" not in str(caught.value)
 

@@ -86,7 +86,7 @@ def test_log_without_times_needs_a_rate(log, tmp_path):
 
 
 def test_a_gap_longer_than_may_be_filled_writes_nothing(log, tmp_path):
-    with pytest.raises(DataError, match="longer than what may be filled"):
+    with pytest.raises(DataError, match="longer than the limit for filling"):
         capture_log(log, out=tmp_path / "out.csv", fill="linear", most_s=0.01)
     assert not (tmp_path / "out.csv").exists()
 

@@ -60,7 +60,7 @@ def read_log(
     Raises
     ------
     DataError
-        If it is not readable, or holds no samples.
+        If it is not readable, or contains no samples.
     """
     path = Path(path)
     simulated = bool((log_facts(path) or {}).get("simulated"))
@@ -75,8 +75,8 @@ def read_log(
     if not pieces:
         rejected = sum(parser.rejected.values())
         raise DataError(
-            f"{path}: holds no packet of an acceleration sensor "
-            f"({rejected} lines not understood, {sum(parser.other.values())} of other devices)"
+            f"{path}: contains no packet of an acceleration sensor "
+            f"({rejected} unreadable lines, {sum(parser.other.values())} of other devices)"
         )
     common = parser_facts(parser) | {"simulated": simulated}
     return [
@@ -129,7 +129,7 @@ def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> SensorLog:
         except SourceEnded:
             pass
     if not blocks:
-        raise DataError(f"{path}: holds no row of numbers ({source.parser.rejected_text()})")
+        raise DataError(f"{path}: contains no row of numbers ({source.parser.rejected_text()})")
     return SensorLog(
         name=path.stem,
         samples=np.concatenate([block.samples for block in blocks], axis=1),

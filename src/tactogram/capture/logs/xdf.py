@@ -40,7 +40,7 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     MissingExtraError
         If pyxdf is not installed.
     DataError
-        If it is not readable as XDF, or holds no numbers.
+        If it is not readable as XDF, or contains no numbers.
     """
     pyxdf = imported("pyxdf", extra="lsl", what="XDF files")
     path = Path(path)
@@ -56,7 +56,7 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     except Exception as error:  # pyxdf has no error of its own for damaged files
         raise DataError(f"{path}: not readable as XDF ({one_line(error)})") from error
     if not logs:
-        raise DataError(f"{path}: holds no stream of numbers")
+        raise DataError(f"{path}: contains no stream of numbers")
     return logs
 
 

@@ -156,8 +156,8 @@ class RecordingSession:
         except SourceLost as error:
             self._note("lost", {"error": str(error)})
             raise SourceLost(
-                f"{error}; {self.counts['accepted']} takes of this run are in {self.store_path}: connect it again and "
-                "run the same command to continue"
+                f"{error}; {self.counts['accepted']} takes of this run are in {self.store_path}: connect it and "
+                "start the session again to continue"
             ) from error
         finally:
             self._metronome.stop()

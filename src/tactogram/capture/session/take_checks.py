@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.capture.session.plan import TakeLimits
 from tactogram.capture.session.take import Take
-from tactogram.capture.stream.gaps import gaps
+from tactogram.capture.stream.gaps import gaps, runs
 
 LEAST_RMS = {"m/s^2": 0.12}
 """Default of `TakeLimits.least_rms` by unit."""
@@ -169,8 +169,7 @@ def _level(take: Take, limits: TakeLimits) -> TakeCheck:
 
 def _in_runs(hits: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
     """Return the elements of ``hits`` in runs of at least ``shortest``."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], hits.astype(np.int8), [0]])))
     inside = np.zeros(len(hits), bool)
-    for begin, end in edges.reshape(-1, 2):
+    for begin, end in runs(hits):
         inside[begin:end] = end - begin >= shortest
     return inside

@@ -134,7 +134,7 @@ class AudioSource:
             if not wanted:
                 names = ", ".join(d["name"] for d in inputs) or "none"
                 called = f" called {self._device!r}" if self._device else ""
-                raise DeviceError(f"{self.name.rstrip(':')}: no audio input{called}; there are: {names}")
+                raise DeviceError(f"{self.name.rstrip(':')}: no audio input{called}; available: {names}")
             device = miniaudio.CaptureDevice(
                 input_format=miniaudio.SampleFormat.FLOAT32,
                 nchannels=self.form.channels,

@@ -109,7 +109,7 @@ class DigilentSource:
                     columns = [inputs.channels[c].get_data(0, available) for c in self._channels]
             except Exception as error:
                 # WaveForms raises its own kinds, which cannot be imported without it.
-                raise SourceLost(f"{self.name}: went away while it was read ({one_line(error)})") from error
+                raise SourceLost(f"{self.name}: disappeared while it was read ({one_line(error)})") from error
             if available or lost:
                 break
             if monotonic() >= until:

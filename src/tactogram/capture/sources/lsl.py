@@ -55,7 +55,7 @@ class LslSource:
     def __enter__(self) -> Self:
         """Find and open it.
 
-        Raises `MissingExtraError` or `DeviceError` if pylsl or the stream is missing, or the stream holds text.
+        Raises `MissingExtraError` or `DeviceError` if pylsl or the stream is missing, or the stream contains text.
         """
         pylsl, find_s = lsl(), self._options.find_s
         by, value = ("name", self._stream) if self._stream else ("type", self._options.type or "")
@@ -66,7 +66,7 @@ class LslSource:
             inlet = pylsl.StreamInlet(streams[0], max_buflen=60, recover=False)
             info = inlet.info(find_s)
             if info.channel_format() == pylsl.cf_string:
-                raise DeviceError(f"{self.name}: holds text, not samples")
+                raise DeviceError(f"{self.name}: contains text, not samples")
             inlet.open_stream(find_s)
         rate = float(info.nominal_srate())
         self.rate = rate if rate > 0 else None
@@ -91,7 +91,7 @@ class LslSource:
             rows, stamps = self._inlet.pull_chunk(timeout=timeout_s, max_samples=4096, min_samples=1)
         except RuntimeError as error:
             # Covers its LostError and InternalError, whose modules differ between versions.
-            raise SourceLost(f"{self.name}: went away while it was read ({one_line(error)})") from error
+            raise SourceLost(f"{self.name}: disappeared while it was read ({one_line(error)})") from error
         if not len(stamps):
             return None
         samples = (np.asarray(rows, np.float64).T * self._factor).astype(np.float32)

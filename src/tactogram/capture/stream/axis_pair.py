@@ -62,7 +62,7 @@ class PairRecorder:
             block = self._source.read(0.1)
             if block is None:
                 if self._clock() - last > STALLED_S:
-                    raise DeviceError(f"{self.name}: gave no samples for {STALLED_S:g} s")
+                    raise DeviceError(f"{self.name}: no samples for {STALLED_S:g} s")
                 continue
             last = self._clock()
             samples = np.asarray(block.samples[self._rows], np.float64)

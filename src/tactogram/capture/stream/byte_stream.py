@@ -78,7 +78,7 @@ class SerialPort:
                     waiting = min(self._port.in_waiting, _MOST_BYTES)
                     data += self._port.read(waiting) if waiting else b""
             except (OSError, ValueError, TypeError, AttributeError) as error:
-                raise SourceLost(f"{self.name}: went away while it was read ({one_line(error)})") from error
+                raise SourceLost(f"{self.name}: disappeared while it was read ({one_line(error)})") from error
             if data:
                 return data, monotonic()
             if monotonic() >= until:
@@ -105,4 +105,4 @@ class Replay:
         try:
             return next(self._pieces)
         except StopIteration:
-            raise SourceEnded(f"{self.name}: is over") from None
+            raise SourceEnded(f"{self.name}: ended") from None

@@ -60,7 +60,7 @@ class CsvParser:
 
     def rejected_text(self) -> str:
         """Return the count of unreadable lines, for an error."""
-        return f"{self.before + sum(self.rejected.values())} lines not understood, {self.comments} comments"
+        return f"{self.before + sum(self.rejected.values())} unreadable lines, {self.comments} comments"
 
     def _line(self, line: bytes, rows: list[list[float] | None]) -> None:
         text = line.strip(b"\r \t\0").decode("latin-1")

@@ -226,7 +226,7 @@ class CsvSource(ByteSource):
             self._tick_s = seconds
         width = self.parser.columns - (self._time is not None)
         if not width:
-            raise ParameterError(f"{self.name}: the lines hold a time and nothing else")
+            raise ParameterError(f"{self.name}: the lines contain only a time")
         data = [heading for place, heading in enumerate(headings) if place != self._time]
         if self.form.axes:
             self.axes = axis_names(width, self.form.axes, where=self.name)

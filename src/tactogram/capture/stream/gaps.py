@@ -49,7 +49,7 @@ class GapFillSummary:
 
 def gaps(samples: NDArray[np.float32]) -> list[tuple[int, int]]:
     """Return start and stop of each run of NaN (in any axis) in ``samples``, shape (axis, time), in order."""
-    return _runs(_missing(samples))
+    return runs(_missing(samples))
 
 
 def gap_free(
@@ -68,7 +68,7 @@ def gap_free(
     least = max(1, round(least_s * rate))
     return [
         GapFreeSegment(Signal(samples[:, start:stop], rate, unit, axes), start)
-        for start, stop in _runs(~_missing(samples))
+        for start, stop in runs(~_missing(samples))
         if stop - start >= least
     ]
 
@@ -110,7 +110,7 @@ def filled(
     longest = max((stop - start for start, stop in holes), default=0)
     if longest > most_s * rate:
         raise DataError(
-            f"a gap of {longest / rate:.3g} s is longer than what may be filled ({most_s:g} s); "
+            f"a gap of {longest / rate:.3g} s is longer than the limit for filling ({most_s:g} s); "
             "take the segments between the gaps instead"
         )
     missing = _missing(x)
@@ -128,6 +128,7 @@ def _missing(samples: NDArray[np.float32]) -> NDArray[np.bool_]:
     return np.asarray(np.isnan(samples).any(axis=0), dtype=np.bool_)
 
 
-def _runs(where: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def runs(where: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return start and stop of each run of True, in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], where.astype(np.int8), [0]])))
     return [(int(start), int(stop)) for start, stop in edges.reshape(-1, 2)]

@@ -279,7 +279,7 @@ class SimulatedPort:
             raise SourceLost(f"{self.name}: is not open")
         received = self._port.read(0.0 if over else timeout_s)
         if received is None and over:
-            raise SourceEnded(f"{self.name}: the simulation is over")
+            raise SourceEnded(f"{self.name}: the simulation ended")
         return received
 
     def _print(self) -> None:
