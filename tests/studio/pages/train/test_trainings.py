@@ -201,7 +201,7 @@ def test_a_model_that_does_not_fit_the_data_is_refused_in_advance(workspace):
     facts = check_training(TrainingRequest("stroke_cnn", workspace / STORE, recipe="tiny", split="all"))
     assert (facts["train"], facts["test"], len(facts["materials"]), facts["rate"]) == (18, 0, 9, 1000.0)
     assert facts["simulated"] is True
-    with pytest.raises(ParameterError, match="no ratings to learn from"):
+    with pytest.raises(ParameterError, match="has no ratings; `tactogram data rate`"):
         check_training(TrainingRequest("rater", workspace / STORE, recipe="tiny"))
     with pytest.raises(ParameterError, match="axis must be one of x, y, z"):
         check_training(
