@@ -104,7 +104,7 @@ def test_crossval_refuses_what_makes_no_sense(store, tmp_path):
 def test_evaluate_judges_a_predictor_on_items_kept_apart(run, store, tmp_path):
     found = evaluate(run)
     assert found["per_word"]["rough"]["mae"] < found["per_word"]["rough"]["constant_mae"]
-    assert "4 rated items kept apart" in found["data"]["split"]
+    assert "4 rated items held out" in found["data"]["split"]
     other = evaluate(run, data=rated_store(tmp_path / "other", seed=1))
     assert "20 rated items of another data set" in other["data"]["split"]
     with pytest.raises(LeakError, match="were trained on"):

@@ -174,7 +174,7 @@ def _classified(classifier: LoadedRun, results: dict[str, Any]) -> ReportSection
     ]
     counts = np.array(results["confusion_windows"])
     return ReportSection(
-        "What is it?",
+        "Classification",
         [
             ReportText(
                 "The network of Saga et al. (2020): six 1 x 5 convolutions that treat the three axes alike. It is "

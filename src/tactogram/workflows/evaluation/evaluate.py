@@ -67,7 +67,7 @@ def evaluate(request: EvaluationRequest) -> dict[str, Any]:
     report = write_report(
         loaded.run.folder / "report.html",
         title=f"{loaded.facts.name}: {loaded.run.name}",
-        summary=f"{loaded.facts.title} ({loaded.facts.year}). Judged on {facts['name']}, {facts['split']}.",
+        summary=f"{loaded.facts.title} ({loaded.facts.year}). Evaluated on {facts['name']}, {facts['split']}.",
         sections=sections,
         simulated=facts["simulated"] or loaded.simulated,
     )
@@ -237,7 +237,7 @@ def _test_examples(loaded: LoadedRun, data: Path | str | None, unknown: bool) ->
             for info in store.index
             if unknown and label_of(info, label) not in loaded.kind.materials
         )
-        described = f"{len(split.test)} recordings kept apart by {split.by}"
+        described = f"{len(split.test)} held-out recordings, split by {split.by}"
         if split.photographs:
             described += f"; {split.photograph_note}"
         parts = replace(split, test=(*split.test, *left_out)) if left_out else split
@@ -326,13 +326,13 @@ def _accuracy(result: ClassificationResult) -> ReportSection:
     table = ReportTable(
         ("classified correctly", "share", "95 % interval", "of"),
         rows,
-        "Recordings are judged by the mean log probability of their windows. Interval: Wilson.",
+        "Recordings are classified by the mean log probability of their windows. Interval: Wilson.",
     )
     picture = ReportFigure(
         confusion_figure(result.windows, result.materials),
         "Share of the windows of each true class (row) that were answered so (column).",
     )
-    return ReportSection("What is it?", [table, picture])
+    return ReportSection("Classification", [table, picture])
 
 
 def _rejection(facts: dict[str, Any]) -> ReportSection:

@@ -154,7 +154,7 @@ def _test_part(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split
     """Return the store, a split with the test part, and a description of that."""
     if data is None:
         store, split = test_part(loaded.run)
-        return store, split, "kept apart"
+        return store, split, "held out"
     store = open_store(data)
     rated = RatingData(store, loaded.facts.learns_from)
     whole = rated.split(
