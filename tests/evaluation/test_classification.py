@@ -7,8 +7,8 @@ from tactogram.model import Example
 from tactogram.signal import Signal
 
 
-class Told:
-    """A classifier that answers what the samples say: each sample is the answer of one window."""
+class SampleClassifier:
+    """A classifier whose samples are the probabilities of class b, one per window."""
 
     materials = ("a", "b")
 
@@ -26,7 +26,7 @@ def example(material, *answers):
 
 def test_windows_and_recordings_are_counted():
     result = evaluate_classifier(
-        Told(), [example("a", 0.1, 0.2, 0.9), example("b", 0.6, 0.4, 0.4), example("b", 0.9)]
+        SampleClassifier(), [example("a", 0.1, 0.2, 0.9), example("b", 0.6, 0.4, 0.4), example("b", 0.9)]
     )
     np.testing.assert_array_equal(result.windows, [[2, 1], [2, 2]])
     np.testing.assert_array_equal(result.recordings, [[1, 0], [1, 1]])
@@ -41,7 +41,7 @@ def test_windows_and_recordings_are_counted():
     assert figures["chance"] == 0.5
 
 
-def test_a_classifier_without_windows_is_asked_for_whole_recordings():
+def test_a_classifier_without_windows_classifies_whole_recordings():
     class Whole:
         materials = ("a", "b")
 
@@ -61,8 +61,8 @@ def test_pooling_by_hand():
 
 
 def test_folds_add_up():
-    one = evaluate_classifier(Told(), [example("a", 0.1)])
-    two = evaluate_classifier(Told(), [example("b", 0.1)])
+    one = evaluate_classifier(SampleClassifier(), [example("a", 0.1)])
+    two = evaluate_classifier(SampleClassifier(), [example("b", 0.1)])
     np.testing.assert_array_equal((one + two).recordings, [[1, 0], [1, 0]])
     with pytest.raises(ParameterError, match="different classes"):
         _ = one + ClassificationResult(("a", "c"), one.windows, one.recordings)
@@ -78,4 +78,4 @@ def test_the_interval_is_wilsons():
 
 def test_an_unknown_class_is_refused():
     with pytest.raises(ParameterError, match="recording i is of 'z', which the classifier does not know"):
-        evaluate_classifier(Told(), [example("z", 0.1)])
+        evaluate_classifier(SampleClassifier(), [example("z", 0.1)])

@@ -24,7 +24,7 @@ def stroke(rate=330.0):
     return Signal(np.stack([9.81 + 0 * t, np.sin(2 * np.pi * 50 * t), 0.1 * t]), rate, "m/s^2")
 
 
-def test_a_report_holds_all_it_shows(tmp_path):
+def test_a_report_is_self_contained(tmp_path):
     path = write_report(
         tmp_path / "r.html",
         title="A <b>title</b>",
@@ -79,7 +79,7 @@ def test_figures_are_drawn(tmp_path):
             assert len(set(picture.convert("L").get_flattened_data())) > 2
 
 
-def test_a_spectrogram_is_of_the_signal_alone():
+def test_a_spectrogram_contains_no_padding():
     steady = Signal(np.full((1, 2100), 9.81, np.float32), 1000.0, "m/s^2")
     trace, picture, *_ = figures.signal_figure(steady, seconds=1.0).axes
     levels = picture.collections[0].get_array()

@@ -32,7 +32,7 @@ def test_it_is_librosa_with_mirrored_ends():
     cycles=st.floats(0.02, 0.4),
     seed=st.integers(0, 99),
 )
-def test_a_constant_plus_ripple_comes_back_with_its_mean(level, ripple, cycles, seed):
+def test_a_constant_plus_ripple_is_recovered_with_its_mean(level, ripple, cycles, seed):
     x = level * (1 + ripple * torch.sin(2 * np.pi * cycles * T))
     back = PUBLISHED.decode(PUBLISHED.encode(x), seed=seed)
     assert float(back.mean()) == pytest.approx(float(x.mean()), rel=5e-3)
@@ -40,12 +40,12 @@ def test_a_constant_plus_ripple_comes_back_with_its_mean(level, ripple, cycles, 
     assert float(back.min()) >= 0
 
 
-def test_a_constant_comes_back_exactly():
+def test_a_constant_is_recovered_exactly():
     x = torch.full((1280,), 0.37, dtype=torch.float64)
     np.testing.assert_allclose(PUBLISHED.decode(PUBLISHED.encode(x)), x, atol=1e-9)
 
 
-def test_a_slow_change_of_level_comes_back_in_place():
+def test_a_slow_change_of_level_is_recovered_in_place():
     slow = 0.5 + 0.2 * torch.sin(2 * np.pi * T / 1280)
     x = slow + 0.02 * torch.sin(2 * np.pi * 0.1 * T)
     back = PUBLISHED.decode(PUBLISHED.encode(x))
@@ -54,7 +54,7 @@ def test_a_slow_change_of_level_comes_back_in_place():
     np.testing.assert_allclose(level[2:-2], slow[256:-255:128], atol=0.03)
 
 
-def test_magnitudes_of_noise_come_back():
+def test_magnitudes_of_noise_are_recovered():
     noise = torch.randn(3, 1280, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
     wanted = PUBLISHED.encode(0.4 + 0.05 * noise)
     made = PUBLISHED.encode(PUBLISHED.decode(wanted))

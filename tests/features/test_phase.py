@@ -53,7 +53,7 @@ def test_griffin_lim_never_gets_worse():
 
 
 @pytest.mark.parametrize("n_fft", [256, 255])
-def test_offset_comes_back(n_fft):
+def test_offset_is_recovered(n_fft):
     """A rectified sensor or a friction coefficient is mostly at 0 Hz, where the phase must not drift."""
     x = texture(offset=4 * float(texture().std()))
     assert consistency(x, STFT(n_fft, 32), iterations=0) < -20
@@ -149,7 +149,7 @@ def test_no_gradient_flows():
         ({"iterations": -1}, "iterations must be >= 0, got -1"),
     ],
 )
-def test_refuses_what_is_no_magnitude(change, message):
+def test_refuses_invalid_magnitudes(change, message):
     arguments = {"magnitude": torch.ones(129, 8), "transform": HANN, "length": 448} | change
     with pytest.raises(ParameterError, match=message):
         recover(**arguments)

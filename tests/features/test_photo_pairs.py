@@ -23,12 +23,12 @@ MATERIALS = ("cork", "felt", "tile")
 
 
 class Counted(list):
-    """Photographs that count how often they are asked for."""
+    """Photographs that count how often they are read."""
 
-    asked = 0
+    reads = 0
 
     def __getitem__(self, place):
-        Counted.asked += 1
+        Counted.reads += 1
         return super().__getitem__(place)
 
 
@@ -62,7 +62,7 @@ def pairs(examples=PARTS["train"], crops=CROPS, **options):
     return weak_pairs(examples, PICTURE, crops, seed=5, **options)
 
 
-def test_a_batch_is_what_a_network_takes():
+def test_a_batch_has_the_shapes_and_types_of_network_input():
     batch = pairs().batch([0, 100, 359])
     assert batch.photo.shape == (3, 1, 16, 16)
     assert batch.picture.shape == (3, 1, 16, 16)
@@ -126,7 +126,7 @@ def test_the_photo_of_a_pair_is_a_crop_of_its_photograph():
     torch.testing.assert_close(made.batch([11]).photo[0], to_network(np.ascontiguousarray(expected)))
 
 
-def test_a_pair_is_the_same_however_it_is_asked_for():
+def test_a_pair_is_the_same_in_any_batch():
     one, other = pairs(), pairs(cache_mib=0)
     many = one.batch(np.arange(50))
     for place in (0, 13, 49):
@@ -158,24 +158,24 @@ def test_an_epoch_has_every_pair_once(size):
     assert not np.array_equal(order[:360], order[360:])
 
 
-def test_nothing_is_decoded_before_it_is_asked_for_and_kept_afterwards():
-    Counted.asked = 0
+def test_photographs_are_decoded_on_demand_and_cached():
+    Counted.reads = 0
     made = pairs()
-    assert Counted.asked == 0  # a list is gone through, not asked by place
+    assert Counted.reads == 0  # a list is iterated, not indexed
     made.batch([0, 1])
-    asked = Counted.asked
-    assert asked <= 2
+    reads = Counted.reads
+    assert reads <= 2
     made.batch([0, 1])
-    assert Counted.asked == asked
+    assert Counted.reads == reads
 
 
-def test_no_more_is_kept_than_allowed():
+def test_the_cache_is_bounded():
     made = pairs(cache_mib=0.01)  # 10 KiB: ten pictures of 1 KiB or so
     made.batch(np.arange(len(made)))
     assert sum(array.nbytes for array in made._cache._arrays.values()) <= 0.01 * 2**20
 
 
-def test_photographs_that_recordings_share_are_looked_at_once():
+def test_shared_photographs_are_read_once():
     class Looked(list):
         times = 0
 
@@ -237,7 +237,7 @@ def test_pair_then_split_leaks_the_crops_themselves():
     assert sorted(map(tuple, together)) == sorted(map(tuple, weak_pairs(PARTS, PICTURE, CROPS, seed=5).pairs))
 
 
-def test_a_leak_is_counted_by_hand():
+def test_leak_by_hand():
     """Crops of one recording whose frames overlap by one, touch, and are apart."""
     train, test = pairs(PARTS["train"][:1]), pairs(PARTS["train"][:1])
     train.pairs, test.pairs = train.pairs[:1], np.array([[0, 0], [0, 1], [0, 2]])
@@ -250,7 +250,7 @@ def test_a_leak_is_counted_by_hand():
     assert leak.recording_same == 0
 
 
-def test_a_material_that_is_not_known_has_the_label_minus_one():
+def test_an_unknown_material_has_the_label_minus_one():
     made = pairs(PARTS["test"], materials=("felt", "oak"))
     assert set(made.batch(np.arange(len(made))).label.tolist()) == {0, -1}
     assert made.materials == ("felt", "oak")

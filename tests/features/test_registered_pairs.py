@@ -77,7 +77,7 @@ def test_region_split_shares_no_pixel_between_a_long_and_a_short_recording_of_on
     assert lefts[1].max() + 16 <= lefts[2].min()
 
 
-def test_the_friction_under_a_window_goes_with_it():
+def test_a_window_is_paired_with_the_friction_under_it():
     pairs = RegisteredPairs([ramp()], PhotoWindows(protocol="examples", **SMALL))
     batch = pairs.batch(range(len(pairs)))
     seen, felt = columns_of(batch)
@@ -94,7 +94,7 @@ def test_a_window_ends_where_the_friction_does():
     assert pairs.batch([len(pairs) - 1]).places[0, 1] == 44
 
 
-def test_photographs_of_another_scale_are_brought_to_one():
+def test_photographs_are_resized_to_one_scale():
     fine = ramp("fine", width=200, mm_per_pixel=0.05, brightness=0.5, rows=40)
     pairs = RegisteredPairs([ramp(), fine], PhotoWindows(protocol="examples", **SMALL))
     assert (pairs.mm_per_pixel, len(pairs.of(0)), len(pairs.of(1))) == (0.1, 43, 43)
@@ -134,7 +134,7 @@ def test_an_epoch_holds_every_window_once_and_few_photographs_at_a_time(monkeypa
     assert [next(other) for _ in range(40)] != epoch[:40]
 
 
-def test_no_more_photographs_are_held_when_larger_ones_come(monkeypatch):
+def test_larger_photographs_shrink_the_cache(monkeypatch):
     monkeypatch.setattr("tactogram.features.registered_pairs.CACHED_BYTES", 4 * 16 * 100 * 3)
     examples = [*(ramp(str(k)) for k in range(4)), ramp("wide", width=200)]
     pairs = RegisteredPairs(examples, PhotoWindows(protocol="examples", **SMALL))
@@ -147,7 +147,7 @@ def test_grey_windows_have_one_channel():
     assert pairs.batch([0, 1]).photo.shape == (2, 1, 16, 16)
 
 
-def test_a_surfaces_photograph_stands_in_for_the_recordings_own():
+def test_the_surfaces_photograph_replaces_a_missing_one_of_the_recording():
     image = ramp().condition["image"]
     assert photograph_of(Example("a", ramp().signal, "a", {}, (image,))) is image
 

@@ -47,7 +47,7 @@ def test_a_short_recording_is_repeated_ten_times_as_published():
         np.testing.assert_array_equal(x, whole[:, start : start + LENGTH])
 
 
-def test_more_often_where_ten_do_not_reach():
+def test_very_short_recordings_are_repeated_more_often():
     signal = noise(50)
     assert repeated(signal).cut(signal, np.random.default_rng(0)).shape == (2, LENGTH)
 

@@ -154,7 +154,7 @@ def test_fields_in_json_are_enough_to_invert():
     assert torch.equal(again.decode(z, 999, seed=4), spectrogram.decode(z, 999, seed=4))
 
 
-def test_signal_there_and_back():
+def test_signal_round_trip():
     spectrogram = Spectrogram(rate=1000, unit="N", ceil_db=6)
     signal = Signal(torch.stack([tone(1000), tone(1000, frequency=55)]).numpy(), 1000, "N", ("x", "y"))
     z = spectrogram.encode_signal(signal)
@@ -203,12 +203,12 @@ def test_refuses_another_unit_domain_and_rate():
         ({"domain": "space"}, "domain must be"),
     ],
 )
-def test_refuses_fields_that_cannot_be(fields, message):
+def test_refuses_invalid_fields(fields, message):
     with pytest.raises(ParameterError, match=message):
         Spectrogram(**{"rate": 1000} | fields)
 
 
-def test_refuses_what_is_no_picture():
+def test_refuses_invalid_pictures():
     spectrogram = Spectrogram(rate=1000, n_fft=64, hop=16, bins=8)
     with pytest.raises(ParameterError, match="100 samples are 8 frames, got 9"):
         spectrogram.decode(torch.zeros(8, 9), 100)
@@ -221,7 +221,7 @@ def test_refuses_what_is_no_picture():
 
 
 @pytest.mark.real_data
-def test_real_recording_comes_back_better_than_random_griffin_lim(real_data):
+def test_a_real_recording_is_recovered_better_than_by_random_griffin_lim(real_data):
     """BioTac vibration is rectified: most of it is an offset, where a drifting phase shows."""
     with np.load(real_data("biotac_slide") / "mat01.npz") as archive:
         x = archive["pac"][: int(archive["lengths"][0])].reshape(-1)

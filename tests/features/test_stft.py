@@ -134,7 +134,7 @@ def test_refuses_a_transform_that_has_no_inverse(arguments, message):
         STFT(*arguments)
 
 
-def test_refuses_what_is_not_its_own():
+def test_refuses_spectrograms_of_another_transform():
     transform = STFT(64, 16)
     with pytest.raises(ParameterError, match="at least one sample"):
         transform.forward(torch.zeros(2, 0))

@@ -91,7 +91,7 @@ def test_the_least_distance_decides_and_of_equal_ones_the_later():
     assert gan.generator.weight.item() == 1.5
 
 
-def test_without_pairs_to_judge_by_the_last_weights_stay():
+def test_without_validation_pairs_the_last_weights_remain():
     gan = pair()
     nn.init.constant_(gan.generator.weight, 1.0)
     assert gan.choose(gan.generator, None) == {}

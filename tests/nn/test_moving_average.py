@@ -10,7 +10,7 @@ def constant(value):
     return network
 
 
-def test_it_follows_by_hand():
+def test_average_by_hand():
     network = constant(0.0)
     average = MovingAverage(network, 0.5)
     expected = 0.0
@@ -23,7 +23,7 @@ def test_it_follows_by_hand():
     assert average.network.weight.item() == pytest.approx(expected)
 
 
-def test_state_goes_on():
+def test_state_is_restored():
     one, other = MovingAverage(constant(1.0), 0.9), MovingAverage(constant(7.0), 0.9)
     one.update(constant(2.0))
     other.load_state(one.state())

@@ -55,7 +55,7 @@ def test_derivatives():
         assert gradgradcheck(lambda v, f=operation: f.apply(v, (-2, -1, 0, 1, 2)), x)
 
 
-def test_reach_of_none_leaves_everything_in_place():
+def test_reach_0_shifts_nothing():
     x = torch.randn(2, 1, 1, 4)
     assert PhaseShuffle(0)(x) is x
 

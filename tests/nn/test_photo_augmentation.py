@@ -11,7 +11,7 @@ def photographs(count=6, side=16):
     return torch.rand(count, 1, side, side, generator=torch.Generator().manual_seed(0)) * 2 - 1
 
 
-def test_without_scale_and_rotation_only_flips_are_left():
+def test_without_scale_and_rotation_only_flips_remain():
     photo = photographs()
     got = moved(photo, scale=1.0, rotation_deg=0.0, rng=np.random.default_rng(0))
     seen = set()
@@ -23,7 +23,7 @@ def test_without_scale_and_rotation_only_flips_are_left():
     assert len(seen) > 1
 
 
-def test_scaled_photographs_are_crops_of_what_was_there():
+def test_scaled_photographs_are_crops_of_the_original():
     """A ramp scaled by s has 1/s of its slope, and never leaves the range it had."""
     ramp = torch.linspace(-0.9, 0.9, 32).expand(64, 1, 32, 32)
     got = moved(ramp, scale=1.5, rotation_deg=0.0, rng=np.random.default_rng(0))
@@ -63,7 +63,7 @@ def test_mixup_mixes_labels_as_it_mixes_photographs():
 
 
 @pytest.mark.parametrize("rotation", [10.0, 90.0])
-def test_rotation_turns_by_no_more_than_asked(rotation):
+def test_rotation_stays_within_its_limit(rotation):
     """The brightest end of a ramp, as an angle."""
     axis = torch.linspace(-0.7, 0.7, 33)
     ramp = axis.expand(50, 1, 33, 33)

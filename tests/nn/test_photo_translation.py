@@ -45,7 +45,7 @@ def test_ceiling_is_the_largest_amplitude_up_to_five_decibels():
     assert fixed.picture.floor_db == -60.0
 
 
-def test_level_of_a_recording_comes_back_through_its_picture():
+def test_level_of_a_recording_is_recovered_from_its_picture():
     made = translation()
     picture = made.pairs(EXAMPLES).batch([0]).picture
     signal = made.signal(lambda photo: picture, {"image": EXAMPLES[0].photographs[0]}, seconds=None, seed=0)
@@ -73,7 +73,7 @@ def test_longer_signal_of_a_seed_begins_as_the_shorter_one():
     np.testing.assert_array_equal(long[:, :400], short)
 
 
-def test_validation_leaves_out_what_it_cannot_use():
+def test_validation_omits_unusable_examples():
     made = translation()
     bare = [
         Example("x", EXAMPLES[0].signal, "a"),
@@ -84,14 +84,14 @@ def test_validation_leaves_out_what_it_cannot_use():
 
 
 @pytest.mark.parametrize(("count", "size"), [(7, 3), (4, 4), (2, 5)])
-def test_each_thing_comes_once_per_epoch(count, size):
+def test_each_item_occurs_once_per_epoch(count, size):
     drawn = np.concatenate([shuffled(count, size, number, seed=5) for number in range(count)])
     assert len(drawn) == count * size
     for epoch in drawn.reshape(size, count):
         assert sorted(epoch) == list(range(count))
 
 
-def test_row_statistics_are_blind_to_when_and_see_what():
+def test_row_statistics_are_blind_to_time_only():
     torch.manual_seed(0)
     real = torch.rand(3, 1, 8, 20)
     assert row_statistics_distance(real.roll(5, 3), real).item() == pytest.approx(0, abs=1e-6)

@@ -48,7 +48,7 @@ def test_unet_is_the_nested_one_of_pix2pix():
     torch.testing.assert_close(unet(x, label), block_form(unet, x, label))
 
 
-def test_unet_says_what_it_takes():
+def test_unet_refuses_invalid_sizes_and_widths():
     unet = UNet(into=1, out=1, widths=(2, 2, 2))
     with pytest.raises(ParameterError, match="multiples of 8 for 3 stages, got"):
         unet(rand(1, 1, 12, 16))
@@ -56,7 +56,7 @@ def test_unet_says_what_it_takes():
         UNet(into=1, out=1, widths=(2,))
 
 
-def test_dropout_is_of_the_coarsest_stages_in_training_or_when_noise_is_asked_for():
+def test_dropout_acts_on_the_coarsest_stages_in_training_or_with_noise():
     unet = UNet(into=1, out=1, widths=(4, 4, 4, 4), dropout=2).eval()
     x = rand(2, 1, 16, 16)
     torch.testing.assert_close(unet(x), unet(x), rtol=0, atol=0)
@@ -146,7 +146,7 @@ def test_feature_matching_by_hand_leaves_the_score_out_and_the_real_ones_alone()
     assert made[0][0].grad is not None
 
 
-def test_initial_weights_are_normal_with_the_gain_asked_for():
+def test_initial_weights_are_normal_with_the_given_gain():
     torch.manual_seed(0)
     network = nn.Sequential(nn.Conv2d(8, 64, 4), nn.BatchNorm2d(64), nn.ConvTranspose2d(64, 8, 4))
     normal_(network, 0.02)

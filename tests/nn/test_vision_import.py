@@ -23,16 +23,16 @@ def test_the_module_is_the_one_that_a_plain_import_then_gives():
 
 
 @pytest.mark.parametrize("name", ["torchmetrics.image", "torch_fidelity", "captum.attr"])
-def test_what_imports_torchvision_imports(name):
+def test_packages_that_import_torchvision_can_be_imported(name):
     assert vision_module(name).__name__ == name
 
 
-def test_a_package_that_is_not_there_names_the_extra():
+def test_a_missing_package_names_the_extra():
     with pytest.raises(MissingExtraError, match=r"no_such_package.*tactogram\[vision\]"):
         vision_module("no_such_package")
 
 
-def test_torchvision_that_is_not_there_names_the_extra(monkeypatch):
+def test_missing_torchvision_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "torchvision", None)
     with pytest.raises(MissingExtraError, match=r"torchvision.*tactogram\[vision\]"):
         torchvision.__wrapped__()
@@ -58,7 +58,7 @@ def test_operators_that_do_not_load_are_declared_and_the_import_tried_again(monk
     assert tries == ["torchvision", "declared", "torchvision"]
 
 
-def test_the_operators_are_there_afterwards():
+def test_the_operators_exist_afterwards():
     torchvision()
     for name in vision_import.OPERATORS:
         assert str(getattr(torch.ops.torchvision, name).default._schema).endswith("-> Tensor")

@@ -23,6 +23,6 @@ def test_it_is_scipys(counts):
 
 
 @pytest.mark.parametrize(("share", "n"), [(0.5, 0), (-0.1, 3), (1.1, 3), (float("nan"), 3)])
-def test_what_is_no_share_is_refused(share, n):
+def test_an_invalid_share_is_refused(share, n):
     with pytest.raises(ParameterError, match=r"share must be in 0\.\.1 and trials >= 1"):
         wilson(share, n)

@@ -36,7 +36,7 @@ def test_a_flat_density_gives_each_band_its_width():
     np.testing.assert_allclose(sums, np.diff(edges))
 
 
-def test_a_unit_without_threshold_lends_the_shape_only():
+def test_a_unit_without_threshold_uses_only_the_shape():
     frequency = np.array([20.0, 100.0, 250.0, 700.0])
     for unit, like in (("1", "m/s^2"), ("V", "m/s^2"), ("N", "m")):
         shape = felt_weight(frequency, unit)

@@ -54,7 +54,7 @@ def test_one_axis_has_none(texture):
     assert coherence_distance([texture(0, axes=1)], [texture(1, axes=1)]) is None
 
 
-def test_where_there_is_no_power_nothing_is_coherent():
+def test_silent_frequencies_are_not_coherent():
     noise = np.random.default_rng(0).standard_normal(8000)
     low = np.fft.irfft(np.fft.rfft(noise) * (np.fft.rfftfreq(8000, 1e-3) < 100), n=8000)
     one = Signal(np.stack([low, low]), 1000, "1", ("x", "y"))

@@ -23,13 +23,13 @@ def sets(texture):
     return draw
 
 
-def test_materials_of_one_spectrum_are_told_apart_by_their_envelope(sets):
+def test_materials_of_one_spectrum_are_distinguished_by_their_envelope(sets):
     got = transfer_accuracy(sets(0), sets(1000))
     assert got.accuracy == 1
     assert got.low == pytest.approx(0.862, abs=0.001)  # Wilson, 24 of 24
 
 
-def test_made_without_envelope_they_are_mixed_up(sets, even):
+def test_generated_without_envelope_they_are_confused(sets, even):
     # The same level and spectrum, random phases: "bursts" and "even" are no longer two things.
     real = sets(0)
     made = {name: [even(s, k) for k, s in enumerate(members)] for name, members in sets(500).items()}
@@ -37,12 +37,12 @@ def test_made_without_envelope_they_are_mixed_up(sets, even):
     assert transfer_accuracy(made, real).accuracy < 0.9
 
 
-def test_a_level_error_is_not_forgiven(sets):
+def test_a_level_error_lowers_the_accuracy(sets):
     made = {name: [s.with_samples(100 * s.samples) for s in part] for name, part in sets(500).items()}
     assert transfer_accuracy(sets(0), made).accuracy < 1
 
 
-def test_any_classifier_can_be_handed_in(sets):
+def test_any_classifier_can_be_used(sets):
     seen = []
 
     def fit(signals, labels):
@@ -61,7 +61,7 @@ def test_each_material_counts_the_same(sets):
     assert got.accuracy == pytest.approx(1 / 3)
 
 
-def test_features_are_one_row_per_signal_and_know_the_level(texture):
+def test_features_are_one_row_per_signal_and_include_the_level(texture):
     one = texture(0)
     rows = classifier_features([one, one.with_samples(10 * one.samples), one.cut(500)])
     bands, modulations = 14, 4

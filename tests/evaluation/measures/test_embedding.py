@@ -52,7 +52,7 @@ def test_frechet_distance_is_symmetric_zero_on_itself_and_shifts_by_the_square(s
     assert frechet_distance(a, a + 2) == pytest.approx(4 * d, rel=1e-6)
 
 
-def test_the_bias_of_few_points_is_as_said():
+def test_few_points_bias_the_frechet_distance_as_documented():
     apart = [frechet_distance(normal(0, n, 64), normal(1, n, 64)) for n in (50, 400)]
     assert apart[0] > 5 * apart[1] > 0
 
@@ -106,7 +106,7 @@ def test_a_lost_mode_lowers_recall_and_coverage_but_not_precision():
     assert got.coverage < 0.55
 
 
-def test_two_samples_of_one_distribution_cannot_be_told_apart():
+def test_two_samples_of_one_distribution_cannot_be_distinguished():
     got = two_sample_accuracy(normal(0), normal(1))
     assert got.low < 0.5 < got.high
     assert got.accuracy == pytest.approx(0.5, abs=0.05)
@@ -118,7 +118,7 @@ def test_copies_are_far_below_one_half():
     assert two_sample_accuracy(points, points + 1e-6).accuracy < 1 / 300  # drawn without its copy: 1 in 400
 
 
-def test_pieces_of_one_recording_do_not_vouch_for_each_other():
+def test_pieces_of_one_recording_are_not_neighbours():
     # Each of 40 recordings lies somewhere, its 10 pieces close around: all real, from one distribution.
     recordings = np.repeat(normal(0, 40), 10, axis=0) + normal(1, scale=0.01)
     ids = np.repeat(np.arange(40), 10)

@@ -39,7 +39,7 @@ def test_silence_is_near_to_nothing(texture):
     assert (nearness([trained], [silent]) == 0).all()
 
 
-def test_new_draws_pass_and_a_memorised_piece_is_caught(texture):
+def test_a_memorised_piece_is_detected_and_new_draws_are_not(texture):
     trained = [texture(k) for k in range(6)]
     unseen = [texture(k) for k in range(10, 16)]
     made = [texture(k) for k in range(20, 26)]
@@ -65,7 +65,7 @@ def test_a_narrow_band_does_not_pass_for_a_copy(texture):
     assert got.copied < 0.15
 
 
-def test_what_holds_no_piece_is_refused(texture):
+def test_signals_shorter_than_a_piece_are_refused(texture):
     short = texture(0, seconds=0.3)
     with pytest.raises(ParameterError, match="signals must hold one of 0.5 s"):
         nearness([short], [texture(0)])

@@ -147,7 +147,7 @@ def test_a_new_draw_of_the_same_texture_scores_like_another_texture(texture):
     assert abs(spqi(*align(same, one)) - spqi(*align(another, one))) < 0.1
 
 
-def test_what_is_no_pair_is_refused():
+def test_signals_that_are_no_pair_are_refused():
     with pytest.raises(ParameterError, match="equally long, got 8000 and 4000 samples; align them"):
         spqi(sine(1000, 8), sine(1000, 4))
     with pytest.raises(ParameterError, match="at least 0.064 s"):

@@ -20,7 +20,7 @@ def test_pieces_follow_each_other_and_the_rest_is_dropped():
 
 
 @given(st.lists(st.integers(10, 400), min_size=1, max_size=6), st.integers(1, 12))
-def test_as_many_pieces_as_asked_for_without_repetition(lengths, count):
+def test_count_pieces_without_repetition(lengths, count):
     signals = [ramp(n) for n in lengths]
     held = sum(n // 50 for n in lengths)
     if held < count:
@@ -41,7 +41,7 @@ def test_few_pieces_are_spread_over_all_recordings():
 
 
 @pytest.mark.parametrize("seconds", [0, -1, np.nan, np.inf])
-def test_a_length_that_is_none_is_refused(seconds):
+def test_an_invalid_length_is_refused(seconds):
     with pytest.raises(ParameterError, match="seconds must be > 0 and finite"):
         segments([ramp(100)], seconds)
 

@@ -25,11 +25,11 @@ def sine(frequency, amplitude, unit="m/s^2", rate=2000.0):
     return Signal(amplitude * np.sin(2 * np.pi * frequency * t), rate, unit)
 
 
-def test_the_same_is_nothing_apart():
+def test_identical_sets_have_distance_0():
     assert log_spectral_distance([texture(0)], [texture(0)]) == 0
 
 
-def test_a_level_of_6_db_is_6_db():
+def test_a_level_difference_of_6_db_is_6_db():
     assert log_spectral_distance([texture(0, gain=2)], [texture(0)]) == pytest.approx(
         20 * np.log10(2), abs=1e-4
     )
@@ -43,7 +43,7 @@ def test_phase_and_shift_do_not_count_but_another_texture_does():
     assert log_spectral_distance([texture(0)], [texture(1, pole=-0.5)]) > 5 * floor
 
 
-def test_kinds_are_not_mixed():
+def test_signals_of_different_kinds_are_refused():
     with pytest.raises(ParameterError, match="got 2 kinds"):
         log_spectral_distance([texture(0)], [Signal(np.ones(500), 500, "m/s^2")])
     with pytest.raises(ParameterError, match=r"at least 0.25 s, got 0.1 s"):
@@ -52,7 +52,7 @@ def test_kinds_are_not_mixed():
         log_spectral_distance([texture(0)], [texture(0)], band=(600, 800))
 
 
-def test_the_difference_of_two_filters_is_what_comes_out():
+def test_the_distance_is_the_difference_of_two_filters():
     # White noise and the same through 1 - 0.5/z: the distance is that of the filter's gain from 0 dB.
     noise = [np.random.default_rng(k).standard_normal(4000) for k in range(6)]
     one = [Signal(x, 1000, "1") for x in noise]
@@ -62,7 +62,7 @@ def test_the_difference_of_two_filters_is_what_comes_out():
     assert log_spectral_distance(one, other) == pytest.approx(np.sqrt(np.mean(gain_db**2)), abs=0.05)
 
 
-def test_length_does_not_pass_for_level():
+def test_length_does_not_bias_the_distance():
     # The mean logarithm of the spectrum of one segment is 2.5 dB below that of many.
     random = np.random.default_rng(0)
     short = [Signal(random.standard_normal(250), 1000, "1") for _ in range(1500)]
@@ -71,7 +71,7 @@ def test_length_does_not_pass_for_level():
     assert weighted_log_spectral_distance(short, long) < 0.5
 
 
-def test_what_a_filter_left_of_a_band_does_not_count():
+def test_a_filtered_out_band_does_not_count():
     t = texture(0).samples
     a = Signal(t + 1e-7 * texture(1, pole=-0.9).samples, 1000, "1")
     low = np.fft.irfft(np.fft.rfft(t) * (np.fft.rfftfreq(4000, 1e-3) < 200), n=4000)
@@ -92,7 +92,7 @@ def test_a_sine_at_threshold_is_at_0_db(frequency, unit):
     assert 10 * np.log10(levels.sum()) == pytest.approx(sensation_level_db(signal), abs=0.7)
 
 
-def test_what_cannot_be_felt_does_not_count():
+def test_imperceptible_bands_do_not_count():
     strong = sine(100, 1.0).samples
     faint = sine(400, 0.05 * float(detection_threshold(400.0, "m/s^2"))).samples
     one, other = (Signal(x, 2000, "m/s^2") for x in (strong, strong + faint))

@@ -56,7 +56,7 @@ def test_the_order_of_a_set_does_not_count(measure, texture, order):
     assert measure([one[k] for k in order], other) == pytest.approx(measure(one, other))
 
 
-def test_time_reversed_the_texture_is_the_same(measure, draw):
+def test_time_reversal_changes_little(measure, draw):
     one = draw(0)
     back = [s.with_samples(s.samples[:, ::-1]) for s in one]
     assert measure(one, back) <= 0.15 * measure(one, draw(1))
@@ -85,9 +85,7 @@ def test_twice_the_pieces_from_the_same_place_change_little(measure, draw):
 
 
 @pytest.mark.parametrize("name", MEASURES)
-def test_noise_with_the_right_spectrum_but_no_envelope_is_caught_by_the_measures_of_fluctuation(
-    name, draw, even
-):
+def test_measures_of_fluctuation_detect_noise_with_the_right_spectrum_but_no_envelope(name, draw, even):
     function = MEASURES[name].function
     floor = function(draw(0), draw(1))
     made = [even(s, k) for k, s in enumerate(draw(1))]
@@ -99,7 +97,7 @@ def test_noise_with_the_right_spectrum_but_no_envelope_is_caught_by_the_measures
 
 @pytest.mark.parametrize("gain_db", [-6.0, 3.0])
 @pytest.mark.parametrize("name", MEASURES)
-def test_a_level_error_is_caught_by_the_measures_of_spectrum_and_level(name, gain_db, draw):
+def test_measures_of_spectrum_and_level_detect_a_level_error(name, gain_db, draw):
     function = MEASURES[name].function
     gain = 10 ** (gain_db / 20)
     made = [s.with_samples(gain * s.samples) for s in draw(1)]
@@ -111,7 +109,7 @@ def test_a_level_error_is_caught_by_the_measures_of_spectrum_and_level(name, gai
         assert apart > 4 * floor
 
 
-def test_a_copy_is_caught_by_nothing_but_memorisation(draw):
+def test_only_memorisation_detects_a_copy(draw):
     train, unseen, new = draw(0), draw(1), draw(2)
     for each in MEASURES.values():
         assert each.function(late(train)[0], train) < each.function(unseen, train)
@@ -119,7 +117,7 @@ def test_a_copy_is_caught_by_nothing_but_memorisation(draw):
     assert memorisation(new, train, unseen).copied < 0.05
 
 
-def test_every_measure_says_what_it_is():
+def test_every_measure_declares_its_name_unit_and_source():
     for name, each in MEASURES.items():
         assert each.function.__name__.removesuffix("_db") == name.removesuffix("_db")
         assert name.endswith("_db") == (each.unit == "dB")
@@ -127,7 +125,7 @@ def test_every_measure_says_what_it_is():
         assert each.source
 
 
-def test_what_needs_several_axes_says_so(texture):
+def test_multiaxis_measures_return_none_for_one_axis(texture):
     for each in MEASURES.values():
         assert (each.function([texture(0, axes=1)], [texture(1, axes=1)]) is None) == each.multiaxis
 
@@ -185,7 +183,7 @@ def test_on_real_recordings_the_floor_is_below_the_ceiling_and_a_shift_is_nothin
 
 
 @pytest.mark.real_data
-def test_on_real_sound_a_lost_envelope_is_caught_where_the_spectrum_is_right(real_data, even):
+def test_on_real_sound_a_lost_envelope_is_detected_despite_the_right_spectrum(real_data, even):
     for members in lmt108(real_data("lmt108_sound"), 5).values():
         one, made = cut(members[::2]), [even(s, k) for k, s in enumerate(cut(members[1::2]))]
         for name in FLUCTUATION:
@@ -196,7 +194,7 @@ def test_on_real_sound_a_lost_envelope_is_caught_where_the_spectrum_is_right(rea
 
 
 @pytest.mark.real_data
-def test_on_real_recordings_a_copy_is_caught_and_a_new_recording_is_not(real):
+def test_on_real_recordings_only_a_copy_is_detected(real):
     for members in real.values():
         train, unseen, new = members[:4], members[4:6], members[6:]
         assert memorisation([train[1].cut(777)], train, unseen).copied == 1
