@@ -1,4 +1,4 @@
-"""A source that gives what a test says, as fast as it is asked."""
+"""A simulated source that delivers as fast as it is read."""
 
 import numpy as np
 import pytest

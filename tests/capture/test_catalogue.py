@@ -1,4 +1,4 @@
-"""Every source by one line of text, and what is there."""
+"""Sources by address, and the list of available ones."""
 
 import subprocess
 import sys
@@ -21,7 +21,7 @@ OPENED = {
 
 
 @pytest.mark.parametrize("kind", [*OPENED, "log", "simulated"])
-def test_every_kind_keeps_the_promise_of_a_source(kind, tmp_path):
+def test_every_kind_is_a_source(kind, tmp_path):
     log = tmp_path / "a.txt"
     log.write_text("x\n1\n2\n")
     address = OPENED.get(kind) or {"log": f"log:{log}", "simulated": "simulated:twelite"}[kind]
@@ -66,7 +66,7 @@ def test_without_device_or_driver_opening_is_one_clear_line(kind):
         ("simulated:twelite?log=%00", "must not hold a null character"),
     ],
 )
-def test_what_is_no_address_is_refused_in_one_line(address, told):
+def test_an_invalid_address_is_refused_in_one_line(address, told):
     with pytest.raises(TactogramError, match=told) as caught:
         open_source(address)
     assert "\n" not in str(caught.value)
@@ -79,7 +79,7 @@ def test_options_are_typed_and_their_defaults_documented():
     assert (options.rate, options.loss, options.form, options.paced) == (690.0, 0.02, "semicolon", False)
 
 
-def test_list_names_what_is_there_and_what_is_missing():
+def test_the_list_names_available_and_missing_sources():
     found = find_sources(find_s=0.05)
 
     assert {one["kind"] for one in found} == {"serial", "lsl", "audio", "ni", "digilent", "simulated"}
@@ -88,7 +88,7 @@ def test_list_names_what_is_there_and_what_is_missing():
         assert one["missing"] is None or "\n" not in one["missing"]
 
 
-def test_missing_library_is_told_by_its_extra(monkeypatch):
+def test_a_missing_library_is_named_by_its_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "serial", None)
     with pytest.raises(
         MissingExtraError, match=r"install the extra devices: pip install 'tactogram\[devices\]'"
@@ -96,7 +96,7 @@ def test_missing_library_is_told_by_its_extra(monkeypatch):
         imported("serial", extra="devices", what="sensors on a serial port")
 
 
-def test_library_that_lacks_its_driver_is_told_by_the_driver(tmp_path, monkeypatch):
+def test_a_missing_driver_is_named(tmp_path, monkeypatch):
     (tmp_path / "sounddevice.py").write_text("raise OSError('PortAudio library not found')\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "sounddevice", raising=False)
@@ -104,14 +104,14 @@ def test_library_that_lacks_its_driver_is_told_by_the_driver(tmp_path, monkeypat
         imported("sounddevice", extra="devices", what="audio inputs")
 
 
-def test_library_that_does_not_import_for_another_reason_is_told_so(tmp_path, monkeypatch):
+def test_a_library_that_fails_to_import_is_reported(tmp_path, monkeypatch):
     (tmp_path / "tactogram_broken.py").write_text("import tactogram_not_there\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(MissingExtraError, match="installed but does not import; reinstall the extra lsl"):
         imported("tactogram_broken", extra="lsl", what="nothing")
 
 
-def test_what_a_library_prints_while_it_is_imported_is_not_shown(tmp_path, monkeypatch, capfd):
+def test_output_of_a_library_during_import_is_not_shown(tmp_path, monkeypatch, capfd):
     (tmp_path / "tactogram_loud.py").write_text("import sys\nprint('a')\nprint('b', file=sys.stderr)\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     imported("tactogram_loud", extra="dwf", what="nothing")
@@ -129,13 +129,13 @@ def test_what_a_library_prints_while_it_is_imported_is_not_shown(tmp_path, monke
         (KeyError(), "dwf:1: KeyError$"),
     ],
 )
-def test_what_drivers_raise_becomes_one_line(error, told):
+def test_errors_of_drivers_become_one_line(error, told):
     with pytest.raises(DeviceError, match=told), device_errors("dwf:1", library="dwfpy"):
         raise error
 
 
-def test_what_only_one_system_has_is_not_needed_to_begin():
-    """Windows has neither pseudo-terminals nor fcntl: real sensors are read there all the same."""
+def test_modules_of_one_system_are_not_needed_to_import_sources():
+    """Windows has neither pseudo-terminals nor fcntl, yet real sensors can be read."""
     code = (
         "import sys\n"
         "for name in ('fcntl', 'termios', 'tty'): sys.modules[name] = None\n"
@@ -153,13 +153,13 @@ def test_what_only_one_system_has_is_not_needed_to_begin():
     )
 
 
-def test_a_sensor_needs_no_statistics_to_begin():
+def test_a_sensor_needs_no_statistics_to_start():
     code = "import sys, tactogram.capture; print('scipy.stats' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"
 
 
-def test_a_port_that_is_not_there_is_named_once():
+def test_a_missing_port_is_named_once():
     with pytest.raises(DeviceError) as told, open_source("serial:/dev/tty-not-there?rate=100") as source:
         source.read(0.01)
     assert str(told.value) == "/dev/tty-not-there: No such file or directory"

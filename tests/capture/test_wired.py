@@ -1,4 +1,4 @@
-"""Audio, National Instruments and Digilent inputs: their drivers played by fakes, and the null audio input."""
+"""Audio, National Instruments and Digilent inputs: with fake drivers, and the null audio input."""
 
 import sys
 import types
@@ -12,7 +12,7 @@ from tactogram.errors import DeviceError
 
 
 class InputStream:
-    """PortAudio's stream, as far as it is used; `deliver` is what its thread would call."""
+    """PortAudio's stream, as far as it is used; its thread would call `deliver`."""
 
     last = None
 
@@ -45,7 +45,7 @@ def portaudio_fixture(monkeypatch):
     monkeypatch.setitem(sys.modules, "sounddevice", fake)
 
 
-def test_audio_comes_in_its_unit_and_an_overflow_leaves_a_gap(portaudio):
+def test_audio_has_its_unit_and_an_overflow_leaves_a_gap(portaudio):
     with open_source("audio:USB?rate=8000&channels=2&axes=x,y&unit=m/s^2&full_scale=50") as source:
         stream = InputStream.last
         stream.deliver([[0.5, -0.5], [1.0, 0.0]])
@@ -61,7 +61,7 @@ def test_audio_comes_in_its_unit_and_an_overflow_leaves_a_gap(portaudio):
     assert (source.facts()["samples"], source.facts()["lost"], source.facts()["overflows"]) == (3, 1, 1)
 
 
-def test_audio_that_stops_is_lost_after_what_had_come(portaudio):
+def test_audio_that_stops_is_lost_after_the_samples_before(portaudio):
     with open_source("audio:USB") as source:
         InputStream.last.deliver([[0.5]])
         InputStream.last.finished()
@@ -70,7 +70,7 @@ def test_audio_that_stops_is_lost_after_what_had_come(portaudio):
             source.read(0.1)
 
 
-def test_audio_device_that_is_not_there_is_told_and_no_other_one_opened(portaudio):
+def test_a_missing_audio_device_is_reported_and_no_other_opened(portaudio):
     with (
         pytest.raises(DeviceError, match="audio:none: No input device matching 'none'"),
         open_source("audio:none"),
@@ -78,7 +78,7 @@ def test_audio_device_that_is_not_there_is_told_and_no_other_one_opened(portaudi
         pass
 
 
-def test_null_audio_input_delivers_silence_and_says_that_it_is_simulated():
+def test_the_null_audio_input_delivers_silence_and_counts_as_simulated():
     with open_source("audio:?library=null&rate=16000&channels=2") as source:
         blocks = [source.read(1.0) for _ in range(3)]
 
@@ -87,7 +87,7 @@ def test_null_audio_input_delivers_silence_and_says_that_it_is_simulated():
     assert source.facts()["simulated"] is True
 
 
-def test_queue_that_nobody_empties_loses_in_its_place_and_counts():
+def test_a_full_queue_marks_losses_in_their_place_and_counts_them():
     queue = BlockQueue(1, 10)
     for n in range(4):
         queue.put(np.full((1, 4), n, np.float32))
@@ -102,7 +102,7 @@ def test_queue_that_nobody_empties_loses_in_its_place_and_counts():
 
 
 class Task:
-    """NI-DAQmx's task, as far as it is used, with 40 samples that wait."""
+    """NI-DAQmx's task, as far as it is used, with 40 waiting samples."""
 
     error = None
 
@@ -157,7 +157,7 @@ def test_ni_voltages_are_read_at_the_devices_own_rate(nidaqmx):
     assert task.closed
 
 
-def test_ni_iepe_sensors_are_fed_their_current_and_read_in_metres(nidaqmx):
+def test_ni_iepe_sensors_get_their_current_and_are_read_in_m_per_s2(nidaqmx):
     with open_source("ni:Dev1/ai0:2?kind=acceleration&sensitivity=10.2&current_ma=2") as source:
         block = source.read(0.1)
     options = Task.last.calls["acceleration"][1]
@@ -166,7 +166,7 @@ def test_ni_iepe_sensors_are_fed_their_current_and_read_in_metres(nidaqmx):
     assert block.samples[0, 0] == pytest.approx(0.5 * 9.80665)
 
 
-def test_ni_time_out_is_nothing_yet_and_an_overrun_is_a_loss_of_the_source(nidaqmx):
+def test_an_ni_timeout_is_no_block_and_an_overrun_loses_the_source(nidaqmx):
     with open_source("ni:Dev1/ai0:2") as source:
         Task.last.in_stream.avail_samp_per_chan = 0
         Task.error = nidaqmx.errors.DaqReadError(
@@ -179,7 +179,7 @@ def test_ni_time_out_is_nothing_yet_and_an_overrun_is_a_loss_of_the_source(nidaq
 
 
 class Discovery:
-    """An Analog Discovery, as far as it is used; `status` is what it says next."""
+    """An Analog Discovery, as far as it is used; `status` is its next status."""
 
     def __init__(self, serial_number=None):
         self.serial_number, self.analog_input = serial_number, self
@@ -217,7 +217,7 @@ def dwfpy_fixture(monkeypatch):
     monkeypatch.setitem(sys.modules, "dwfpy", fake)
 
 
-def test_digilent_samples_come_with_losses_in_their_place(dwfpy):
+def test_digilent_samples_have_losses_in_their_place(dwfpy):
     with open_source("digilent:?channels=1,2&rate=20000&range=10") as source:
         Discovery.last.record_status = (6, 3, 2)
         block = source.read(0.0)
@@ -233,7 +233,7 @@ def test_digilent_samples_come_with_losses_in_their_place(dwfpy):
     assert (facts["samples"], facts["lost"], facts["corrupted"]) == (4, 5, 2)
 
 
-def test_digilent_that_goes_away_or_is_not_there_is_told(dwfpy):
+def test_a_digilent_device_that_disappears_or_is_missing_is_reported(dwfpy):
     with pytest.raises(DeviceError, match="digilent:none: Device not found"), open_source("digilent:none"):
         pass
     with open_source("digilent:") as source:

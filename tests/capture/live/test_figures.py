@@ -1,4 +1,4 @@
-"""The figure of a live run: probabilities, truth, what was none of these, latency."""
+"""The figure of a live run: probabilities, true materials, none of these, latency."""
 
 import pytest
 
@@ -19,7 +19,7 @@ def guess(k, **heard):
     )
 
 
-def test_the_figure_shows_each_material_and_each_stretch_of_truth():
+def test_the_figure_shows_each_material_and_each_true_interval():
     found = [guess(k, cork=k / 10, tile=1 - k / 10) for k in range(1, 10)] + [guess(10)]
     figure = live_figure(found, ["tile"] * 5 + ["wool"] * 5, title="simulated")
     top, bottom = figure.axes[:2]
@@ -33,6 +33,6 @@ def test_the_figure_shows_each_material_and_each_stretch_of_truth():
     assert max(line.get_ydata().max() for line in bottom.lines) == pytest.approx(20.0)
 
 
-def test_nothing_judged_is_no_figure():
+def test_a_figure_without_a_classified_window_is_refused():
     with pytest.raises(ParameterError, match="classified window"):
         live_figure([guess(1)], ["tile"], title="")

@@ -1,4 +1,4 @@
-"""Live recognition: windows of what came last, losses said, latency measured, nothing queued."""
+"""Live recognition: latest windows, reported losses, measured latency, no queue."""
 
 from itertools import pairwise
 
@@ -26,7 +26,7 @@ def run(source, *, listen=None, clock=None, **options):
     return found, heard
 
 
-def test_windows_hold_what_came_last_and_follow_each_other_by_the_hop(played):
+def test_windows_contain_the_latest_samples_and_follow_by_the_hop(played):
     source = played(packets=100)
     found, heard = run(source)
     all_played = np.concatenate(source.played, axis=1)
@@ -43,7 +43,7 @@ def test_the_first_window_is_whole(played):
     assert (found, heard) == ([], [])
 
 
-def test_a_loss_is_bridged_and_said_and_too_much_of_it_is_not_judged(played):
+def test_a_loss_is_bridged_and_reported_and_too_large_a_loss_not_classified(played):
     found, heard = run(played(packets=70, lost=range(12, 15)))
     assert found[0].lost == pytest.approx(30 / 330)
     assert np.isfinite(heard[0].samples).all()
@@ -53,11 +53,11 @@ def test_a_loss_is_bridged_and_said_and_too_much_of_it_is_not_judged(played):
     assert "not classified: 61 % of the window was lost" in line(found[0])
 
 
-def test_a_window_of_which_nothing_came_is_no_signal():
+def test_a_window_with_all_samples_lost_is_no_signal():
     assert window_signal(np.full((3, 9), np.nan, np.float32), 330.0, "m/s^2", ("x", "y", "z")) == (None, 1.0)
 
 
-def test_latency_is_from_the_last_sample_to_the_answer(played):
+def test_latency_is_from_the_last_sample_to_the_result(played):
     source = played(packets=200)
     now = [0.0]
 
@@ -96,19 +96,19 @@ def test_a_classifier_that_is_too_slow_skips_windows_and_shows_nothing_old(playe
     assert all(guess.latency_s < 1.3 + 0.5 + 1e-9 for guess in found)
 
 
-def test_a_log_has_no_latency_and_nothing_of_it_is_skipped(played):
+def test_a_log_has_no_latency_and_no_skipped_windows(played):
     found, _ = run(played(packets=200), clock=lambda: 1e6)
     assert [guess.latency_s for guess in found] == [None] * len(found)
     assert not any(guess.skipped for guess in found)
     assert Latencies().facts()["p50_ms"] is None
 
 
-def test_it_stops_after_the_seconds_asked_for(played):
+def test_classification_stops_after_the_given_seconds(played):
     found, _ = run(played(), seconds=3.0)
     assert found[-1].end_index <= 3.1 * 330
 
 
-def test_a_source_of_unknown_rate_is_heard_once_it_is_measured(played):
+def test_a_source_of_unknown_rate_is_classified_once_its_rate_is_measured(played):
     source = played(rate=None, packets=100)
     facts = source.facts
     rate = {"hz": 331.67, "low": 331.5, "high": 331.8}
@@ -118,12 +118,12 @@ def test_a_source_of_unknown_rate_is_heard_once_it_is_measured(played):
     assert heard[0].rate == pytest.approx(331.7)
 
 
-def test_windows_and_hops_that_are_none_are_refused(played):
+def test_windows_and_hops_of_zero_are_refused(played):
     with pytest.raises(ParameterError, match="hop"):
         run(played(), hop_s=0.0)
 
 
-def test_what_is_shown_names_the_likeliest_or_says_that_it_is_none_of_these(played):
+def test_the_panel_names_the_most_probable_material_or_none_of_these(played):
     from rich.console import Console
 
     def shown(guess):

@@ -1,4 +1,4 @@
-"""Answers from a pipe, from a script, or from keys; and what the panel shows."""
+"""Answers from a pipe, a script or keys; and the panel."""
 
 import io
 import os
@@ -23,7 +23,7 @@ def test_a_script_answers_line_by_line_and_its_end_stops():
     assert [ask(console) for _ in range(4)] == ["r", "a", "a", "q"]
 
 
-def test_what_is_no_answer_is_asked_again_in_a_line():
+def test_an_invalid_answer_repeats_the_question():
     said = io.StringIO()
     ask(LineConsole(io.StringIO("x\na\n"), said))
     assert "answer must be one of a, r, q, got 'x'" in said.getvalue()
@@ -33,7 +33,7 @@ def test_yes_takes_the_default():
     assert ask(LineConsole(None, io.StringIO()), default="r") == "r"
 
 
-def test_while_nobody_answers_the_source_is_read():
+def test_the_source_is_read_until_an_answer():
     # Lines that come in one piece, and one that comes later, in two.
     reading, writing = os.pipe()
     os.write(writing, b"r\na\n")
@@ -78,7 +78,7 @@ def test_the_panel_shows_level_clipping_losses_and_rate():
 
 
 @pytest.mark.parametrize(("typed", "answer"), [(b"r", "r"), (b"\n", "a"), (b"x\x04", "q"), (b"Q", "q")])
-def test_keys_need_no_enter_and_the_terminal_is_left_as_it_was(monkeypatch, typed, answer):
+def test_keys_need_no_enter_and_the_terminal_is_restored(monkeypatch, typed, answer):
     import termios
 
     master, slave = os.openpty()

@@ -10,7 +10,7 @@ from tactogram.errors import ParameterError
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [(100, 0.8), (200, 0.4), (400, 0.2)])
-def test_a_beat_is_what_a_stroke_of_80_mm_takes(speed, seconds):
+def test_a_beat_lasts_as_long_as_a_stroke_of_80_mm(speed, seconds):
     assert interval_s(80.0, speed) == pytest.approx(seconds)
 
 
@@ -21,7 +21,7 @@ def onsets(signal):
 
 
 @pytest.mark.parametrize("speed", [100, 200, 400])
-def test_beats_stand_where_they_should_to_the_last_and_never_clip(speed):
+def test_beats_are_on_time_to_the_last_and_never_clip(speed):
     interval = interval_s(70.0, speed)
     track = click_track(interval, 30.0)
     beats = onsets(track)
@@ -45,14 +45,14 @@ def test_strokes_out_and_back_sound_different_and_one_way_ones_alike():
     np.testing.assert_allclose(tones, [1200, 800, 1200, 1200], atol=10)
 
 
-def test_beats_that_are_none_are_refused():
+def test_invalid_beats_are_refused():
     with pytest.raises(ParameterError, match="interval"):
         click_track(0.0, 1.0)
     with pytest.raises(ParameterError, match="stroke"):
         interval_s(80.0, 0.0)
 
 
-def test_the_bell_rings_as_often_as_it_should_and_stops_when_told():
+def test_the_bell_rings_on_every_beat_until_stopped():
     rung, enough = [], threading.Event()
 
     def ring():
@@ -71,7 +71,7 @@ def test_the_bell_rings_as_often_as_it_should_and_stops_when_told():
     bell.stop()
 
 
-def test_a_loudspeaker_is_given_the_whole_track():
+def test_a_loudspeaker_gets_the_whole_track():
     played, hushed = [], []
     metronome = LoudspeakerMetronome(played.append, lambda: hushed.append(1))
     metronome.start(0.4, 2.0, back_and_forth=True)

@@ -28,7 +28,7 @@ def test_every_combination_comes_as_often_as_planned(order):
     assert [t.number for t in plan.trials()] == list(range(1, 37))
 
 
-def test_lists_may_be_written_as_on_a_command_line():
+def test_lists_may_be_written_with_commas():
     plan = SessionPlan.load("first-try", changes={"materials": "tile, carpet", "speeds_mm_s": 150})
     assert (plan.materials, plan.speeds_mm_s) == (("tile", "carpet"), (150.0,))
     assert SessionPlan.of(PLAN | {"speeds_mm_s": "100,200"}).speeds_mm_s == (100.0, 200.0)
@@ -40,7 +40,7 @@ def test_the_order_follows_from_the_seed_alone():
     assert sorted(keys(plans[0])) == sorted(keys(plans[2]))
 
 
-def test_by_repetition_has_every_combination_once_before_any_comes_again():
+def test_by_repetition_has_every_combination_once_before_any_repeats():
     trials = keys(SessionPlan.of(PLAN | {"order": "by-repetition"}))
     rounds = [[key[:3] for key in trials[i : i + 12]] for i in (0, 12, 24)]
     assert all(len(set(held)) == 12 for held in rounds)
@@ -74,12 +74,12 @@ def test_the_plan_of_saga_et_al_is_theirs():
         ({"limits": {"most_lots": 1}}, "most_lots"),
     ],
 )
-def test_what_is_no_plan_is_refused_by_its_key(values, match):
+def test_an_invalid_plan_is_refused_by_its_key(values, match):
     with pytest.raises(ParameterError, match=match):
         SessionPlan.of(PLAN | values)
 
 
-def test_a_file_that_is_not_there_names_the_shipped_plans(tmp_path):
+def test_a_missing_file_names_the_shipped_plans(tmp_path):
     with pytest.raises(ParameterError, match="saga-classification"):
         SessionPlan.load(tmp_path / "none.toml")
     (tmp_path / "bad.toml").write_text("materials = [")

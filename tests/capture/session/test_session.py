@@ -1,4 +1,4 @@
-"""Sessions: what was accepted is in the store, whatever happens, and the session goes on where it stopped."""
+"""Sessions: accepted takes are in the store, whatever happens, and the session continues where it stopped."""
 
 import io
 import json
@@ -30,7 +30,7 @@ PLAN = {
 
 
 def run(store, source, *, plan=PLAN, answers=None, name="one", **options):
-    """Run a session; return its result and what it said."""
+    """Run a session; return its result and its output."""
     said = io.StringIO()
     console = LineConsole(None if answers is None else io.StringIO(answers), said)
     with Journal(session_folder(store, name)) as journal:
@@ -59,7 +59,7 @@ def test_a_session_records_its_plan_in_its_order(tmp_path, played):
     assert problems(open_store(tmp_path / "s")) == []
 
 
-def test_what_is_stored_is_what_came(tmp_path, played):
+def test_stored_samples_equal_the_received_ones(tmp_path, played):
     source = played(lost=[3, 22, 40])
     run(tmp_path / "s", source, plan=PLAN | {"limits": {"most_lost": 1, "longest_gap_s": 9}})
     played_back = np.concatenate(source.played, axis=1)
@@ -86,27 +86,27 @@ def test_the_end_of_the_answers_stops_the_session(tmp_path, played):
     assert (result["accepted"], result["left"]) == (1, 3)
 
 
-def test_without_anybody_there_a_bad_take_is_redone_and_then_skipped(tmp_path, played):
+def test_unattended_a_bad_take_is_redone_and_then_skipped(tmp_path, played):
     result, said = run(tmp_path / "s", played(scale=0.001))
     assert (result["accepted"], result["skipped"], result["redone"]) == (0, 4, 8)
     assert "was the surface stroked?" in said
     assert not (tmp_path / "s").exists()
 
 
-def test_a_bad_take_can_be_accepted_all_the_same_and_says_so(tmp_path, played):
+def test_a_bad_take_can_be_accepted_and_is_marked(tmp_path, played):
     run(tmp_path / "s", played(scale=0.001), answers="b\na\nq\n")
     [recording] = stored(tmp_path / "s")
     assert recording.labels["verdict"].startswith("bad: ")
 
 
 @pytest.mark.parametrize("answers", ["b\na\nq\n", "s\nq\n"])
-def test_a_session_of_another_plan_is_refused_once_something_is_kept(tmp_path, played, answers):
+def test_another_plan_is_refused_once_a_take_is_decided(tmp_path, played, answers):
     run(tmp_path / "s", played(), answers=answers)
     with pytest.raises(DataError, match="another plan"):
         run(tmp_path / "s", played(), plan=PLAN | {"materials": ["cork", "wool"]})
 
 
-def test_a_session_of_which_nothing_was_kept_may_have_another_plan(tmp_path, played):
+def test_a_session_without_takes_may_have_another_plan(tmp_path, played):
     run(tmp_path / "s", played(), answers="q\n")
     other = PLAN | {"materials": ["cork", "wool"]}
     run(tmp_path / "s", played(), plan=other, answers="b\na\nq\n")
@@ -122,17 +122,17 @@ def test_two_sessions_share_a_store(tmp_path, played):
     assert [r.session for r in stored(tmp_path / "s")] == ["one"] * 4 + ["two"] * 4
 
 
-def test_a_session_is_of_one_process_at_a_time(tmp_path, played):
+def test_a_session_is_used_by_one_process_at_a_time(tmp_path, played):
     with Journal(session_folder(tmp_path / "s", "one")), pytest.raises(DataError, match="another process"):
         run(tmp_path / "s", played())
 
 
-def test_a_name_that_is_no_folder_is_refused(tmp_path):
+def test_a_session_name_that_cannot_be_a_folder_is_refused(tmp_path):
     with pytest.raises(ParameterError, match="session's name"):
         session_folder(tmp_path / "s", "../x")
 
 
-def test_a_pulled_plug_ends_the_session_and_keeps_what_was_accepted(tmp_path, played):
+def test_a_pulled_plug_ends_the_session_and_keeps_accepted_takes(tmp_path, played):
     # 17 packets a take and one at each question: the plug is pulled in the third take.
     source = played(packets=50, end="pulled")
     with pytest.raises(SourceLost, match="2 takes of this run are in .* continue"):
@@ -142,14 +142,14 @@ def test_a_pulled_plug_ends_the_session_and_keeps_what_was_accepted(tmp_path, pl
     assert [(r.material, r.speed_mm_s) for r in stored(tmp_path / "s")] == order()
 
 
-def test_a_plug_that_is_pulled_at_the_question_takes_nothing_with_it(tmp_path, played):
+def test_a_plug_pulled_at_the_question_loses_no_take(tmp_path, played):
     # One packet at the first question, 17 of the take, and none at the question whether it is good.
     with pytest.raises(SourceLost, match="1 takes of this run"):
         run(tmp_path / "s", played(packets=18, end="pulled"))
     assert len(stored(tmp_path / "s")) == 1
 
 
-def test_a_source_that_plays_the_same_again_is_found_out(tmp_path, played):
+def test_a_source_that_repeats_the_same_samples_is_detected(tmp_path, played):
     run(tmp_path / "s", played(), answers="b\na\nq\n")
     result, said = run(tmp_path / "s", played(), answers="b\na\nq\n")
     assert "holds the same samples already, as one/0001" in said
@@ -157,7 +157,7 @@ def test_a_source_that_plays_the_same_again_is_found_out(tmp_path, played):
     assert len(stored(tmp_path / "s")) == 1
 
 
-def test_a_full_disk_stores_nothing_half_and_keeps_the_take_at_hand(tmp_path, played):
+def test_a_full_disk_stores_no_partial_take_and_keeps_it_available(tmp_path, played):
     # The limit on a file's size stands for a full disk: writes fail in the middle of a file.
     run(tmp_path / "s", played(), answers="b\na\nq\n")
     before = sorted(p.name for p in (tmp_path / "s").iterdir())
@@ -187,7 +187,7 @@ def test_a_full_disk_stores_nothing_half_and_keeps_the_take_at_hand(tmp_path, pl
     assert problems(open_store(tmp_path / "s")) == []
 
 
-def test_what_a_take_sounds_like_is_said(tmp_path, played):
+def test_each_take_is_shown_with_its_classification(tmp_path, played):
     heard = []
 
     def recognise(signal):
@@ -199,13 +199,13 @@ def test_what_a_take_sounds_like_is_said(tmp_path, played):
     assert heard == [(165, 330.0)]
 
 
-def test_a_device_is_told_what_is_to_be_stroked(tmp_path, played):
+def test_a_simulated_device_gets_each_trial(tmp_path, played):
     told = []
     run(tmp_path / "s", played(), on_trial=lambda trial: told.append((trial.material, trial.speed_mm_s)))
     assert told == order()
 
 
-def test_the_diary_says_what_happened(tmp_path, played):
+def test_the_journal_records_each_event(tmp_path, played):
     run(tmp_path / "s", played(), answers="b\nr\na\nq\n", log="raw-001.log")
     with Journal(session_folder(tmp_path / "s", "one")) as journal:
         assert [entry["event"] for entry in journal.events] == ["begun", "opened", "take", "take", "closed"]
@@ -218,7 +218,7 @@ def test_the_diary_says_what_happened(tmp_path, played):
     assert int(recording.labels["first_index"]) == accepted["first_index"]
 
 
-def test_a_torn_last_line_of_the_diary_is_dropped_and_a_broken_one_refused(tmp_path):
+def test_an_incomplete_last_line_of_the_journal_is_dropped_and_a_damaged_one_refused(tmp_path):
     with Journal(tmp_path) as journal:
         journal.write("begun", {"x": 1})
     with journal.path.open("a") as file:
@@ -280,7 +280,7 @@ def killed(work):
 
 
 @pytest.mark.parametrize("first", [1, 2, 3])
-def test_killed_at_any_step_a_session_goes_on_and_nothing_is_half_written(tmp_path, played, first):
+def test_killed_at_any_step_a_session_continues_without_partial_files(tmp_path, played, first):
     plan = PLAN | {"materials": ["cork"], "seconds": 0.1}
     for step in count(first, 3):
         store = tmp_path / f"s{step}"
@@ -303,7 +303,7 @@ def test_killed_at_any_step_a_session_goes_on_and_nothing_is_half_written(tmp_pa
 
 
 def check(path):
-    """The folder holds what ``dataset.json`` names, whole, and nothing else."""
+    """The folder contains the files named by ``dataset.json``, complete, and nothing else."""
     store = open_store(path)
     assert problems(store) == []
     facts = store.facts
@@ -334,7 +334,7 @@ def test_another_process_may_add_to_the_store_meanwhile(tmp_path, played, monkey
     assert problems(open_store(tmp_path / "s")) == []
 
 
-def test_all_takes_of_a_session_have_one_rate_though_its_measurement_wanders(tmp_path, played):
+def test_all_takes_of_a_session_have_one_rate_despite_varying_measurements(tmp_path, played):
     source = played(rate=None, measured=329.0)
     facts = source.facts
     source.facts = lambda: facts() | {"rate": {"hz": 329 + source.packet / 500, "low": 328.9, "high": 329.5}}
@@ -345,7 +345,7 @@ def test_all_takes_of_a_session_have_one_rate_though_its_measurement_wanders(tmp
     assert len({r.history[0] for r in recordings}) > 2
 
 
-def test_a_log_that_cannot_be_written_costs_no_take_that_is_at_hand(tmp_path, played):
+def test_a_log_that_cannot_be_written_loses_no_take(tmp_path, played):
     source = played()
     read = source.read
 
@@ -361,7 +361,7 @@ def test_a_log_that_cannot_be_written_costs_no_take_that_is_at_hand(tmp_path, pl
     assert len(stored(tmp_path / "s")) == 1
 
 
-def test_an_interrupt_keeps_what_was_accepted(tmp_path, played):
+def test_an_interrupt_keeps_accepted_takes(tmp_path, played):
     source = played()
     read = source.read
 

@@ -1,4 +1,4 @@
-"""Takes: what was lost stays lost, is said, and comes back as it was."""
+"""Takes: losses are marked, reported and restored."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def noise(n=100, seed=0):
 
 
 @given(st.lists(st.booleans(), min_size=2, max_size=60).filter(any), st.integers(0, 5))
-def test_what_was_lost_comes_back_as_lost_and_what_came_to_the_bit(came, seed):
+def test_lost_samples_are_restored_as_lost_and_received_ones_exactly(came, seed):
     samples = noise(len(came), seed)
     samples[:, ~np.array(came)] = np.nan
     recording = recording_of(take(samples), what={"material": "a"}, simulated=False)
@@ -29,7 +29,7 @@ def test_what_was_lost_comes_back_as_lost_and_what_came_to_the_bit(came, seed):
     assert ("received" in recording.streams) == (not all(came))
 
 
-def test_a_loss_is_bridged_by_a_straight_line_and_said():
+def test_a_loss_is_bridged_by_a_straight_line_and_reported():
     samples = noise()
     samples[:, 30:40] = np.nan
     recording = recording_of(take(samples), what={}, simulated=True)
@@ -43,13 +43,13 @@ def test_a_loss_is_bridged_by_a_straight_line_and_said():
     assert recording.simulated
 
 
-def test_a_take_without_losses_has_no_stream_that_says_so():
+def test_a_take_without_losses_has_no_stream_of_losses():
     recording = recording_of(take(noise()), what={}, simulated=False)
     assert set(recording.streams) == {"acceleration"}
     assert len(recording.history) == 1
 
 
-def test_a_take_of_which_nothing_came_is_no_recording():
+def test_a_take_with_all_samples_lost_is_no_recording():
     with pytest.raises(DataError, match="all 5 samples were lost"):
         bridged(np.full((3, 5), np.nan, np.float32))
 
@@ -68,12 +68,12 @@ def test_a_take_of_which_nothing_came_is_no_recording():
         (None, None, None),
     ],
 )
-def test_the_rate_is_the_nominal_one_unless_what_was_measured_contradicts_it(measured, reference, rate):
+def test_the_rate_is_nominal_unless_the_measurement_contradicts_it(measured, reference, rate):
     measured = measured and dict(zip(("hz", "low", "high"), measured, strict=True))
     assert rate_of(measured, reference) == rate
 
 
-def test_blocks_are_cut_where_asked_and_must_follow_each_other():
+def test_blocks_are_cut_at_the_limits_and_must_be_consecutive():
     samples = noise(30)
     blocks = [Block(samples[:, i : i + 10], i, 0.0) for i in (0, 10, 20)]
     np.testing.assert_array_equal(joined(blocks, start=7, stop=23), samples[:, 7:23])

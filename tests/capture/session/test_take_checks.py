@@ -49,7 +49,7 @@ def test_each_fault_is_found():
     assert bad(verdict(samples(), measured=300.0)) == ["rate"]
 
 
-def test_a_take_of_which_nothing_came_is_bad_and_crashes_nothing():
+def test_a_take_with_all_samples_lost_is_bad():
     assert bad(verdict(np.full((3, N), np.nan))) == ["losses"]
 
 
@@ -59,7 +59,7 @@ def test_a_small_loss_is_noted_and_the_take_good():
     assert "2.1 % lost in 7 gaps" in str(found)
 
 
-def test_clipping_is_seen_without_a_known_full_scale():
+def test_clipping_is_detected_without_a_known_full_scale():
     sine = 5 * np.sin(2 * np.pi * 20 * np.arange(N) / RATE)[None]
     noise = samples(1.0)
     assert clipped(np.clip(sine, -4, 4).astype(np.float32), None) > 500
@@ -67,7 +67,7 @@ def test_clipping_is_seen_without_a_known_full_scale():
     assert clipped(noise, None) == 0
 
 
-def test_a_sensor_at_rest_whose_steps_show_is_not_clipping():
+def test_a_sensor_at_rest_with_visible_steps_is_not_clipping():
     steps = np.round(0.4 * np.random.default_rng(1).standard_normal((3, 20_000))) * 0.038
     assert clipped(steps.astype(np.float32), None) == 0
 
@@ -79,7 +79,7 @@ def test_the_level_is_the_rms_about_the_mean_over_all_axes():
     assert level(x) == pytest.approx(np.sqrt(np.var([3, -3, 3]) + np.var([4, -4, 4])))
 
 
-def test_the_least_level_is_of_accelerations_unless_the_plan_says_one():
+def test_the_default_least_level_is_for_accelerations_only():
     take = Take(samples(0.01), ("x", "y", "z"), "V", RATE, 330.0, 0)
     assert check_take(take, TakeLimits(), seconds=10).good
     assert not check_take(take, TakeLimits(least_rms=1.0), seconds=10).good

@@ -27,7 +27,7 @@ def read_for(source, seconds):
         source.read(0.1)
 
 
-def test_what_goes_in_comes_out_to_the_bit_in_the_streams_own_unit():
+def test_samples_arrive_exactly_in_the_streams_own_unit():
     _, out = outlet("tactogram-test-1")
     x = np.random.default_rng(0).standard_normal((500, 3)).astype(np.float32)
     with open_source("lsl:tactogram-test-1") as source:
@@ -44,7 +44,7 @@ def test_what_goes_in_comes_out_to_the_bit_in_the_streams_own_unit():
     assert (facts["samples"], facts["lost"]) == (500, 0)
 
 
-def test_a_leap_of_the_time_stamps_is_a_gap_in_its_place():
+def test_a_jump_of_the_time_stamps_is_a_gap_in_its_place():
     pylsl, out = outlet("tactogram-test-2", channels=1, rate=100.0)
     start = pylsl.local_clock()
     with open_source("lsl:tactogram-test-2?unit=1") as source:
@@ -90,7 +90,7 @@ def test_jitter_of_stamps_is_no_gap_and_a_stream_without_rate_has_none():
     assert split_at_gaps(samples, stamps * 100, None, None)[0].shape == (1, 200)
 
 
-def test_unit_is_what_was_said_else_what_all_channels_say_else_counts():
+def test_unit_is_the_given_one_else_that_of_all_channels_else_counts():
     assert described_unit("mg", ["V", "V"])[0] == "m/s^2"
     assert described_unit(None, ["mV", "mV"]) == ("V", pytest.approx(1e-3))
     assert described_unit(None, ["mV", "g"]) == ("1", 1.0)
@@ -143,7 +143,7 @@ def test_xdf_file_is_read_with_its_channels_units_and_gaps(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"XDF:", b"hello", b"XDF:\x04\xff\xff\xff\xff\x03\x00"])
-def test_what_is_no_xdf_is_refused_in_one_line(tmp_path, content):
+def test_an_invalid_xdf_file_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "bad.xdf"
     path.write_bytes(content)
     with pytest.raises(DataError, match=r"bad\.xdf") as caught:
@@ -179,7 +179,7 @@ def test_an_xdf_file_that_would_fill_the_memory_is_refused(tmp_path, content, li
     assert "\n" not in str(caught.value)
 
 
-def test_what_is_skipped_in_a_damaged_xdf_file_is_reported_and_not_printed(tmp_path, capfd, caplog):
+def test_skipped_parts_of_a_damaged_xdf_file_are_reported_and_not_printed(tmp_path, capfd, caplog):
     path = tmp_path / "damaged.xdf"
     path.write_bytes(WHOLE + b"\x07" + bytes(20))
     [found] = read_xdf(path)

@@ -1,4 +1,4 @@
-"""The simulated hand: what it strokes comes out of the simulated device, in its place, losses and all."""
+"""The simulated hand: stroked recordings arrive through the simulated device, with losses in place."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def store(tmp_path_factory):
     return path
 
 
-def test_a_hand_strokes_what_it_is_told_at_the_speed_asked_for(store):
+def test_a_hand_strokes_the_given_material_at_the_given_speed(store):
     hand = StrokeReplay(open_store(store), rate=330.0)
     hand.touch("two", speed_mm_s=200.0)
     felt = hand.next_signal(700).samples
@@ -44,7 +44,7 @@ def test_a_hand_strokes_what_it_is_told_at_the_speed_asked_for(store):
     assert abs(hand.next_signal(100).samples.mean(axis=1) - [0, 0, STANDARD_GRAVITY]).max() < 0.02
 
 
-def test_a_surface_that_is_not_there_is_refused(store):
+def test_a_missing_material_is_refused(store):
     with pytest.raises(ParameterError, match="material must be one of one, two, got 'three'"):
         open_source(f"played:{store}?materials=three")
     with pytest.raises(ParameterError, match="must name the store"):
@@ -63,7 +63,7 @@ def read_out(source):
             blocks.append(block)
 
 
-def test_what_is_played_comes_out_and_the_log_says_the_same(store, tmp_path):
+def test_played_recordings_arrive_and_equal_the_log(store, tmp_path):
     log = tmp_path / "raw.log"
     address = (
         f"played:{store}?materials=one,two&each_s=0.3&seconds=0.6&loss=0.1&jitter_s=0.001&seed=2&log={log}"

@@ -61,7 +61,7 @@ def test_lines_without_a_heading_are_x_y_z_in_counts():
     assert source.facts()["before"] == 1
 
 
-def test_reading_that_begins_within_a_line_uses_no_piece_of_it():
+def test_reading_that_begins_within_a_line_ignores_the_rest_of_it():
     samples, source = read("34,5\n" + "".join(f"{n},{n},{n}\n" for n in range(20)))
 
     assert samples[0].tolist() == list(range(1, 20))
@@ -86,7 +86,7 @@ def test_comments_greetings_and_empty_lines_are_no_samples_and_no_losses():
     assert source.facts()["lost"] == 0
 
 
-def test_rows_missing_by_the_boards_own_time_are_nan_in_their_place():
+def test_rows_missing_by_the_boards_time_are_nan_in_their_place():
     text = "time_ms,z\n".replace("time_ms", "ms") + "".join(
         f"{n},{n}\n" for n in range(100) if not 40 <= n < 45
     )
@@ -98,7 +98,7 @@ def test_rows_missing_by_the_boards_own_time_are_nan_in_their_place():
     assert source.facts()["lost"] == 5
 
 
-def test_micros_that_begin_again_after_71_minutes_are_no_gap():
+def test_micros_that_wrap_after_71_minutes_are_no_gap():
     text = "micros,z\n" + "".join(f"{(2**32 - 50_000 + 1000 * n) % 2**32},{n}\n" for n in range(100))
     samples, source = read(text)
 
@@ -107,8 +107,8 @@ def test_micros_that_begin_again_after_71_minutes_are_no_gap():
 
 
 @pytest.mark.parametrize("digit", ["9", "-"])
-def test_one_damaged_digit_of_the_time_is_one_lost_sample_and_no_hole(digit):
-    """It was a hole of nine seconds, and a restart."""
+def test_one_damaged_digit_of_the_time_is_one_lost_sample(digit):
+    """Such a digit once gave a gap of nine seconds and a restart."""
     rows = [f"{1000 * i},{i}" for i in range(300)]
     rows[100] = digit + rows[100]
     samples, source = read("micros,x\n" + "\n".join(rows) + "\n")
@@ -119,7 +119,7 @@ def test_one_damaged_digit_of_the_time_is_one_lost_sample_and_no_hole(digit):
     assert source.clock_restarts == 0
 
 
-def test_a_board_that_starts_again_leaves_a_gap():
+def test_a_restarted_board_leaves_a_gap():
     times = [*range(5000, 5050), *range(50)]
     samples, source = read("ms,z\n" + "".join(f"{t},{n}\n" for n, t in enumerate(times)), rate=1000)
 
@@ -138,20 +138,20 @@ def test_damaged_line_without_time_is_one_lost_sample(line):
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-inf", "ovf", "1e39", "1e400"])
-def test_what_is_no_number_for_a_sample_is_a_lost_one(value):
+def test_a_value_beyond_float32_or_not_finite_is_a_lost_sample(value):
     samples, _ = read(f"x,y,z\n0,0,0\n1,{value},1\n2,2,2\n")
 
     assert np.isnan(samples[:, 1]).all()
     assert np.isfinite(samples[:, [0, 2]]).all()
 
 
-def test_time_that_leaps_does_not_fill_the_memory():
+def test_a_jump_of_the_time_does_not_fill_the_memory():
     samples, _ = read("s,z\n0,1\n0.001,2\n1e30,3\n", rate=1000)
 
     assert samples.shape[1] <= 2_000_003
 
 
-def test_what_the_user_says_goes_before_what_the_lines_say():
+def test_given_options_override_the_heading():
     samples, source = read(
         "a,b,c\n" + "".join(f"{n},{n},{2 * n}\n" for n in range(40)),
         time="a",
@@ -174,7 +174,7 @@ def test_what_the_user_says_goes_before_what_the_lines_say():
         ({"axes": "left,right"}, "axes must be 3 different names, got 'left,right'"),
     ],
 )
-def test_what_does_not_fit_the_lines_is_refused(form, told):
+def test_options_that_do_not_match_the_lines_are_refused(form, told):
     with pytest.raises(ParameterError, match=told):
         read("a,b,c\n1,2,3\n4,5,6\n", **form)
 
@@ -188,7 +188,7 @@ def test_last_line_without_an_end_may_lack_digits_and_is_left_out():
 
 @settings(max_examples=60)
 @given(st.binary(max_size=1500), st.integers(1, 200))
-def test_any_bytes_cut_anywhere_never_crash_and_give_the_same(data, step):
+def test_bytes_in_any_pieces_never_crash_and_give_the_same_rows(data, step):
     whole, pieces = CsvParser(), CsvParser()
     expected = whole.feed(data)
     whole.finish()
@@ -205,7 +205,7 @@ def test_any_bytes_cut_anywhere_never_crash_and_give_the_same(data, step):
 
 
 @given(st.text("0123456789,.-e \nxm#:", max_size=300))
-def test_text_like_a_boards_never_crashes_a_source(text):
+def test_text_like_that_of_a_board_never_crashes_a_source(text):
     for form in ({}, {"time": "1", "rate": 100.0}):
         try:
             samples, source = read(text, **form)

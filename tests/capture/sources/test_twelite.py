@@ -1,4 +1,4 @@
-"""A receiver live: on a pty, faster than any real one, unplugged, and with other sensors in the air."""
+"""A live receiver: on a pty, faster than any real one, unplugged, and among other sensors."""
 
 import numpy as np
 import pytest
@@ -68,7 +68,7 @@ def test_damaged_bytes_lose_samples_and_never_change_one():
     assert source.facts()["lost"] <= 10 * damaged
 
 
-def test_a_sensor_feels_the_signal_that_it_is_given():
+def test_a_simulated_sensor_measures_the_given_signal():
     times = np.arange(990) / 330
     x = np.stack([2 * np.sin(2 * np.pi * 50 * times), 0 * times, np.full_like(times, 9.81)])
     receiver = SimulatedReceiver()
@@ -80,7 +80,7 @@ def test_a_sensor_feels_the_signal_that_it_is_given():
     assert samples == pytest.approx(x, abs=0.0197)
 
 
-def test_a_recording_in_a_file_is_felt_and_one_of_another_kind_refused(tmp_path):
+def test_a_recording_in_a_file_is_measured_and_one_of_another_kind_refused(tmp_path):
     x = np.random.default_rng(0).standard_normal((3, 660)).astype(np.float32)
     write_signal(tmp_path / "felt.csv", Signal(x, 330.0, "m/s^2"))
     write_signal(tmp_path / "force.csv", Signal(x[:1], 330.0, "N"))
@@ -91,7 +91,7 @@ def test_a_recording_in_a_file_is_felt_and_one_of_another_kind_refused(tmp_path)
         open_source(f"simulated:twelite?file={tmp_path / 'force.csv'}")
 
 
-def test_pulled_plug_is_told_in_one_line():
+def test_a_pulled_plug_is_reported_in_one_line():
     port = SimulatedPort(SimulatedReceiver())
     with TweliteSource(port, name="simulated:twelite") as source:
         assert source.read(1.0) is not None
@@ -116,7 +116,7 @@ def test_the_wanted_sensor_is_read_and_the_others_counted():
 
 
 class Bytes:
-    """A stream of what it is given, a few bytes at a time."""
+    """A stream of the given bytes, a few at a time."""
 
     def __init__(self, data):
         self.name, self.data = "bytes", data
@@ -134,7 +134,7 @@ class Bytes:
         return piece, 1.0
 
 
-def test_first_sensor_heard_is_read_where_none_is_named():
+def test_the_first_sensor_received_is_read_by_default():
     data = b"".join(s.data for s in transmissions(SimulatedReceiver(seconds=0.1, sender="81000007")))
     source = TweliteSource(Bytes(data), name="x")
     drained(source)
@@ -142,15 +142,15 @@ def test_first_sensor_heard_is_read_where_none_is_named():
     assert source.facts()["sender"] == "81000007"
 
 
-def test_clipping_is_where_the_scaled_samples_end():
-    """4095 steps are all that the sensor has, whatever a step is taken for."""
+def test_full_scale_follows_the_scale():
+    """The sensor has 4095 steps, whatever their scale."""
     for scale in (1.0, TRUE_STEP, 0.9):
         largest = 4095 * 4e-3 * 9.80665 * scale
         full_scale = TweliteSource(Bytes([]), name="x", scale=scale).full_scale
         assert 0.95 * largest < full_scale <= 1.001 * largest
 
 
-def test_scale_of_the_data_sheet_is_applied_when_asked_for():
+def test_the_scale_of_the_data_sheet_can_be_chosen():
     data = b"".join(s.data for s in transmissions(SimulatedReceiver(seconds=0.1)))
     plain = np.concatenate([b.samples for b in drained(TweliteSource(Bytes(data), name="x"))], axis=1)
     scaled = drained(TweliteSource(Bytes(data), name="x", scale=TRUE_STEP))
@@ -167,17 +167,17 @@ def test_summaries_have_axes_of_their_own():
 
 
 @pytest.mark.parametrize(("text", "number"), [("1013C85", "81013C85"), ("81013c85", "81013C85")])
-def test_serial_numbers_are_taken_as_printed_and_as_sent(text, number):
+def test_serial_numbers_are_accepted_as_printed_and_as_sent(text, number):
     assert serial_number(text) == number
 
 
 @pytest.mark.parametrize("text", ["", "13C85", "91013C85", "hello"])
-def test_what_is_no_serial_number_is_refused(text):
+def test_an_invalid_serial_number_is_refused(text):
     with pytest.raises(ParameterError, match="7 hex digits"):
         serial_number(text)
 
 
-def test_a_port_that_is_not_there_is_told_in_one_line():
+def test_a_missing_port_is_reported_in_one_line():
     with pytest.raises(DeviceError, match="/dev/tactogram-none") as caught, SerialPort("/dev/tactogram-none"):
         pass
     assert "\n" not in str(caught.value)
@@ -197,11 +197,11 @@ def test_a_port_may_be_a_url_of_pyserial():
         assert data in (b"1", b"12")
 
 
-def test_a_receiver_keeps_the_promise_of_a_source():
+def test_a_receiver_is_a_source():
     assert isinstance(open_source("simulated:twelite"), Source)
 
 
-def test_nothing_that_comes_is_none_in_time():
+def test_a_read_without_data_returns_none_in_time():
     with open_source("simulated:twelite?loss=0.999999") as source:
         assert source.read(0.05) is None
 

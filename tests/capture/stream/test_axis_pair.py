@@ -1,4 +1,4 @@
-"""Two axes of a source from a moment on; what waited before is not in it."""
+"""Two axes of a source from a given moment, without samples that waited before."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tactogram.errors import DeviceError, ParameterError
 
 
 class Numbered:
-    """A source whose samples are their own places, in blocks of ``step``; ``waiting`` came before anybody asked."""
+    """A source whose samples are their own places, in blocks of ``step``; ``waiting`` arrived before the first read."""
 
     name, unit = "numbered", "V"
 
@@ -27,7 +27,7 @@ class Numbered:
         return Block(np.stack([at, -at, 0 * at]), int(at[0]), 0.0)
 
 
-def test_what_waited_and_what_settles_is_left_out():
+def test_waiting_and_settling_samples_are_left_out():
     source = Numbered(waiting=500)
     v, i = PairRecorder(source).take(0.02, after_s=0.03)
     np.testing.assert_array_equal(v, np.arange(530, 550))
@@ -37,7 +37,7 @@ def test_what_waited_and_what_settles_is_left_out():
     assert len(again) == 5
 
 
-def test_a_source_that_says_nothing_ends_it():
+def test_a_silent_source_ends_the_recording():
     now = iter(np.arange(0, 100, 0.5))
     with pytest.raises(DeviceError, match="no samples for 2 s"):
         PairRecorder(Numbered(ends=0), clock=lambda: next(now)).take(0.1, after_s=0.0)
@@ -52,6 +52,6 @@ def test_a_source_that_says_nothing_ends_it():
         (Numbered(rate=None), None, "at a known rate"),
     ],
 )
-def test_what_is_no_pair_is_refused(source, axes, says):
+def test_invalid_pairs_of_axes_are_refused(source, axes, says):
     with pytest.raises(ParameterError, match=says):
         PairRecorder(source, axes)

@@ -1,4 +1,4 @@
-"""From samples with gaps to signals without."""
+"""Signals without gaps from samples with gaps."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def with_gaps(*holes, n=100):
     return x
 
 
-def test_pieces_hold_what_was_measured_and_where():
+def test_segments_contain_the_measured_samples_and_their_positions():
     x = with_gaps((20, 30), (50, 51))
     pieces = gap_free(x, 100.0, "m/s^2", ("x", "y", "z"))
 
@@ -26,7 +26,7 @@ def test_pieces_hold_what_was_measured_and_where():
     assert pieces[1].signal.rate == 100.0
 
 
-def test_short_pieces_are_left_out_when_asked():
+def test_short_segments_can_be_left_out():
     pieces = gap_free(with_gaps((20, 30), (33, 40)), 100.0, "1", ("x", "y", "z"), least_s=0.1)
 
     assert [p.first_index for p in pieces] == [0, 40]
@@ -61,7 +61,7 @@ def test_a_gap_longer_than_allowed_is_refused():
         filled(with_gaps((20, 40)), 100.0, "m/s^2", how="linear")
 
 
-def test_nothing_and_no_way_to_fill_are_refused():
+def test_missing_samples_and_unknown_fillings_are_refused():
     with pytest.raises(DataError, match="all samples are missing"):
         filled(with_gaps((0, 100)), 100.0, "m/s^2", how="linear")
     with pytest.raises(ParameterError, match="'linear' or 'hold', got 'spline'"):
@@ -69,7 +69,7 @@ def test_nothing_and_no_way_to_fill_are_refused():
 
 
 @given(st.lists(st.booleans(), min_size=1, max_size=80))
-def test_pieces_and_gaps_make_up_the_whole(came):
+def test_segments_and_gaps_make_up_the_whole(came):
     x = np.where(came, np.float32(1), np.float32(np.nan))[None]
     held = [(p.first_index, p.first_index + len(p.signal)) for p in gap_free(x, 1.0, "1")]
     covered = sorted(held + gaps(x))

@@ -6,7 +6,7 @@ from tactogram.capture.session.feed import Feed
 from tactogram.capture.stream.monitor import TappedSource
 
 
-def test_each_block_is_handed_on_and_the_source_stays_what_it_is():
+def test_each_block_is_passed_on_and_the_source_keeps_its_attributes():
     heard = []
     with TappedSource(
         open_source("simulated:twelite?rate=330&seconds=2"),
@@ -20,7 +20,7 @@ def test_each_block_is_handed_on_and_the_source_stays_what_it_is():
     assert all(np.array_equal(a.samples, b.samples, equal_nan=True) for a, b in zip(read, came, strict=True))
 
 
-def test_what_it_raises_ends_the_reading():
+def test_an_exception_of_the_listener_ends_the_reading():
     def hears(source, block):
         raise KeyboardInterrupt
 

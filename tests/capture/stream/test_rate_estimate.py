@@ -1,4 +1,4 @@
-"""The rate of a sensor from places and times of arrival."""
+"""The rate of a sensor from sample positions and arrival times."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_rate_of_a_minute_is_within_its_stated_accuracy():
     assert found.late_s == pytest.approx(0.005, rel=0.5)
 
 
-def test_interval_holds_the_true_rate_as_often_as_stated():
+def test_the_interval_contains_the_true_rate_as_often_as_stated():
     rates = np.random.default_rng(0).uniform(100, 800, 100)
     found = [
         estimate_rate(*arrivals(rate, 20, late_s=0.003, seed=seed, loss=0.02))
@@ -41,7 +41,7 @@ def test_a_burst_of_late_arrivals_does_not_move_it():
     assert estimate_rate(places, times).hz == pytest.approx(330, rel=1e-3)
 
 
-def test_too_little_is_no_rate():
+def test_too_few_arrivals_give_no_rate():
     places, times = arrivals(330.0, 1, late_s=0.0, seed=0)
 
     assert estimate_rate(places[:4], times[:4]) is None
@@ -49,7 +49,7 @@ def test_too_little_is_no_rate():
     assert estimate_rate(places, np.zeros(len(places))) is None
 
 
-def test_arrivals_that_are_not_known_are_left_out():
+def test_unknown_arrivals_are_left_out():
     places, times = arrivals(330.0, 10, late_s=0.001, seed=3)
     times[::3] = np.nan
 

@@ -1,4 +1,4 @@
-"""Logs: ours lose nothing, others' are understood, and offline is live."""
+"""Logs: our own lose nothing, others are parsed, and both give the samples seen live."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_escaping_keeps_every_byte_on_one_line(data):
 
 
 @pytest.mark.parametrize("form", ["hex", "binary", "semicolon"])
-def test_log_read_offline_gives_what_was_seen_live(tmp_path, form):
+def test_a_log_read_offline_gives_the_samples_seen_live(tmp_path, form):
     path = tmp_path / "take.log"
     address = f"simulated:twelite?seconds=0.6&loss=0.1&corrupt=0.0005&seed=5&form={form}&log={path}"
     live, live_facts = drained(open_source(address))
@@ -84,7 +84,7 @@ def test_written_log_has_the_losses_that_were_simulated(tmp_path):
     ],
     ids=["seconds", "brackets", "tab", "clock over midnight", "date", "date and arrow"],
 )
-def test_times_in_front_of_lines_are_understood(tmp_path, stamp):
+def test_times_in_front_of_lines_are_parsed(tmp_path, stamp):
     [found] = read_log(text_log(tmp_path / "other.txt", stamp))
 
     assert found.rate.hz == pytest.approx(330, rel=3e-3)
@@ -115,7 +115,7 @@ def test_utf_16_text_of_a_shell_is_read(tmp_path):
     assert read_log(path)[0].facts["samples"] > 900
 
 
-def test_two_sensors_on_one_receiver_are_told_apart(tmp_path):
+def test_two_sensors_on_one_receiver_are_separated(tmp_path):
     one = SimulatedReceiver(seconds=1, seed=1, sender="81000001")
     two = SimulatedReceiver(seconds=1, seed=2, sender="81000002", loss=0.2)
     both = sorted([*transmissions(one), *transmissions(two)], key=lambda s: s.time_s)
@@ -182,7 +182,7 @@ def test_a_file_without_samples_is_refused_in_one_line(tmp_path, content):
     assert "\n" not in str(caught.value)
 
 
-def test_no_file_and_a_log_that_is_there_are_refused(tmp_path):
+def test_a_missing_file_and_an_existing_log_are_refused(tmp_path):
     with pytest.raises(DataError, match="cannot be read"):
         read_log(tmp_path / "none.log")
     with pytest.raises(DataError, match="cannot be read"):
@@ -193,7 +193,7 @@ def test_no_file_and_a_log_that_is_there_are_refused(tmp_path):
 
 
 @given(st.binary(max_size=2000))
-def test_any_bytes_as_a_log_give_no_sample_and_no_crash(tmp_path_factory, data):
+def test_arbitrary_bytes_as_a_log_give_no_sample_and_no_crash(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("fuzz") / "x.log"
     path.write_bytes(data)
     with pytest.raises(DataError):

@@ -1,4 +1,4 @@
-"""TWE-Lite receivers: every form to its expected values, split and damaged in any way."""
+"""TWE-Lite receivers: every form gives its expected values, split and damaged in any way."""
 
 import math
 from collections import Counter
@@ -39,12 +39,12 @@ def parsed(data, **receiver):
 
 
 def simulated(form="hex", mode="fifo", **settings):
-    """Return what a simulated receiver was to print, packet by packet."""
+    """Return the packets that a simulated receiver prints."""
     settings = {"seconds": 0.5, "seed": 1} | settings
     return list(transmissions(SimulatedReceiver(form=form, mode=mode, **settings)))
 
 
-def test_published_line_of_an_accelerometer_is_read_to_its_published_values():
+def test_a_published_line_of_an_accelerometer_has_its_published_values():
     hexes, _ = published()
     [packet], parser = parsed(f"{hexes['adxl_normal']}\r\n".encode())
 
@@ -57,7 +57,7 @@ def test_published_line_of_an_accelerometer_is_read_to_its_published_values():
 
 
 @pytest.mark.parametrize("name", ["analog", "switch", "app_twelite_0x81"])
-def test_published_lines_of_other_sensors_are_known_and_give_no_sample(name):
+def test_published_lines_of_other_sensors_give_no_sample(name):
     packets, parser = parsed(f"{published()[0][name]}\r\n".encode())
 
     assert packets == []
@@ -79,7 +79,7 @@ def test_published_block_of_ten_samples_is_read_in_mg():
     assert not parser.rejected
 
 
-def test_comma_form_says_what_the_semicolon_form_says():
+def test_the_comma_form_equals_the_semicolon_form():
     _, lines = published()
     first, *rest = lines
     cells = first.split(";")
@@ -118,7 +118,7 @@ def test_semicolon_slip_of_the_firmware_is_accepted_and_its_correction_too(separ
 
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("mode", MODES)
-def test_every_form_and_mode_gives_what_was_measured(form, mode):
+def test_every_form_and_mode_gives_the_measured_samples(form, mode):
     sent = simulated(form, mode, first_sequence=65530)
     packets, parser = parsed(b"".join(s.data for s in sent))
 
@@ -133,7 +133,7 @@ def test_every_form_and_mode_gives_what_was_measured(form, mode):
     assert parser.bytes_rejected == 0
 
 
-def test_summary_of_many_samples_stands_per_axis_as_least_mean_and_largest():
+def test_a_summary_gives_minimum_mean_and_maximum_per_axis():
     [first, *_] = simulated("hex", "summary", seconds=1)
     least, mean, largest = (first.samples[SUMMARY_AXES.index(f"z_{what}")] for what in ("min", "mean", "max"))
 
@@ -169,7 +169,7 @@ def test_damaged_hex_frame_is_refused_and_counted(damage, why):
     assert parser.bytes_rejected == len(damage(line))
 
 
-def test_unknown_mode_is_refused_by_its_number_and_not_taken_for_10_mg():
+def test_an_unknown_mode_is_refused_by_its_number():
     payload = bytes.fromhex("8000000063001781013C850035DF057702F2000000FF96FFF0")
     payload = payload[: 19 - 1] + b"\x7f" + payload[19:]
     body = payload + bytes([checksum(payload)])
@@ -179,7 +179,7 @@ def test_unknown_mode_is_refused_by_its_number_and_not_taken_for_10_mg():
     assert parser.rejected == Counter({"mode 0x7F": 1})
 
 
-def test_samples_behind_a_broken_line_of_ten_are_nan_and_not_moved_up():
+def test_samples_after_a_damaged_line_of_ten_are_nan_and_not_shifted():
     lines = published()[1]
     lines[3] = lines[3].replace("0064", "0x64")
     [packet], parser = parsed("".join(f"{line}\r\n" for line in lines).encode())
@@ -201,7 +201,7 @@ def test_ten_samples_cut_short_in_the_standard_form_are_refused_as_a_whole():
     assert parser.rejected == Counter({"samples missing": 1})
 
 
-def test_first_of_ten_samples_alone_is_not_taken_for_a_single_one_in_another_unit():
+def test_the_first_of_ten_samples_alone_is_not_a_single_sample():
     [sent, *_] = simulated("standard")
     packets, parser = parsed(sent.data.split(b":x=")[0] + b":x=" + sent.data.split(b":x=")[1] + b"\r\n")
 
@@ -209,7 +209,7 @@ def test_first_of_ten_samples_alone_is_not_taken_for_a_single_one_in_another_uni
     assert parser.rejected == Counter({"samples missing": 1})
 
 
-def test_a_whole_frame_behind_half_of_another_is_kept():
+def test_a_whole_frame_after_half_of_another_is_kept():
     sent = simulated()
     packets, parser = parsed(sent[0].data[:60] + sent[1].data)
 
@@ -218,7 +218,7 @@ def test_a_whole_frame_behind_half_of_another_is_kept():
     assert parser.bytes_rejected == 60
 
 
-def test_a_line_without_an_end_is_given_up_once_and_the_next_one_read():
+def test_a_line_without_an_end_is_rejected_once_and_the_next_one_read():
     sent = simulated()
     packets, parser = parsed(b"8" * (3 * LONGEST_LINE) + b"\r\n" + sent[0].data)
 
@@ -227,7 +227,7 @@ def test_a_line_without_an_end_is_given_up_once_and_the_next_one_read():
     assert parser.bytes_rejected == 3 * LONGEST_LINE + 2
 
 
-def test_binary_frame_that_holds_its_own_mark_is_read():
+def test_a_binary_frame_that_contains_its_own_mark_is_read():
     receiver = SimulatedReceiver(form="binary", sender="8A55AA5A", seconds=0.1)
     sent = list(transmissions(receiver))
     packets, parser = parsed(b"".join(s.data for s in sent))
@@ -267,7 +267,7 @@ def test_short_payload_is_refused(payload):
 
 @settings(max_examples=50)
 @given(st.sampled_from(FORMS), st.sampled_from(MODES), st.lists(st.integers(0, 2500), max_size=12), st.data())
-def test_how_bytes_are_cut_does_not_matter(form, mode, cuts, data):
+def test_pieces_of_bytes_do_not_matter(form, mode, cuts, data):
     stream = b"".join(
         s.data for s in simulated(form, mode, seconds=0.16, corrupt=0.002, seed=data.draw(st.integers(0, 50)))
     )
@@ -286,7 +286,7 @@ def test_how_bytes_are_cut_does_not_matter(form, mode, cuts, data):
 
 
 @given(st.binary(max_size=4000), st.integers(1, 300))
-def test_random_bytes_never_crash_it_never_make_a_sample_and_all_are_counted(noise, step):
+def test_random_bytes_never_crash_never_give_a_sample_and_are_all_counted(noise, step):
     parser, packets = TweliteParser(), []
     for start in range(0, len(noise), step):
         packets += parser.feed(noise[start : start + step])
@@ -307,7 +307,7 @@ _PIECES = st.one_of(
 
 @settings(max_examples=50)
 @given(st.sampled_from(("hex", "binary")), st.lists(_PIECES, max_size=8), st.randoms(use_true_random=False))
-def test_a_checked_form_between_rubbish_gives_only_what_was_sent(form, rubbish, random):
+def test_a_form_with_a_checksum_between_random_bytes_gives_only_sent_packets(form, rubbish, random):
     sent = {s.sequence: s for s in simulated(form, seconds=0.2)}
     parts = [s.data for s in sent.values()]
     for piece in rubbish:
@@ -321,7 +321,7 @@ def test_a_checked_form_between_rubbish_gives_only_what_was_sent(form, rubbish, 
 
 @settings(max_examples=50)
 @given(st.sampled_from(FORMS), st.integers(0, 10**6))
-def test_truncated_and_interleaved_frames_are_counted_and_make_nothing_up(form, seed):
+def test_truncated_and_interleaved_frames_are_counted_and_give_no_false_packet(form, seed):
     rng = np.random.default_rng(seed)
     two = [
         simulated(form, seconds=0.3, sender=sender, seed=s)

@@ -1,4 +1,4 @@
-"""Packets on the line of a sensor: losses in their place, nothing made up."""
+"""Packets on the timeline of a sensor: losses in their place, and no false samples."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from tactogram.capture.twelite.sequence import LONGEST_GAP, MOST_LOST, Timeline
 
 
 def packet(sequence, arrival=float("nan"), *, mode="fifo", value=None):
-    """Return a packet whose samples all say which one it is."""
+    """Return a packet whose samples all equal its number."""
     samples = np.full((3, 10), sequence if value is None else value, np.float32)
     return Packet("81000001", sequence % 65536, mode, samples, "hex", arrival)
 
@@ -36,14 +36,14 @@ def test_lost_packets_are_nan_in_their_place():
     assert (line.received, line.lost, line.lost_packets, line.restarts) == (40, 20, 2, 0)
 
 
-def test_numbers_that_begin_again_are_no_gap():
+def test_wrapped_numbers_are_no_gap():
     samples, line = line_of([packet(n) for n in range(65530, 65546)])
 
     assert np.isfinite(samples).all()
     assert line.lost_packets == 0
 
 
-def test_loss_across_the_turn_of_the_numbers_is_counted():
+def test_a_loss_across_the_wrap_of_the_numbers_is_counted():
     samples, line = line_of([packet(n) for n in (65534, 65535, 65539)])
 
     assert line.lost_packets == 3
@@ -57,7 +57,7 @@ def test_packets_of_two_relays_are_used_once_and_late_ones_not():
     assert dict(line.dropped) == {"duplicate": 2, "late": 1}
 
 
-def test_one_number_that_fits_nowhere_does_not_move_the_line():
+def test_one_stray_number_does_not_move_the_timeline():
     samples, line = line_of([packet(n) for n in (1, 2, 30000, 3, 4)])
 
     assert np.isfinite(samples).all()
@@ -65,7 +65,7 @@ def test_one_number_that_fits_nowhere_does_not_move_the_line():
     assert dict(line.dropped) == {"stray": 1}
 
 
-def test_a_long_silence_is_as_many_losses_as_its_numbers_say():
+def test_a_long_silence_has_as_many_losses_as_its_numbers_skip():
     before = [packet(n, n / 33) for n in range(100)]
     after = [packet(n, n / 33) for n in range(2100, 2110)]
     _, line = line_of(before + after)
@@ -73,7 +73,7 @@ def test_a_long_silence_is_as_many_losses_as_its_numbers_say():
     assert (line.lost_packets, line.restarts) == (2000, 0)
 
 
-def test_a_sensor_that_is_switched_on_again_leaves_a_gap_as_long_as_it_took():
+def test_a_restarted_sensor_leaves_a_gap_as_long_as_the_silence():
     before = [packet(n, n / 33) for n in range(1000, 1100)]
     after = [packet(n, 1100 / 33 + 5 + n / 33) for n in range(50)]
     samples, line = line_of(before + after)
@@ -90,14 +90,14 @@ def test_a_restart_in_a_log_without_times_is_one_packet_long():
     assert (line.restarts, line.lost) == (1, 10)
 
 
-def test_a_restart_just_behind_is_believed_once_five_packets_follow_each_other():
+def test_a_restart_at_lower_numbers_is_confirmed_by_five_packets():
     samples, line = line_of([packet(n) for n in [*range(50), *range(20)]])
 
     assert line.restarts == 1
     assert np.isfinite(samples).all(axis=0).sum() == 700
 
 
-def test_a_clock_that_leaps_does_not_fill_the_memory():
+def test_a_jump_of_the_clock_does_not_fill_the_memory():
     before = [packet(n, n / 33) for n in range(100)]
     after = [packet(n, 1e9 + n / 33) for n in range(50000, 50010)]
     samples, _ = line_of(before + after)
@@ -137,7 +137,7 @@ def test_any_order_of_numbers_gives_each_packet_at_most_once_in_order(numbers):
 
 
 @given(st.lists(st.integers(1, MOST_LOST), min_size=1, max_size=30))
-def test_what_is_lost_and_what_came_make_up_what_was_sent(steps):
+def test_lost_and_received_samples_make_up_the_sent_ones(steps):
     numbers = [7, *(7 + np.cumsum(steps)).tolist()]
     samples, line = line_of([packet(n) for n in numbers])
 
