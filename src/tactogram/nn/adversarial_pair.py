@@ -15,7 +15,7 @@ from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.nn.photo_translation import row_statistics_distance
 
 EVALUATED = 256
-"""Most pairs of the validation part that weights are chosen by."""
+"""Maximum number of validation pairs used to choose weights."""
 
 
 class AdversarialPair:
@@ -46,7 +46,7 @@ class AdversarialPair:
         self.chosen_by = "row_statistics"
         self.distance: Callable[[Tensor, Tensor], Tensor] = row_statistics_distance
         self.chosen = "last step"
-        """Distance that the weights were chosen by; ``chosen_by`` names the current ``distance``."""
+        """Distance by which the stored weights were chosen; ``chosen_by`` names the current ``distance``."""
         self.best, self.best_weights = float("inf"), dict[str, Tensor]()
 
     def setup(self, fabric: Any) -> None:
