@@ -329,9 +329,11 @@ class _RunView:
 
     async def _ask_delete(self) -> None:
         text = f"Delete {self.name} with its weights, samples and report? This cannot be undone."
+        client = ui.context.client
         if await confirm(text, "Delete run"):
             await in_background(self._delete)
-            ui.navigate.to("/train")
+            with client:  # an update may have removed the button meanwhile, and its slot with it
+                ui.navigate.to("/train")
 
     def _delete(self) -> None:
         if self.folder.is_dir():
