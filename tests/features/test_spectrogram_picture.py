@@ -79,7 +79,7 @@ def test_resizing_comes_before_the_logarithm_as_in_the_paper():
 def test_a_picture_is_recovered_from_its_amplitudes(picture):
     z = picture.crop(noise(48_000, 3), 5)
     error = (picture.picture(picture.decode(z)) - z).abs()
-    # A few amplitudes of the least-norm inverse are below 0 and come back as 0.
+    # A few amplitudes of the least-norm inverse are below 0 and become 0.
     assert error.mean() < 1e-5
     assert error.quantile(0.9999) < 1e-6
 
@@ -165,7 +165,7 @@ def test_the_seed_decides_and_a_batch_is_item_by_item():
 def test_another_size_of_picture_from_the_published_transform():
     coarse = SpectrogramPicture(rate=10_000.0, floor_db=-100.0, ceiling_db=20.0, rows=64, columns=64)
     a = torch.full((257, 256), 0.5, dtype=torch.float64)
-    torch.testing.assert_close(coarse.decode(coarse.picture(a)), a)  # what is no finer than a row comes back
+    torch.testing.assert_close(coarse.decode(coarse.picture(a)), a)  # detail no finer than a row is recovered
     z = coarse.crop(noise(48_000), 0)
     assert z.shape == (1, 64, 64)
     assert (coarse.picture(coarse.decode(z)) - z).abs().mean() < 1e-4
@@ -202,7 +202,7 @@ def test_bad_input_is_one_line():
 
 
 def test_noise_of_a_picture_has_the_recordings_spectrum_and_level():
-    # Noise of a falling spectrum: what comes back is other noise of that spectrum.
+    # Noise of a falling spectrum is recovered as other noise of that spectrum.
     taps = np.array([1.0, 0.6, 0.2])
     samples = torch.from_numpy(np.convolve(noise(40 * SMALL.length).numpy(), taps, "same").copy())
     cut = samples.reshape(40, -1)

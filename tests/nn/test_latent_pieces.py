@@ -11,7 +11,7 @@ PIECE, OVERLAP = 400, 50
 
 
 def noises(asked):
-    """Give pieces of noise, each by its number, and note what was asked for."""
+    """Return pieces of noise, each by its number, and record the requests."""
 
     def make(first, count):
         asked.append((first, count))

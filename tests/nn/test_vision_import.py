@@ -49,7 +49,7 @@ def test_operators_that_do_not_load_are_declared_and_the_import_tried_again(monk
         assert "torchvision.half" not in sys.modules
         return whole
 
-    # The modules that are there are put back afterwards.
+    # Loaded modules are restored afterwards.
     for name in [name for name in sys.modules if name.partition(".")[0] == "torchvision"]:
         monkeypatch.setitem(sys.modules, name, sys.modules[name])
     monkeypatch.setattr(vision_import, "_import", importing)

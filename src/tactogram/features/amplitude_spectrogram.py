@@ -17,7 +17,7 @@ from tactogram.errors import ParameterError
 from tactogram.features.stft import STFT, Window, check_precision, overlap_add
 
 MOMENTUM = 0.99
-"""Of the fast Griffin-Lim algorithm (Perraudin et al. 2013), as `librosa.griffinlim` has it by default."""
+"""Momentum of the fast Griffin-Lim algorithm (Perraudin et al. 2013); default of `librosa.griffinlim`."""
 
 
 @dataclass(frozen=True, kw_only=True)

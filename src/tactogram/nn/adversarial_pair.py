@@ -83,13 +83,13 @@ class AdversarialPair:
         self.optimisers[which].step()
 
     def fixed_discriminator(self) -> AbstractContextManager[None]:
-        """Omit the gradients of the discriminator's weights, which the generator's loss does not need."""
+        """Skip the gradients of the discriminator's weights, which the generator's loss does not need."""
         return fixed(self.discriminator)
 
     # -- choice of weights ---------------------------------------------------------------------------------
 
     def validation_distance(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs) -> float:
-        """Return the mean distance of the pictures that ``make`` makes of photographs from those of their pairs."""
+        """Return the mean distance of the pictures of ``make`` from the pictures paired with the photographs."""
         count = min(len(pairs), EVALUATED)
         places = torch.linspace(0, len(pairs) - 1, count).round().long().numpy()
         total = 0.0
@@ -100,7 +100,7 @@ class AdversarialPair:
         return total / count
 
     def choose(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs | None) -> dict[str, float]:
-        """Store the generator's weights if they are the best so far on ``pairs``; return the figure."""
+        """Store the generator's weights if they are the best so far on ``pairs``; return the distance by name."""
         if pairs is None:
             return {}
         figure = self.validation_distance(make, pairs)

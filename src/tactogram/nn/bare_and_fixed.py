@@ -16,7 +16,7 @@ def bare(network: Any) -> Any:
 
 @contextmanager
 def fixed(network: nn.Module) -> Iterator[None]:
-    """Omit the gradients of the weights of ``network`` while another one is updated.
+    """Skip the gradients of the weights of ``network`` while another one is updated.
 
     Afterwards all weights need gradients: not for networks with a frozen part (`tactogram.nn.trunks`).
     """

@@ -15,10 +15,10 @@ from tactogram.signal import Signal
 from tactogram.signal.joining import extend
 
 AT_ONCE = 8
-"""Most pieces that are generated at once."""
+"""Maximum number of pieces per batch."""
 
 Make = Callable[[int, int], NDArray[np.float32]]
-"""From the number of the first piece, and their count, to float32 (piece, axis, time)."""
+"""Maps the number of the first piece and the count to pieces, float32 (piece, axis, time)."""
 
 
 def crossfaded_pieces(make: Make, kind: SignalKind, *, length: int, overlap: int) -> NDArray[np.float32]:
@@ -43,7 +43,7 @@ class _Pieces:
         self.first, self.made = 0, np.empty((0, 0, 0), np.float32)
 
     def __getitem__(self, number: int) -> NDArray[np.float32]:
-        """Return a piece, shape (axis, time), not before the last batch."""
+        """Return a piece, shape (axis, time); none before the last batch."""
         if number >= self.first + len(self.made):
             self.first += len(self.made)
             self.made = self.make(self.first, min(max(1, self.first), AT_ONCE))

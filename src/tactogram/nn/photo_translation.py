@@ -26,7 +26,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.joining import extend
 
 DistanceName = Literal["lpips", "row_statistics"]
-"""Distances of pictures that weights can be chosen by."""
+"""Distances of pictures by which weights can be chosen."""
 ROUND_DB = 5.0
 """Measured ceilings are rounded up to a multiple of this."""
 
@@ -84,7 +84,7 @@ class PairConfig(BaseModel):
 
 
 class PhotoTranslation:
-    """Training pairs, and the signals of generated pictures; ``seed`` decides crops and pairing, alike in all parts."""
+    """Training pairs, and signals of generated pictures; ``seed`` decides crops and pairing in all parts."""
 
     def __init__(self, config: PairConfig, kind: SignalKind, *, seed: int) -> None:
         if not kind.materials:
@@ -123,7 +123,7 @@ class PhotoTranslation:
 
     @property
     def crops(self) -> PhotoCrops:
-        """How photographs are cut and augmented."""
+        """Cropping and augmentation of photographs."""
         names = ("crop", "size", "per_photo", "per_recording", "repeats", "flips", "brightness", "contrast")
         return PhotoCrops(**{name: getattr(self.config, name) for name in names})
 
@@ -228,7 +228,7 @@ class PhotoTranslation:
         """Return the signal of the pictures that ``make`` makes of crops of ``condition["image"]``.
 
         A signal longer than a picture is made of several crops, crossfaded. ``seed`` decides the crops and the
-        recovered phase; the pictures follow from the crops, unless ``make`` draws noise.
+        recovered phase; the pictures depend on the crops alone, unless ``make`` draws noise.
 
         ``make`` maps photographs (1, 1, row, column) in -1 to 1 to pictures of that shape; ``seconds`` is by default
         the median of the training recordings.
@@ -247,7 +247,7 @@ class PhotoTranslation:
 
 @dataclass(frozen=True, eq=False)
 class _CachedPairs:
-    """Pairs, and the very sequence of examples that they were made of."""
+    """Pairs with the sequence of examples from which they were made."""
 
     examples: Sequence[Example]
     pairs: WeakPairs

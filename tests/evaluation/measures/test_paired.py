@@ -119,7 +119,7 @@ def test_an_inverted_signal_scores_0_and_nothing_is_complex():
     score = st_sim(one.with_samples(-one.samples), one)
     assert isinstance(score, float)
     assert score == 0
-    assert spqi(one.with_samples(-one.samples), one) == pytest.approx(1)  # blind to sign, as said
+    assert spqi(one.with_samples(-one.samples), one) == pytest.approx(1)  # blind to sign
 
 
 @given(st.integers(0, 50), st.floats(0.001, 10))

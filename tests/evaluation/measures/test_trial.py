@@ -1,4 +1,4 @@
-"""The measures themselves on trial: each must catch what it is for, and only that."""
+"""Sensitivity of the measures: each must detect its own kind of error, and only that."""
 
 from itertools import pairwise
 

@@ -17,7 +17,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.measures.accuracy import Accuracy, wilson
 
 CHUNK_DISTANCES = 2**23
-"""Most distances in memory at once (64 MiB)."""
+"""Maximum number of distances in memory at once (64 MiB)."""
 
 
 class Manifold(NamedTuple):

@@ -11,7 +11,7 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 
 CHUNK_SAMPLES = 2**21
-"""Most samples transformed at once, which bounds memory for any size of set."""
+"""Maximum number of samples transformed at once, which bounds memory for any size of set."""
 
 
 def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = None) -> list[Signal]:
