@@ -210,7 +210,7 @@ class LivePage:
                 for line in result_lines(runner.result):
                     ui.label(line)
             if runner.request is not None and (runner.request.plan or runner.request.run):
-                with ui.expansion("The same on the command line").classes("w-full"):
+                with ui.expansion("Equivalent command").classes("w-full"):
                     ui.label(self._relative(_command(runner.request))).classes("code")
 
     def _relative(self, text: str) -> str:

@@ -77,6 +77,6 @@ class SignalFields:
 
 def command_line(commands: list[str]) -> None:
     """Show the equivalent commands."""
-    with ui.expansion("The same on the command line").classes("w-full"):
+    with ui.expansion("Equivalent command").classes("w-full"):
         for command in commands:
             ui.label(command).classes("code")

@@ -27,7 +27,7 @@ STATE = "send"
 GROUPS = {
     "kept": ("Kept results", "Result", "No kept results yet: generate one on the page Make and keep it."),
     "file": ("Files: outputs of runs, uploads and others", "File", "No signal files in this workspace."),
-    "recording": ("Recordings", "Data set", "No data set in this workspace yet."),
+    "recording": ("Recordings", "Store", "No store in this workspace yet."),
 }
 """Title, label and text of an empty list, by kind of source."""
 MOST_BYTES = 256 * 2**20
