@@ -61,9 +61,9 @@ def test_without_device_or_driver_opening_is_one_clear_line(kind):
         ("audio:?channels=2&axes=left", "axes must be 2 different names"),
         ("lsl:", "must name a stream"),
         ("log:/dev/tactogram-none.log", "cannot be read"),
-        ("log:/dev/\0", "must not hold a null character, got 'log:/dev/"),
-        ("serial:/dev/x\0?baud=9600", "must not hold a null character"),
-        ("simulated:twelite?log=%00", "must not hold a null character"),
+        ("log:/dev/\0", "must not contain a null character, got 'log:/dev/"),
+        ("serial:/dev/x\0?baud=9600", "must not contain a null character"),
+        ("simulated:twelite?log=%00", "must not contain a null character"),
     ],
 )
 def test_an_invalid_address_is_refused_in_one_line(address, told):
