@@ -100,7 +100,7 @@ def test_the_report_shows_and_plays_it(figures, voice):
         "Summary",
         "Every material, every measure",
         "Comparison with the baselines",
-        "All figures",
+        "All values",
     ):
         assert f">{heading}</h2>" in page
     assert page.count("<audio") == 4 * 4
