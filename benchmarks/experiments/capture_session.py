@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.experiments.live_figure import live_figure
 from tactogram.capture import read_log
-from tactogram.capture.live.figures import live_figure
 from tactogram.capture.live.recognition import WindowClassification
 from tactogram.capture.session.take import restored
 from tactogram.datasets import create_store, open_store

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tactogram.capture.live.figures import live_figure
+from benchmarks.experiments.live_figure import live_figure
 from tactogram.capture.live.recognition import Classification, WindowClassification
 from tactogram.errors import ParameterError
 
