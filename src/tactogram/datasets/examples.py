@@ -34,6 +34,9 @@ from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.atomic import atomic_write
 
+# np.load parses a header as Python, which can fail in two threads at once before Python 3.11.9 (python/cpython#106905).
+_READING_HEADERS = Lock()
+
 
 class Examples(Sequence[Example]):
     """Segments of recordings, prepared on first use.
@@ -159,7 +162,8 @@ class Examples(Sequence[Example]):
             _replace(self._cache / f"{name}.json", json.dumps(kind).encode())
             _replace(self._cache / f"{name}.npy", signal.samples)
         kind = json.loads((self._cache / f"{name}.json").read_bytes())
-        mapped = np.load(self._cache / f"{name}.npy", mmap_mode="r", allow_pickle=False)
+        with _READING_HEADERS:
+            mapped = np.load(self._cache / f"{name}.npy", mmap_mode="r", allow_pickle=False)
         return Signal(mapped, kind["rate"], kind["unit"], tuple(kind["axes"]), kind["domain"])
 
 
