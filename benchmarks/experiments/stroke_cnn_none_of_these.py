@@ -47,6 +47,7 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback) -> dict[str, A
     text = "\n".join(f"{name:18}{v['mean']:.3f} ± {v['sd']:.3f}" for name, v in figures.items())
     return {
         "simulated": store.simulated,
+        "data": store.name,
         "data_sha256": store.sha256,
         "turns": rows,
         **figures,

@@ -69,6 +69,7 @@ def test_a_usage_error_exits_2(arguments, capsys):
         (["crossval", "stroke_cnn", "--data", "STORE", "--folds", "1"], "--folds must be at least 2"),
         (["classify", "RUN", "nowhere.wav"], "nowhere.wav"),
         (["reproduce", "nothing"], "experiment must be one of"),
+        (["reproduce", "tactile_image_cgan_figure4", "--data", "x"], "takes no --data; its options: images"),
     ],
 )
 def test_what_is_wrong_is_one_line(arguments, message, store, run, capsys, tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, text_of
@@ -12,6 +13,9 @@ from tactogram.workflows.request import Argument, Option, Request
 @dataclass(frozen=True)
 class _ReproduceRequest(Request):
     name: Annotated[str | None, Argument(metavar="EXPERIMENT")] = None
+    data: Annotated[
+        str, Option("store to run it on (default: simulated data of the published layout)", "DIR")
+    ] = ""
     recipe: Annotated[str, Option("bench (hours at most on 2 cores) or paper")] = "bench"
     options: Annotated[
         Mapping[str, Any] | None,
@@ -44,10 +48,23 @@ def _reproduce(request: _ReproduceRequest, show: Printer) -> None:
 
 
 def _experiments(show: Printer) -> None:
-    from tactogram.experiments.catalogue import experiments
+    from tactogram.experiments.catalogue import data_text, experiments, header_of, result_files
 
-    found = experiments()
-    show(found, columns(list(found.items())))
+    listed: dict[str, Any] = {}
+    rows = [("experiment", "finished", "recipe", "data", "result", "title")]
+    for name, title in experiments().items():
+        files = result_files(name)
+        headers = {_short(file): header_of(file) for file in files}
+        listed[name] = {"title": title, "results": headers}
+        for file, header in headers.items() or [("not run", {})]:
+            finished = str(header.get("finished", "-"))[:10]
+            rows.append((name, finished, header.get("recipe", "-"), data_text(header) or "-", file, title))
+    show(listed, columns(rows))
+
+
+def _short(file: Path) -> str:
+    """Return the path of a file, relative to the current folder if it is inside."""
+    return str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file)
 
 
 def _table(request: _TableRequest, show: Printer) -> None:

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import ast
 from pathlib import Path
+from typing import Any
+
+from tactogram.text_files import read_json
 
 PUBLISHED = Path(__file__).parent
 """Folder of the experiments behind published tables and figures."""
+BENCHMARKS = Path(__file__).parents[3] / "benchmarks"
+"""Our own experiments and committed results, next to the source; missing from an installed package."""
 
 
 def experiments(folder: Path = PUBLISHED) -> dict[str, str]:
@@ -17,3 +22,29 @@ def experiments(folder: Path = PUBLISHED) -> dict[str, str]:
         if any(isinstance(node, ast.FunctionDef) and node.name == "run" for node in module.body):
             found[file.stem] = (ast.get_docstring(module) or "").split("\n", 1)[0]
     return found
+
+
+def result_files(name: str, runs: Path = Path("runs")) -> tuple[Path, ...]:
+    """Return the results of an experiment: the committed one, and that in the folder ``runs``, if they exist."""
+    files = (BENCHMARKS / "reproduced" / f"{name}.json", runs / name / "result.json")
+    return tuple(file for file in files if file.is_file())
+
+
+def header_of(file: Path) -> dict[str, Any]:
+    """Return the header that `reproduce` wrote into a result, empty if there is none.
+
+    Raises
+    ------
+    DataError
+        If the file is not JSON.
+    """
+    values = read_json(file)
+    return dict(values.get("header") or {}) if isinstance(values, dict) else {}
+
+
+def data_text(header: dict[str, Any]) -> str:
+    """Return the names of the data in a header, simulated data marked as such; "" where it states none."""
+    return ", ".join(
+        one["name"] + " (simulated)" * (one["simulated"] and "simulated" not in one["name"])
+        for one in header.get("data", ())
+    )

@@ -5,7 +5,9 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from importlib import import_module
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from tactogram.workflows.progress import ProgressCallback, silent
 def reproduce(
     name: str,
     *,
+    data: str = "",
     recipe: str = "bench",
     out: Path | str | None = None,
     options: Mapping[str, Any] | None = None,
@@ -31,6 +34,8 @@ def reproduce(
     ----------
     name : str
         One of `experiments`.
+    data : str
+        Store to run it on, its option ``data``; default: usually simulated data of the published layout.
     recipe : {"bench", "paper"}
         ``bench`` is sized for two cores, ``paper`` is the published size.
     out : path, optional
@@ -43,7 +48,9 @@ def reproduce(
     Returns
     -------
     dict
-        The experiment's figures, and ``text``: its table, with published figures beside ours.
+        The experiment's figures; ``text``: its table, with published figures beside ours; and ``header``:
+        ``experiment``, ``recipe``, ``options`` (those given), ``data`` (of each store ``name``, ``sha256`` and
+        ``simulated``), ``finished`` (UTC) and ``version``.
 
     Raises
     ------
@@ -57,6 +64,10 @@ def reproduce(
         raise ParameterError(f"recipe must be bench or paper, got {recipe!r}")
     run = import_module(f"{package}.{name}").run
     available = [p.name for p in inspect.signature(run).parameters.values() if p.default is not p.empty]
+    if data and "data" not in available:
+        raise ParameterError(
+            f"{name} takes no `data`; its options: {', '.join(available) or 'none'}, got {data!r}"
+        )
     for key in options or {}:
         if key not in available:
             raise ParameterError(
@@ -65,6 +76,31 @@ def reproduce(
     folder = Path(out) if out else Path("runs") / name
     check_writable(folder, folder=True)
     folder.mkdir(parents=True, exist_ok=True)
-    result: dict[str, Any] = run(folder, paper=recipe == "paper", progress=progress, **(options or {}))
+    given = dict(options or {}) | ({"data": data} if data else {})
+    result: dict[str, Any] = run(folder, paper=recipe == "paper", progress=progress, **given)
+    header = {
+        "experiment": name,
+        "recipe": recipe,
+        "options": {key: value for key, value in given.items() if key != "data"},
+        "data": _data_of(result),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        "version": version("tactogram"),
+    }
+    result = {"header": header, **result}
     write_text(folder / "result.json", json.dumps(result, indent=1) + "\n")
     return result
+
+
+def _data_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return name, hash and origin of each store in a result (see `tactogram.experiments`)."""
+    stores = [
+        value
+        for value in result.values()
+        if isinstance(value, Mapping) and {"name", "sha256"} <= value.keys()
+    ]
+    if "data_sha256" in result:
+        stores.append({"name": result["data"], "sha256": result["data_sha256"]})
+    return [
+        {"name": one["name"], "sha256": one["sha256"], "simulated": one.get("simulated", result["simulated"])}
+        for one in stores
+    ]

@@ -49,6 +49,7 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback) -> dict[str, A
     return {
         "table": "II",
         "simulated": store.simulated,
+        "data": store.name,
         "data_sha256": store.sha256,
         "recipe": options["recipe"],
         "changes": options.get("changes", {}),

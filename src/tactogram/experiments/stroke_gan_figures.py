@@ -59,6 +59,7 @@ def run(
         "model": model,
         "recipe": recipe,
         "simulated": store.simulated,
+        "data": store.name,
         "data_sha256": store.sha256,
         "log_spectral_distance_db": rows,
         "text": _text(model, rows, files),

@@ -104,6 +104,7 @@ def run(
     return {
         "figures": "15-18",
         "simulated": store.simulated,
+        "data": store.name,
         "data_sha256": store.sha256,
         "recipe": recipe,
         "measured": settings,

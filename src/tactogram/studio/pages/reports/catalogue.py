@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import tactogram
 from tactogram.errors import DataError, ParameterError
-from tactogram.experiments.catalogue import PUBLISHED, experiments
+from tactogram.experiments.catalogue import BENCHMARKS, PUBLISHED, experiments, result_files
 from tactogram.studio.workspace.folder import RUN, SESSION, Workspace
 from tactogram.text_files import read_json
 
@@ -29,8 +28,6 @@ NUMBERS = ("evaluation.json", "crossval.json", "analysis.json", "result.json", "
 TEXTS = ("analysis.txt",)
 MOST_BYTES = 50_000_000
 MOST_LISTED = 400
-BENCHMARKS = Path(tactogram.__file__).parents[2] / "benchmarks"
-"""Our own experiments and committed results, next to the source; missing from an installed package."""
 COMMANDS = {PUBLISHED: "tactogram reproduce", BENCHMARKS / "experiments": "python -m benchmarks"}
 """Folders of experiments, and the command that runs one."""
 
@@ -227,9 +224,7 @@ def experiments_with_results(workspace: Workspace) -> list[ExperimentEntry]:
     entries = []
     for folder, command in COMMANDS.items():
         for name, title in experiments(folder).items():
-            committed = BENCHMARKS / "reproduced" / f"{name}.json"
-            own = workspace.folder / "runs" / name / "result.json"
-            results = tuple(path for path in (committed, own) if path.is_file())
+            results = result_files(name, workspace.folder / "runs")
             entries.append(ExperimentEntry(name, title, f"{command} {name}", results))
     return entries
 
