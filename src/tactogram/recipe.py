@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.filters import bandpass, dft321
+from tactogram.signal.filters import bandpass, dft321, principal_axis
 from tactogram.signal.resampling import resample
 from tactogram.text_files import parse_toml, read_toml
 from tactogram.validation import validated, with_changes
@@ -30,9 +30,9 @@ class Preparation(BaseModel):
     """Name of the stream; None is ``acceleration`` if there is one, else the first of the data set."""
     length: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     """Length from the beginning that is used, s, or mm over displacement: for takes that end at rest. None is all."""
-    axes: Annotated[tuple[str, ...], Field(min_length=1)] | Literal["all", "dft321", "mean"] = "all"
-    """Axes by name, all of them, three combined to one by DFT321, or the mean of all: for recordings of one and two
-    channels, as a player with one channel plays them."""
+    axes: Annotated[tuple[str, ...], Field(min_length=1)] | Literal["all", "dft321", "pca", "mean"] = "all"
+    """Axes by name, all of them, three combined to one by DFT321, their first principal component, or the mean of all:
+    for recordings of one and two channels, as a player with one channel plays them."""
     band: tuple[float, float] | None = None
     """Pass band in Hz (zero-phase); None leaves the signal as it is."""
     rate: Annotated[float, Field(gt=0, le=1e6)] | Literal["own", "band"] = "own"
@@ -60,6 +60,8 @@ class Preparation(BaseModel):
             signal = signal.cut(0, max(1, round(self.length * signal.rate)))
         if self.axes == "dft321":
             signal = dft321(signal)
+        elif self.axes == "pca":
+            signal = principal_axis(signal)
         elif self.axes == "mean":
             signal = signal.with_samples(signal.samples.mean(axis=0), axes=("mean",))
         elif self.axes != "all":

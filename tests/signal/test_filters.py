@@ -9,7 +9,7 @@ from scipy import signal as dsp
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal import Signal
-from tactogram.signal.filters import bandpass, butterworth, dft321, differentiate
+from tactogram.signal.filters import bandpass, butterworth, dft321, differentiate, principal_axis
 from tactogram.signal.resampling import resample
 
 BANDS = [(44100, 20, 1000), (10000, 20, 1000), (330, 10, 160), (1000, 0, 100), (44100, 0.5, 20000)]
@@ -206,3 +206,13 @@ def test_what_has_no_derivative_is_refused():
         differentiate(Signal([1.0], 2000, "m/s"))
     with pytest.raises(ParameterError, match="displacement"):
         differentiate(Signal(T, 20, "m", domain="displacement"))
+
+
+def test_the_principal_axis_is_the_direction_of_the_vibration():
+    rng = np.random.default_rng(0)
+    along = np.array([0.6, 0.0, -0.8])
+    vibration, noise = rng.normal(size=500), 1e-3 * rng.normal(size=(3, 500))
+    signal = Signal(np.outer(along, vibration) + noise + 9.8, 1000, "m/s^2", ("x", "y", "z"))
+    found = principal_axis(signal)
+    assert found.axes == ("pca",)
+    np.testing.assert_allclose(found.samples[0], -(vibration - vibration.mean()), atol=0.01)

@@ -77,6 +77,18 @@ def dft321(signal: Signal) -> Signal:
     return signal.with_samples(combined, axes=("dft321",))
 
 
+def principal_axis(signal: Signal) -> Signal:
+    """Project the axes on the direction of greatest variance (first principal component), without its constant part.
+
+    The direction is the whole signal's; of its two senses, the one whose largest component is positive.
+    """
+    x = signal.samples.astype(np.float64)
+    x -= x.mean(axis=1, keepdims=True)
+    direction = np.linalg.eigh(x @ x.T)[1][:, -1]
+    direction *= np.sign(direction[np.abs(direction).argmax()])
+    return signal.with_samples(direction @ x, axes=("pca",))
+
+
 def differentiate(signal: Signal) -> Signal:
     """Return the velocity of a displacement, or the acceleration of a velocity, over time, of the same length.
 
