@@ -66,7 +66,7 @@ def test_every_layer_is_that_of_tables_2_and_3():
         assert count(Generator(Config(biases=False), WORDS)) == 3_659_587 - 963
         images = generator(torch.empty(2, 100), torch.empty(2, WORDS))
         assert images.shape == (2, 3, 64, 64)
-        assert discriminator(images, torch.empty(2, WORDS)).shape == (2,)
+        assert discriminator(images, torch.empty(2, WORDS))[0].shape == (2,)
 
 
 def test_leaks_and_initial_weights_are_as_stated():

@@ -47,10 +47,10 @@ def test_an_update_is_the_discriminators_then_the_generators():
         torch.manual_seed(number)
         noise, drawn = torch.randn(4, 3), torch.rand(4, 2)
         made = g(noise, drawn)
-        real, fake = torch.sigmoid(d(images, scores)), torch.sigmoid(d(made.detach(), drawn))
+        real, fake = torch.sigmoid(d(images, scores)[0]), torch.sigmoid(d(made.detach(), drawn)[0])
         loss_d = cross_entropy(real, 1) + cross_entropy(fake, 0)
         slopes_d = descend(d_adam, loss_d)
-        loss_g = cross_entropy(torch.sigmoid(d(made, drawn)), 1)
+        loss_g = cross_entropy(torch.sigmoid(d(made, drawn)[0]), 1)
         slopes_g = descend(g_adam, loss_g)
         correct = ((real > 0.5).sum() + (fake < 0.5).sum()).item() / 8
         assert figures == pytest.approx(
