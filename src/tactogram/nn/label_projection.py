@@ -22,4 +22,5 @@ class LabelProjection(nn.Module):
 
     def forward(self, features: Tensor, label: Tensor) -> Tensor:
         """Return the products, shape (batch,), of features (batch, feature) and labels (batch, label)."""
-        return (self.embedding(label) * features).sum(1)  # B, F -> B
+        products: Tensor = (self.embedding(label) * features).sum(1)  # B, F -> B
+        return products
