@@ -1,11 +1,12 @@
-"""Saga et al., Figures 15 to 18: Tile mixed with each of the other eight textures, measured, simulated.
+"""Saga et al., Figures 15 to 18: Tile mixed with each of the other eight textures, measured.
 
 The paper mixes labels in two ways and inspects spectrograms: Place Mat 03 (here luncheon-mat-03) at 1 with Tile from
 0 to 1 (Figure 15), and Tile with each of the others, weights summing to 1 (Figures 16 to 18). They see the mix change
 "especially on the X-axis", and Tile's feature where its weight is over 0.4, except with Cloth and Carpet.
 
 Here each step is located between the two ends (`evaluation.mixing.placement`), in several trainings with different
-seeds. The recordings are simulated, so which texture dominates depends on them as much as on the model.
+seeds. The default recordings are simulated; which texture dominates depends on them as much as on the model. Where a
+network's own pure textures cannot be distinguished there is nothing between them: such a pair has no ladder.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Any
 
 from tactogram.evaluation.mixing.placement import IndistinctEndsError
 from tactogram.experiments.artifacts import find_or_simulate, trained_run
+from tactogram.experiments.nine_textures import kind_of, materials_of
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.progress import ProgressCallback
 
@@ -56,7 +58,10 @@ def run(
     *,
     paper: bool,
     progress: ProgressCallback,
+    data: str = "",
     model: str = "stroke_gan",
+    recipe: str = "",
+    batch_size: int = 0,
     trainings: int = 3,
     baselines: str = "ar_texture,replay",
 ) -> dict[str, Any]:
@@ -66,25 +71,36 @@ def run(
     ----------
     folder, paper, progress
         See `tactogram.experiments`.
+    data : str
+        Store with the nine textures; default: simulated.
     model : str
-        Any generator conditioned on ``material``.
+        Generators conditioned on ``material``, separated by commas.
+    recipe : str
+        Of these; default: ``paper``, or ``quick`` for the bench.
+    batch_size : int
+        Signals per update of these; 0 for the recipe's.
     trainings : int
         Number of seeds, each with its own split.
     baselines : str
         Models to compare with, separated by commas, trained once each; may be empty.
     """
-    store = find_or_simulate(folder / "data", "stroking9", progress=progress)
-    recipe = "paper" if paper else "quick"
+    store = find_or_simulate(folder / "data", "stroking9", given=data, progress=progress)
+    materials = materials_of(store)
+    default = "paper" if paper else "quick"
+    chosen = model.split(",")
+    changed = {"config.batch_size": batch_size} if batch_size else {}
     settings = {"steps": STEPS, "signals": SIGNALS["paper" if paper else "bench"], "seconds": SECONDS}
-    lines = {model: range(trainings)} | {
-        name: range(1) for name in baselines.split(",") if name and name != model
+    lines = dict.fromkeys(chosen, range(trainings)) | {
+        name: range(1) for name in baselines.split(",") if name and name not in chosen
     }
+    recipes = {name: (recipe if name in chosen else "") or default for name in lines}
     models: dict[str, Any] = {}
     for name, seeds in lines.items():
         found: dict[str, list[dict[str, Any]]] = {}
         for seed in seeds:
-            out, changes = folder / f"{name}-{seed}", {"seed": seed}
-            trained_run(name, store, out, recipe=recipe, changes=changes, progress=progress)
+            out = folder / f"{name}-{seed}"
+            changes = {"seed": seed} | (changed if name in chosen else {})
+            trained_run(name, store, out, recipe=recipes[name], changes=changes, progress=progress)
             pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
             for other, mode in pairs:
                 place = folder / "ladders" / f"{name}-{seed}" / f"{other}-{mode}"
@@ -96,7 +112,9 @@ def run(
                     "reuse": True,
                 }
                 try:
-                    ladder = mixing_ladder(out, other, END, **options, progress=progress)
+                    ladder = mixing_ladder(
+                        out, materials[other], materials[END], **options, progress=progress
+                    )
                 except IndistinctEndsError as error:
                     ladder = {"refused": str(error)}
                 found.setdefault(f"{other} ({mode})", []).append(ladder)
@@ -106,11 +124,14 @@ def run(
         "simulated": store.simulated,
         "data": store.name,
         "data_sha256": store.sha256,
-        "recipe": recipe,
+        "recipes": recipes,
+        "changes": changed,
         "measured": settings,
         "seen_in_the_paper": SEEN,
         "models": models,
-        "text": "\n\n".join([NOTES, *(_text(name, rows, recipe) for name, rows in models.items())]),
+        "text": "\n\n".join(
+            [NOTES, *(_text(name, rows, recipes[name], kind_of(store)) for name, rows in models.items())]
+        ),
     }
 
 
@@ -172,14 +193,14 @@ def _largest(values: Sequence[float | None]) -> float | None:
     return max(known) if known else None
 
 
-def _text(model: str, rows: dict[str, Any], recipe: str) -> str:
+def _text(model: str, rows: dict[str, Any], recipe: str, kind: str) -> str:
     count = next(iter(rows.values()))["trainings"]
     axes = [name for name in _columns(rows) if name != "overall"]
     head = f"{'Tile and':28}{'half way at':>13}{'no level':>10}" + "".join(
         f"{f'on {name}':>8}" for name in axes
     )
     lines = [
-        f"{model}, {recipe}, {count} training{'s' * (count > 1)}, simulated strokes",
+        f"{model}, {recipe}, {count} training{'s' * (count > 1)}, {kind}",
         f"{head}{'one way':>9}{'drop':>7}{'off':>6}{'pure':>14}   the paper saw (real strokes)",
     ]
     for pair, row in rows.items():
