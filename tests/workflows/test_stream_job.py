@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -204,3 +205,68 @@ def test_friction_is_streamed_to_an_electrovibration_display(textures, tmp_path)
     json.dumps(result, allow_nan=False)
     with pytest.raises(ParameterError, match="one surface at a time"):
         to_file([textures], mix={"cork": 1.0}, display="electrovibration", level="physical")
+
+
+class SimulatedGenerator:
+    """A Digilent that keeps what it is sent."""
+
+    def __init__(self, wanted):
+        self.wanted, self.sent = wanted, []
+        self.devices.append(self)
+
+    devices: ClassVar[list] = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+    def play(self, envelope, *, rate, longest_s):
+        self.sent = np.concatenate(list(envelope))
+        self.rate = rate
+
+    def facts(self):
+        return {"carrier_hz": self.wanted.carrier_hz}
+
+
+def test_a_digilent_makes_the_carrier_of_a_stream(grating):
+    result = stream(
+        grating("a.wav", 150),
+        backend="digilent",
+        display="ultrasonic-envelope",
+        level="peak=0.5",
+        seconds=0.3,
+        opened=SimulatedGenerator,
+    )
+    [device] = SimulatedGenerator.devices
+    assert result["device"] == {"carrier_hz": 28_200.0}
+    assert result["latency"]["queued_ms"] == 50.0
+    assert device.rate == 16_000
+    assert device.sent.min() >= 0
+    assert 0 < device.sent.max() <= device.wanted.peak_v * (1 + 1e-6)
+    assert device.sent[-1] == 0  # faded out
+
+
+def test_a_tablet_of_strings_follows_the_position_of_the_finger(grating, tmp_path):
+    """A finger at the left is pulled along the stroke mostly by the strings at its right."""
+    motion = tmp_path / "motion.csv"
+    motion.write_text(
+        "time_s,x_mm,y_mm,force_n\n"
+        + "".join(f"{i / 200},{-60 + 10 * np.sin(i / 3)},0,0.5\n" for i in range(500))
+    )
+    out = tmp_path / "sent.npz"
+    facts = to_file(
+        [grating("a.wav", 100)], display="string-tablet", level="gain=0.2", motion=str(motion), out=out
+    )
+    sent = read_signal(out)
+    assert (sent.rate, sent.unit, len(sent.axes)) == (1000.0, "N", 4)
+    swing = {name: sent.axis(name)[500:-200].std() for name in sent.axes}
+    assert swing["upper-left"] > swing["upper-right"] > 0  # steeper strings must pull more
+    assert swing["upper-left"] == pytest.approx(swing["lower-left"], rel=1e-4)
+    assert facts["display"]["newton_per_unit"] == pytest.approx(0.2)
+
+
+def test_a_display_in_volts_needs_the_full_scale_of_the_amplifier(grating):
+    with pytest.raises(ParameterError, match="give `full_scale`"):
+        stream(grating("a.wav", 150), backend="audio", display="voice-coil", level="gain=1")

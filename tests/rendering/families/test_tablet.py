@@ -4,12 +4,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.families.tablet import CORNERS, Settings, directions, drive, slackless
+from tactogram.rendering.families.tablet import (
+    CORNERS,
+    Settings,
+    TabletStream,
+    directions,
+    drive,
+    slackless,
+)
 from tactogram.rendering.level import parse_level
+from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.signal import Signal
 
 T = np.arange(2000) / 1000
@@ -32,10 +41,18 @@ def force(display, signal, level, **options):
 @given(st.floats(0.03, 0.97), st.floats(0.03, 0.97))
 def test_a_balance_exists_wherever_the_finger_is(u, v):
     s = Settings(finger_mm=(200 * u, 150 * v))
-    balance = slackless(directions(s))
+    balance = slackless(s)
     np.testing.assert_allclose(directions(s) @ balance, 0, atol=1e-9)
     assert balance.min() > 0
     assert balance.sum() == pytest.approx(1)
+    found = linprog(  # the least tension, as large as possible
+        [0.0] * 4 + [-1.0],
+        A_ub=np.column_stack([-np.eye(4), np.ones(4)]),
+        b_ub=np.zeros(4),
+        A_eq=np.vstack([np.column_stack([directions(s), np.zeros(2)]), [[1.0] * 4 + [0.0]]]),
+        b_eq=[0.0, 0.0, 1.0],
+    )
+    assert balance.min() == pytest.approx(found.x[4], abs=1e-9)
 
 
 @pytest.mark.parametrize("finger", [(100, 75), (40, 110), (180, 20)])
@@ -128,3 +145,25 @@ def test_the_channels_are_the_corners_in_any_order():
     a, b = (fit(vibration(), d, level=parse_level("peak=0.5")).signal for d in (usual, turned))
     for name in CORNERS:
         np.testing.assert_array_equal(a.axis(name), b.axis(name))
+
+
+def test_a_stream_pulls_with_the_wanted_force_wherever_the_finger_is():
+    """A file of the same vibration pulls as strongly; no string goes slack on the way from edge to edge."""
+    display = open_display("string-tablet", changes={"limit": 50})
+    tone = vibration().select("x")
+    _, facts = drive(tone, display.settings, display=display, level=parse_level("gain=0.5"))
+    stream, motion, along = TabletStream(display, tone.unit, facts), MotionBlock(5), []
+    motion.count = 5
+    for begin in range(0, 2000, 5):
+        t = T[begin : begin + 5]
+        motion.x_mm[:] = 90 * np.sin(2 * np.pi * t)
+        motion.y_mm[:] = 120 * np.cos(2 * np.pi * t)  # leaves the rectangle
+        tensions = stream.process(tone.samples[:, begin : begin + 5], motion)
+        finger = np.stack([100 + motion.x_mm, np.clip(75 + motion.y_mm, 3, 147)])
+        pulled = np.einsum("ast,st->at", directions(display.settings, finger), tensions)
+        assert display.settings.pretension_n - 1e-9 <= tensions.min() <= tensions.max() <= display.limit
+        np.testing.assert_allclose(pulled[1], 0, atol=1e-9)
+        along.append(pulled[0])
+    # The causal edges of the band delay the tone and change it by at most 0.5 dB.
+    assert np.concatenate(along)[1000:].std() == pytest.approx(0.5 / np.sqrt(2), rel=0.06)
+    assert stream.limited == 0

@@ -7,29 +7,39 @@ without stating how three axes become its drive. Here the display's ``axes`` dec
 - ``channels``: x and y unchanged, in the plane of the screen. Strings in that plane cannot render z.
 
 The force of an acceleration is not stated either: ``moved_mass_kg`` sets it, or the level's gain.
+
+In a file the finger rests at ``finger_mm``. In a stream the strings' directions follow the finger sample by sample, so
+that the net force is the wanted one wherever it is.
 """
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import itertools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
-from scipy.optimize import linprog
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.displays.response import edges
 from tactogram.rendering.drive.band_table import out_of_band_db
+from tactogram.rendering.drive.equaliser import Equaliser, equaliser
 from tactogram.rendering.drive.report import amount
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 
+if TYPE_CHECKING:
+    from tactogram.rendering.streaming.finger_path import MotionBlock
+
 CORNERS = ("upper-left", "upper-right", "lower-left", "lower-right")
 """Channels of a display with strings, by the position of their motors."""
+EDGE = 0.02
+"""Share of the rectangle's sides within which strings cannot be told apart: no finger is placed there."""
 
 
 class Settings(BaseModel):
@@ -40,7 +50,8 @@ class Settings(BaseModel):
     size_mm: tuple[float, float] = (200.0, 150.0)
     """Width and height of the rectangle that the motors span, mm."""
     finger_mm: tuple[float, float] = (100.0, 75.0)
-    """Position of the finger from the lower left, mm, which determines the strings' directions."""
+    """Position of the finger from the lower left, mm, which determines the strings' directions; in a stream the place
+    of x = y = 0."""
     along: tuple[float, float] = (1.0, 0.0)
     """Direction in which a single axis is rendered: that of the stroke."""
     pretension_n: float = Field(default=0.3, gt=0)
@@ -52,7 +63,7 @@ class Settings(BaseModel):
 
     @model_validator(mode="after")
     def _finger_is_inside(self) -> Settings:
-        inside = all(0.02 * s < f < 0.98 * s for s, f in zip(self.size_mm, self.finger_mm, strict=True))
+        inside = all(EDGE * s < f < (1 - EDGE) * s for s, f in zip(self.size_mm, self.finger_mm, strict=True))
         if not inside:
             raise ValueError(
                 f"finger_mm must lie inside of {self.size_mm}, 2 % off its edges, got {self.finger_mm}"
@@ -71,13 +82,10 @@ def drive(
     `ParameterError` if the channels are not the four corners, or a tension exceeds the limit and ``over`` is
     ``refuse``.
     """
-    if set(display.channels) != set(CORNERS):
-        raise ParameterError(
-            f"{display.name}: channels must be {', '.join(CORNERS)}, got {', '.join(display.channels)}"
-        )
+    _check_channels(display)
     per_unit, words = _newtons(signal, settings, display, level)
     scaled, unreachable = [words], []
-    band = (display.band or (0.0, np.inf))[0], min((display.band or (0.0, np.inf))[1], display.rate / 2)
+    band = _band(display)
     lost = out_of_band_db(signal, band)
     if lost > 0.1:
         unreachable.append(
@@ -89,7 +97,7 @@ def drive(
     force = _banded(resample(plane, display.rate), band) * per_unit
     pull = directions(settings)  # 2, string
     share = np.linalg.pinv(pull) @ force  # string, time
-    slack = slackless(pull)  # string
+    slack = slackless(settings)  # string
     basis = settings.pretension_n / slack.min()
     needed = float(np.max(-share / slack[:, None]))
     # Tension = share k + slack (basis + k needed) stays above the pretension for every k >= 0.
@@ -132,28 +140,103 @@ def drive(
     return Signal(tension[order].astype(np.float32), display.rate, display.unit, display.channels), facts
 
 
-def directions(settings: Settings) -> NDArray[np.float64]:
-    """Return the unit vectors from the finger to the motors, float64, shape (x and y, string), by `CORNERS`."""
-    width, height = settings.size_mm
-    corners = np.array([[0, height], [width, height], [0, 0], [width, 0]], np.float64).T
-    away = corners - np.array(settings.finger_mm, np.float64)[:, None]
+def directions(settings: Settings, finger_mm: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    """Return the unit vectors from the finger to the motors, float64, shape (x and y, string), by `CORNERS`.
+
+    ``finger_mm``, float64, shape (x and y, …), are other positions than the settings'; the shape is then (2, 4, …).
+    """
+    away = _strings(settings, finger_mm)
     unit: NDArray[np.float64] = away / np.linalg.norm(away, axis=0)
     return unit
 
 
-def slackless(pull: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return tensions of sum 1 without a net force, the least as large as possible; float64, shape (string,)."""
-    count = pull.shape[1]
-    balance = np.vstack([np.column_stack([pull, np.zeros(2)]), [[1.0] * count + [0.0]]])
-    found = linprog(
-        [0.0] * count + [-1.0],
-        A_ub=np.column_stack([-np.eye(count), np.ones(count)]),
-        b_ub=np.zeros(count),
-        A_eq=balance,
-        b_eq=[0.0, 0.0, 1.0],
-    )
-    tensions: NDArray[np.float64] = np.asarray(found.x[:count], np.float64)
-    return tensions
+def slackless(settings: Settings, finger_mm: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    """Return tensions of sum 1 without a net force, the least as large as possible; float64, shape (string, …).
+
+    Forces in proportion to the strings' vectors balance with the weights of a bilinear interpolation, and still do with
+    any share of (1, -1, -1, 1) added, since the motors are the corners of a rectangle. Of these tensions the least is
+    largest where two of them are equal.
+    """
+    size = np.array(settings.size_mm, np.float64)
+    away = _strings(settings, finger_mm)
+    length = np.linalg.norm(away, axis=0)  # string, …
+    u, v = -away[:, 2] / size.reshape(2, *[1] * (away.ndim - 2))
+    balance = np.stack([(1 - u) * v, u * v, (1 - u) * (1 - v), u * (1 - v)]) * length
+    balance /= balance.sum(axis=0)
+    other = np.array([1.0, -1.0, -1.0, 1.0]).reshape(4, *[1] * (away.ndim - 2)) * length
+    best, least = balance, balance.min(axis=0)
+    for i, j in itertools.combinations(range(4), 2):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = (balance[j] - balance[i]) / (other[i] - other[j])
+            tensions = (balance + share * other) / (1 + share * other.sum(axis=0))
+        # NaN, where the two never meet, is not larger.
+        better = tensions.min(axis=0) > least
+        best, least = np.where(better, tensions, best), np.where(better, tensions.min(axis=0), least)
+    return np.asarray(best)
+
+
+class TabletStream:
+    """Tensions of the strings, block by block, for a finger that moves."""
+
+    runs_on = False
+
+    def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
+        settings = display.settings
+        if not isinstance(settings, Settings):
+            raise ParameterError(f"{display.name}: expected a display with strings, got {display.family}")
+        self._settings, self._limit = settings, display.limit
+        self._order = [CORNERS.index(name) for name in display.channels]
+        self._newton_per_unit = float(facts["newton_per_unit"])
+        design = equaliser(display.rate, _band(display), np.ones_like)
+        self._edges = Equaliser(design)
+        self.delay_s = design.facts()["delay_ms"] / 1e3
+        self.limited = 0
+
+    def process(self, block: NDArray[np.float32], motion: MotionBlock | None = None) -> NDArray[np.float64]:
+        """Return the tensions, N, float64, shape (string, time); without a position the finger is at ``finger_mm``."""
+        s, count = self._settings, block.shape[1]
+        along = np.array(s.along) / np.hypot(*s.along)
+        force = along[:, None] * self._edges.process(block[:1] * self._newton_per_unit)
+        size, finger = np.array(s.size_mm)[:, None], np.array(s.finger_mm)[:, None]
+        if motion is not None and motion.count == count:
+            finger = finger + np.stack([motion.x_mm[:count], motion.y_mm[:count]])
+        finger = np.clip(np.broadcast_to(finger, (2, count)), EDGE * size, (1 - EDGE) * size)
+        pull, slack = directions(s, finger), slackless(s, finger)  # (2, 4, time), (4, time)
+        # The least tensions with a net force f are P^T (P P^T)^-1 f.
+        square = np.einsum("ast,bst->tab", pull, pull)
+        solved = np.linalg.solve(square, force.T[..., None])[..., 0].T
+        share = np.einsum("ast,at->st", pull, solved)
+        needed = np.max(-share / slack, axis=0)
+        basis = s.pretension_n / slack.min(axis=0)
+        room = ((self._limit - basis * slack) / np.maximum(share + slack * needed, 1e-12)).min(axis=0)
+        factor = np.clip(room, 0.0, 1.0)
+        self.limited += int(np.count_nonzero(room < 1))
+        tension = factor * (share + slack * needed) + basis * slack
+        return np.asarray(tension[self._order])
+
+    def facts(self) -> dict[str, Any]:
+        """Return the force per unit of the signal, and how many samples were reduced to keep within the limit."""
+        return {"newton_per_unit": self._newton_per_unit, "limited_samples": self.limited}
+
+
+def _strings(settings: Settings, finger_mm: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    """Return the vectors from the finger to the motors, mm, float64, shape (x and y, string, …)."""
+    width, height = settings.size_mm
+    finger = np.array(settings.finger_mm) if finger_mm is None else finger_mm
+    corners = np.array([[0, height], [width, height], [0, 0], [width, 0]], np.float64).T
+    return np.asarray(corners.reshape(2, 4, *[1] * (finger.ndim - 1)) - finger[:, None])
+
+
+def _check_channels(display: Display) -> None:
+    if set(display.channels) != set(CORNERS):
+        raise ParameterError(
+            f"{display.name}: channels must be {', '.join(CORNERS)}, got {', '.join(display.channels)}"
+        )
+
+
+def _band(display: Display) -> tuple[float, float]:
+    low, high = display.band or (0.0, np.inf)
+    return low, min(high, display.rate / 2)
 
 
 def _newtons(signal: Signal, settings: Settings, display: Display, level: Level) -> tuple[float, str]:
@@ -209,5 +292,6 @@ FAMILY = DisplayFamily(
     name="tablet",
     settings=Settings,
     drive=drive,
+    stream_signal=TabletStream,
     hazard="Strings pull at a finger: start with a small share of the limit.",
 )

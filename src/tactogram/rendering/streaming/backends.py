@@ -9,7 +9,6 @@ miniaudio.
 from __future__ import annotations
 
 import gc
-import math
 import os
 import sys
 import threading
@@ -61,7 +60,7 @@ def run_unpaced(
     total, done, status_s = round(seconds * engine.rate), 0, 0.0
     stream.ends_s = seconds
     with uninterrupted():
-        while done < total and stream.error is None:
+        while done < total and not stream.is_over:
             now = done / engine.rate
             block = stream.next(now, min(engine.most, total - done))
             done += block.shape[1]
@@ -83,13 +82,30 @@ def run_clocked(
 ) -> bool:
     """Render each block when it is due; return whether real-time priority was granted.
 
-    A keyboard interrupt ends the stream after a fade, as an error does. A block that is finished after the previous
-    one has ended is an underrun; the missed time is skipped, without a burst.
+    A keyboard interrupt ends the stream after a fade, as an error does.
+    """
+    with priority(realtime=realtime) as granted:
+        for block, now in clocked_blocks(stream, seconds=seconds, clock=clock, status=status):
+            try:
+                if sink is not None:
+                    sink(block, now)
+            except KeyboardInterrupt:
+                stream.stop()
+    return granted
+
+
+def clocked_blocks(
+    stream: Stream, *, seconds: float, clock: Clock, status: StatusCallback | None = None
+) -> Iterator[tuple[Block, float]]:
+    """Yield each block when it is due, and that time.
+
+    A block that is finished after the previous one has ended is an underrun; the missed time is skipped, without a
+    burst.
     """
     engine = stream.engine
-    step = engine.most / engine.rate
+    step, settling_s = engine.most / engine.rate, max(SETTLING_S, stream.ending_s)
     stream.ends_s = seconds
-    with uninterrupted(), priority(realtime=realtime) as granted:
+    with uninterrupted():
         clock.start()
         due, status_s = 0.0, 0.0
         while due < seconds:
@@ -99,31 +115,32 @@ def run_clocked(
                     time.sleep(early)
                 now = clock.now()
                 block = stream.next(now)
-                if sink is not None:
-                    sink(block, now)
-                end = clock.now()
-                due += step
-                if end > due:
-                    engine.latency.underruns += 1
-                    due += step * int((end - due) / step)
-                if status is not None and now >= status_s:
-                    status(now)
-                    status_s = now + STATUS_S
             except KeyboardInterrupt:
-                stream.ends_s = -math.inf
-            if (stream.error is not None or stream.ends_s < 0) and seconds > due + SETTLING_S:
-                seconds = due + SETTLING_S
-    return granted
+                stream.stop()
+                continue
+            yield block, now
+            end = clock.now()
+            due += step
+            if end > due:
+                engine.latency.underruns += 1
+                due += step * int((end - due) / step)
+            if status is not None and now >= status_s:
+                status(now)
+                status_s = now + STATUS_S
+            if stream.is_over and seconds > due + settling_s:
+                seconds = due + settling_s
 
 
 class FrameReader:
-    """Reader of any number of frames from a stream's blocks, for a device.
+    """Reader of any number of frames from a stream's blocks, for a device whose 1.0 is a drive of ``full_scale``.
 
     ``realtime`` requests real-time priority for the thread that reads.
     """
 
-    def __init__(self, stream: Stream, clock: Clock, *, realtime: bool = False) -> None:
-        self._stream, self._clock = stream, clock
+    def __init__(
+        self, stream: Stream, clock: Clock, *, full_scale: float = 1.0, realtime: bool = False
+    ) -> None:
+        self._stream, self._clock, self._full_scale = stream, clock, full_scale
         self._rest = np.empty((len(stream.channels), 0), np.float32)
         self._realtime, self.granted = realtime, False
         self.frames = 0
@@ -145,6 +162,7 @@ class FrameReader:
             out[done : done + count] = block[:, :count].T
             done += count
             self._rest = block[:, count:].copy()
+        out /= np.float32(self._full_scale)
         self.frames += frames
         self.calls += 1
         if self._clock.now() - start > frames / engine.rate:
@@ -158,10 +176,13 @@ def run_miniaudio(
     seconds: float,
     clock: Clock,
     null: bool,
+    full_scale: float = 1.0,
     status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
     """Play on miniaudio's null device or on the default sound card; return facts on the device.
+
+    ``full_scale`` is the drive at the device's 1.0.
 
     Raises `MissingExtraError` or `DeviceError` if the library or a sound card is missing.
     """
@@ -169,7 +190,7 @@ def run_miniaudio(
     engine = stream.engine
     if engine.rate != int(engine.rate):
         raise ParameterError(f"an audio device needs an integral rate in Hz, got {engine.rate:g}")
-    reader = FrameReader(stream, clock, realtime=realtime)
+    reader = FrameReader(stream, clock, full_scale=full_scale, realtime=realtime)
 
     def frames() -> Iterator[bytes]:
         count = yield b""
@@ -209,10 +230,13 @@ def run_audio(
     seconds: float,
     clock: Clock,
     device: str | int | None = None,
+    full_scale: float = 1.0,
     status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
     """Play on a sound card through PortAudio, or without it through miniaudio; return facts on the device.
+
+    ``full_scale`` is the drive at the card's 1.0.
 
     Raises `MissingExtraError` or `DeviceError` if the libraries or a device are missing.
     """
@@ -223,12 +247,18 @@ def run_audio(
             raise
         try:
             return run_miniaudio(
-                stream, seconds=seconds, clock=clock, null=False, status=status, realtime=realtime
+                stream,
+                seconds=seconds,
+                clock=clock,
+                null=False,
+                full_scale=full_scale,
+                status=status,
+                realtime=realtime,
             )
         except DeviceError as error:
             raise DeviceError(f"audio: miniaudio found no output, and {missing}") from error
     engine = stream.engine
-    reader = FrameReader(stream, clock, realtime=realtime)
+    reader = FrameReader(stream, clock, full_scale=full_scale, realtime=realtime)
     underflows = 0
 
     def callback(out: NDArray[np.float32], frames: int, _time: Any, flags: Any) -> None:
@@ -303,7 +333,7 @@ def _raise_priority() -> bool:
 def _wait(
     stream: Stream, seconds: float, clock: Clock, status: StatusCallback | None, reader: FrameReader
 ) -> None:
-    """Wait until a device has played and faded out, or the stream has an error or is interrupted.
+    """Wait until a device has played and faded out, or the stream is stopped, interrupted or has an error.
 
     Raises `DeviceError` if the device requested nothing for `STALLED_S`: the only sign of an unplugged sound card.
     """
@@ -311,7 +341,7 @@ def _wait(
     stream.ends_s = seconds
     frames, since = -1, clock.now()
     try:
-        while (left := seconds - clock.now()) > 0 and stream.error is None:
+        while (left := seconds - clock.now()) > 0 and not stream.is_over:
             asleep.wait(min(STATUS_S, left))
             if reader.frames != frames:
                 frames, since = reader.frames, clock.now()
@@ -322,6 +352,6 @@ def _wait(
             if status is not None:
                 status(clock.now())
     except KeyboardInterrupt:
-        stream.ends_s = -math.inf
-    if stream.error is not None or stream.ends_s < 0:
-        asleep.wait(SETTLING_S)
+        stream.stop()
+    if stream.is_over:
+        asleep.wait(max(SETTLING_S, stream.ending_s))

@@ -39,7 +39,8 @@ from tactogram.rendering.streaming.textures import StreamingTexture
 Block = NDArray[np.float32]
 
 LONGEST_BLOCK_S = 0.005
-LEAST_RATE = 8000.0
+LEAST_RATE = 1000.0
+"""Rate of the slowest display that streams, the string tablet, Hz: ramps of landings still have three samples."""
 GLIDE_S = 0.05
 """Duration of a change of weights, s."""
 

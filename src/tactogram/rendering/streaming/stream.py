@@ -16,7 +16,7 @@ from tactogram.rendering.streaming.output import DisplayOutput
 Block = NDArray[np.float32]
 
 ENDING_S = 0.02
-"""Length of the fade before a stream's end, s: longer than a display's fade."""
+"""Least length of the fade before a stream's end, s."""
 LONGEST_RECORD = 60_000_000
 """Most samples, of all channels, that are recorded: 240 MB."""
 
@@ -46,7 +46,10 @@ class Stream:
         self.unit = engine.unit if output is None else output.display.unit
         self.error: Exception | None = None
         self.ends_s = float("inf")
-        """From `ENDING_S` before this time on, the stream fades to rest."""
+        """From ``ending_s`` before this time on, the stream fades to rest."""
+        self.ending_s = max(ENDING_S, 0.0 if output is None else 1.5e-3 * output.display.fade_ms)
+        """Length of the end, s: longer than the display's fade."""
+        self.stopped = False
         self._on_block = on_block
         length = round(record_s * engine.rate)
         if length * len(self.channels) > LONGEST_RECORD:
@@ -71,6 +74,15 @@ class Stream:
         """Time in s, speed in mm/s and force in N at the end of each block, float64, shape (block, 3)."""
         return self._track[: self._tracked]
 
+    def stop(self) -> None:
+        """Fade to rest and end, wherever it is; safe to call from any thread, and before it begins."""
+        self.stopped = True
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it was stopped or has an error."""
+        return self.stopped or self.error is not None
+
     def next(self, now_s: float, count: int | None = None, *, ahead_s: float = 0.0) -> Block:
         """Return the next block, float32, shape (channel, count); the parameters are those of `Engine.render`.
 
@@ -78,7 +90,7 @@ class Stream:
         """
         wall, processor = time.perf_counter(), time.thread_time()
         count = self.engine.most if count is None else count
-        ended = self.error is not None or now_s + ahead_s >= self.ends_s - ENDING_S
+        ended = self.is_over or now_s + ahead_s >= self.ends_s - self.ending_s
         block = self._fade(count) if ended else self._rendered(now_s, count, ahead_s)
         self._add_to_record(block)
         processor, wall = time.thread_time() - processor, time.perf_counter() - wall

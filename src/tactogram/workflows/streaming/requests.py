@@ -3,11 +3,14 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tactogram.errors import ParameterError
 from tactogram.workflows.request import Argument, Option
 from tactogram.workflows.signal_options import SignalOptions
+
+if TYPE_CHECKING:
+    from tactogram.rendering.transducer.digilent import AnalogDiscovery
 
 NETWORK = ("osc", "udp")
 
@@ -25,7 +28,7 @@ class StreamRequest(SignalOptions):
         "simulated"
     )
     backend: Annotated[
-        Literal["null", "file", "clock", "audio", "osc", "udp"], Option("where the blocks go")
+        Literal["null", "file", "clock", "audio", "osc", "udp", "digilent"], Option("where the blocks go")
     ] = "null"
     display: Annotated[str | None, Option("one of `displays`, or a TOML file", "NAME|FILE")] = None
     level: Annotated[
@@ -62,7 +65,13 @@ class StreamRequest(SignalOptions):
     to: Annotated[
         str, Option("address that receives blocks (default: the sender of the motion)", "HOST:PORT")
     ] = ""
-    device: Annotated[str | None, Option("a sound card, by name or number", "NAME")] = None
+    device: Annotated[
+        str | None, Option("a sound card, by name or number; the serial number of a Digilent", "NAME")
+    ] = None
+    full_scale: Annotated[
+        float | None,
+        Option("voltage of the amplifier at the sound card's full scale, for a display driven in V", "V"),
+    ] = None
     tap_gain: Annotated[float, Option("gain of a landing's transient, 0 for none", "GAIN", "--tap")] = 4.0
     realtime: Annotated[bool, Option("ask the system for real-time priority")] = False
     seed: Annotated[int, Option("seed of noise and simulated hand", least=0)] = 0
@@ -74,6 +83,8 @@ class StreamRequest(SignalOptions):
     """Receives a line now and then, and the time in s."""
     tell: Callable[[str], None] | None = None
     """Receives a line about the display's equaliser before anything plays."""
+    opened: "Callable[..., AnalogDiscovery] | None" = None
+    """Opens the generator, in tests."""
 
     def __post_init__(self) -> None:
         """Refuse values that are out of range or do not go together."""
@@ -86,8 +97,10 @@ class StreamRequest(SignalOptions):
             raise ParameterError(
                 "a display's response is equalised: give `display` and `level`, or omit `equalise`"
             )
-        if self.backend == "audio" and self.display is None:
-            raise ParameterError("the audio backend moves an actuator: give its `display`, and `level`")
+        if self.backend in ("audio", "digilent") and self.display is None:
+            raise ParameterError(
+                f"the {self.backend} backend moves an actuator: give its `display`, and `level`"
+            )
         if self.backend == "file" and self.motion in (*NETWORK, "mouse"):
             raise ParameterError(
                 f"backend file is not in real time, so motion cannot come from {self.motion}: use clock"

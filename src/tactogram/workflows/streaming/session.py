@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Literal, Self
 
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.displays.carrier import CarrierSettings
+from tactogram.rendering.displays.display import Display
 from tactogram.rendering.streaming.backends import (
     Clock,
+    clocked_blocks,
     run_audio,
     run_clocked,
     run_miniaudio,
@@ -17,9 +25,57 @@ from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, 
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.transducer.digilent import PREFILL_S, AnalogDiscovery, generator
+from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.streaming.requests import StreamRequest
 
-StatusCallback = Callable[[str, float], None]
+BackendKind = Literal["null", "file", "clock", "audio", "osc", "udp", "digilent"]
+StatusCallback = Callable[[float], None]
+DEVICES = "null, audio, audio:NAME, digilent, digilent:SERIAL, osc:HOST:PORT or udp:HOST:PORT"
+
+
+@dataclass(frozen=True)
+class Backend:
+    """Where the blocks of a stream go.
+
+    ``device`` names a sound card or the serial number of a Digilent; ``to`` is the address for osc and udp, by default
+    that of the motion's sender; ``full_scale`` the drive at a sound card's 1.0; ``opened`` opens a Digilent.
+    """
+
+    kind: BackendKind
+    device: str = ""
+    to: str = ""
+    full_scale: float = 1.0
+    realtime: bool = False
+    opened: Callable[..., AnalogDiscovery] = AnalogDiscovery
+
+    @classmethod
+    def for_display(cls, device: str, display: Display, *, full_scale: float | None = None) -> Self:
+        """Return the backend for a device that plays ``display``; null keeps time without a device.
+
+        Raises
+        ------
+        ParameterError
+            If there is no such device, it cannot drive the display, or its full scale is not known.
+        """
+        kind, _, name = device.partition(":")
+        match kind:
+            case "null":
+                return cls("clock")
+            case "audio":
+                return cls("audio", device=name, full_scale=full_scale_of(display, kind, full_scale))
+            case "osc" | "udp" if name:
+                parse_address(name)
+                return cls("osc" if kind == "osc" else "udp", to=name)
+            case "digilent":
+                _carrier_of(display)
+                return cls("digilent", device=name)
+        raise ParameterError(f"device must be {DEVICES}, got {device!r}")
+
+    @property
+    def simulated(self) -> bool:
+        """Whether no device receives the blocks."""
+        return self.kind in ("null", "file", "clock")
 
 
 def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
@@ -35,11 +91,18 @@ def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
     return MotionFile(request.motion)
 
 
-def run(running: Stream, request: StreamRequest, clock: Clock, motion: MotionSource) -> dict[str, Any]:
+def run(
+    running: Stream,
+    backend: Backend,
+    *,
+    seconds: float,
+    clock: Clock,
+    motion: MotionSource | None = None,
+    status: StatusCallback | None = None,
+) -> dict[str, Any]:
     """Run a stream on its backend and return the facts of that, as JSON values: ``device``, ``blocks``."""
-    status = None if request.status is None else _status(running, request.status)
-    seconds, realtime, card = request.seconds, request.realtime, request.device
-    match request.backend:
+    realtime, card = backend.realtime, backend.device
+    match backend.kind:
         case "file":
             run_unpaced(running, seconds=seconds, status=status)
             return {"device": {"library": "none", "paced": False}}
@@ -55,28 +118,61 @@ def run(running: Stream, request: StreamRequest, clock: Clock, motion: MotionSou
                     running,
                     seconds=seconds,
                     clock=clock,
-                    device=int(card) if card is not None and card.isdigit() else card,
+                    device=int(card) if card.isdigit() else card or None,
+                    full_scale=backend.full_scale,
                     status=status,
                     realtime=realtime,
                 )
             }
         case "osc" | "udp":
-            to = parse_address(request.to, default_port=9121) if request.to else None
+            to = parse_address(backend.to, default_port=9121) if backend.to else None
             heard = motion if isinstance(motion, NetworkMotion) else None
-            sink = NetworkBlocks(request.backend, rate=running.engine.rate, to=to, motion=heard)
+            sink = NetworkBlocks(backend.kind, rate=running.engine.rate, to=to, motion=heard)
             granted = run_clocked(
                 running, seconds=seconds, clock=clock, sink=sink, status=status, realtime=realtime
             )
             sink.close()
             return {
-                "device": {"library": request.backend, "realtime_priority": granted},
+                "device": {"library": backend.kind, "realtime_priority": granted},
                 "blocks": {"sent": sink.sent, "unsent": sink.unsent},
             }
+        case "digilent":
+            return {"device": _run_digilent(running, backend, seconds, clock, status)}
     granted = run_clocked(running, seconds=seconds, clock=clock, status=status, realtime=realtime)
     return {"device": {"library": "none", "paced": True, "realtime_priority": granted}}
 
 
-def _status(running: Stream, status: StatusCallback) -> Callable[[float], None]:
+def _run_digilent(
+    running: Stream, backend: Backend, seconds: float, clock: Clock, status: StatusCallback | None
+) -> dict[str, Any]:
+    """Send the envelope to a Digilent as it is due; the device is a silence of `PREFILL_S` behind."""
+    if running.output is None:
+        raise ParameterError("a Digilent plays the envelope of a display: give `display` and `level`")
+    settings = _carrier_of(running.output.display)
+    running.engine.latency.queued_s = PREFILL_S
+
+    def envelope() -> Iterator[NDArray[np.float32]]:
+        for block, _ in clocked_blocks(running, seconds=seconds, clock=clock, status=status):
+            yield block[0]
+
+    with backend.opened(generator(settings, serial=backend.device)) as device:
+        device.play(envelope(), rate=running.engine.rate, longest_s=seconds)
+        return device.facts()
+
+
+def _carrier_of(display: Display) -> CarrierSettings:
+    settings = display.settings
+    if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
+        raise ParameterError(
+            f"{display.name} has no carrier that a Digilent could make: its drive must be a modulated carrier, with "
+            "output = 'envelope'"
+        )
+    return settings
+
+
+def status_lines(running: Stream, status: Callable[[str, float], None]) -> StatusCallback:
+    """Return a function that describes a stream in a line, at a time."""
+
     def tell(now_s: float) -> None:
         engine = running.engine
         motion, latency = engine.tracker.block, engine.latency

@@ -20,15 +20,19 @@ from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
+from tactogram.rendering.transducer.digilent import AnalogDiscovery
 from tactogram.signal import Signal
 from tactogram.signal.io.files import WRITABLE
 from tactogram.signal.io.writable import check_writable
+from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.request import takes
 from tactogram.workflows.streaming.report import write_sent
 from tactogram.workflows.streaming.requests import StreamRequest
-from tactogram.workflows.streaming.session import motion_of, run
+from tactogram.workflows.streaming.session import Backend, motion_of, run, status_lines
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 
+PLAIN_RATE = 8000.0
+"""Rate of a stream without a display, Hz."""
 REHEARSAL_S = 5.0
 """Time that the textures are tried under a simulated hand to find the level, s."""
 
@@ -57,7 +61,8 @@ def stream(request: StreamRequest) -> dict[str, Any]:
     figure = Path(request.figure) if request.figure is not None else None
     _check_files(out, figure)
     display = _display(request)
-    rate = LEAST_RATE if display is None else display.rate
+    backend = _backend(request, display)
+    rate = PLAIN_RATE if display is None else display.rate
     if rate < LEAST_RATE:
         raise ParameterError(
             f"{request.display}: streaming needs a drive of at least {LEAST_RATE:g} Hz, this display takes {rate:g}: "
@@ -91,7 +96,8 @@ def stream(request: StreamRequest) -> dict[str, Any]:
         keep = request.seconds if out is not None or figure is not None else 0.0
         running = Stream(engine, output, record_s=keep, on_block=on_block)
         running.warm_up()
-        device = run(running, request, clock, motion)
+        status = None if request.status is None else status_lines(running, request.status)
+        device = run(running, backend, seconds=request.seconds, clock=clock, motion=motion, status=status)
         if isinstance(motion, NetworkMotion):
             device["network"] = motion.facts()
     finally:
@@ -103,7 +109,7 @@ def stream(request: StreamRequest) -> dict[str, Any]:
         "seconds": request.seconds,
         "simulated": simulated or motion.simulated,
         "textures_simulated": simulated,
-        "interrupted": running.ends_s < 0,
+        "interrupted": running.stopped,
         "realtime_asked": request.realtime,
         **device,
     }
@@ -125,6 +131,20 @@ def _display(request: StreamRequest) -> Display | None:
         return None
     display = open_display(request.display, changes=request.changes)
     return display if request.equalise is None else equalised(display, on=request.equalise)
+
+
+def _backend(request: StreamRequest, display: Display | None) -> Backend:
+    full_scale = 1.0
+    if request.backend == "audio" and display is not None:
+        full_scale = full_scale_of(display, "audio", request.full_scale)
+    return Backend(
+        request.backend,
+        device=request.device or "",
+        to=request.to,
+        full_scale=full_scale,
+        realtime=request.realtime,
+        opened=request.opened or AnalogDiscovery,
+    )
 
 
 def _only_surface(textures: Sequence[StreamingTexture], display: str) -> SurfaceTexture:
