@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from copy import deepcopy
+from functools import cached_property
 from typing import Any
 
 import torch
@@ -31,16 +32,14 @@ class AdversarialPair:
         *,
         learning_rate: float,
         betas: tuple[float, float],
+        epsilon: float = 1e-8,
         device: torch.device,
         constant: float = 1.0,
     ) -> None:
         self.generator: Any = generator.to(device)
         self.discriminator: Any = discriminator.to(device)
-        self.learning_rate, self.constant, self.device = learning_rate, constant, device
-        self.optimisers: list[Any] = [
-            torch.optim.Adam(network.parameters(), lr=learning_rate, betas=betas)
-            for network in (generator, discriminator)
-        ]
+        self.learning_rate, self.betas, self.epsilon = learning_rate, betas, epsilon
+        self.constant, self.device = constant, device
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
         self.chosen_by = "row_statistics"
@@ -48,6 +47,14 @@ class AdversarialPair:
         self.chosen = "last step"
         """Distance by which the stored weights were chosen; ``chosen_by`` names the current ``distance``."""
         self.best, self.best_weights = float("inf"), dict[str, Tensor]()
+
+    @cached_property
+    def optimisers(self) -> list[Any]:
+        """Adam for each network. Made for training only: a process's first optimiser imports torch's compiler."""
+        return [
+            torch.optim.Adam(network.parameters(), lr=self.learning_rate, betas=self.betas, eps=self.epsilon)
+            for network in (self.generator, self.discriminator)
+        ]
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
@@ -139,5 +146,6 @@ class AdversarialPair:
         self.best = float("inf") if state["best"] is None else state["best"]
         self.chosen = state["chosen_by"]
         self.best_weights = dict(state["best_weights"])
-        for optimiser, values in zip(self.optimisers, optimisers or (), strict=False):
-            optimiser.load_state_dict(values)
+        if optimisers:
+            for optimiser, values in zip(self.optimisers, optimisers, strict=True):
+                optimiser.load_state_dict(values)

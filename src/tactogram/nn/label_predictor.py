@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
+from functools import cached_property
 from typing import Annotated, Any
 
 import numpy as np
@@ -92,10 +93,14 @@ class PredictorTraining:
         self.config, self.classes, self.device = config, classes, device
         network = LabelPredictor(config, classes)
         self.network: Any = network.to(device)
-        trained = [p for p in network.parameters() if p.requires_grad]
-        self.optimiser: Any = torch.optim.Adam(trained, lr=config.learning_rate, betas=config.betas)
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.best, self.best_weights = -1.0, dict[str, Tensor]()
+
+    @cached_property
+    def optimiser(self) -> Any:
+        """Adam. Made for training only: a process's first optimiser imports torch's compiler."""
+        trained = [p for p in self.network.parameters() if p.requires_grad]
+        return torch.optim.Adam(trained, lr=self.config.learning_rate, betas=self.config.betas)
 
     @property
     def bare(self) -> LabelPredictor:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Annotated, Any, Generic, Self, TypeVar
 
@@ -126,10 +126,6 @@ class WaveGANLearner(Generic[ConfigT]):
             networks = self.networks()
         self.generator: Any = networks[0].to(self.device)
         self.discriminator: Any = networks[1].to(self.device)
-        self.optimisers: list[Any] = [
-            torch.optim.Adam(network.parameters(), lr=rate, betas=config.betas)
-            for network, rate in zip(networks, rates, strict=True)
-        ]
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
 
@@ -161,6 +157,14 @@ class WaveGANLearner(Generic[ConfigT]):
         return network
 
     # -- training ----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def optimisers(self) -> list[Any]:
+        """Adam for each network. Made for training only: a process's first optimiser imports torch's compiler."""
+        return [
+            torch.optim.Adam(network.parameters(), lr=rate, betas=self.config.betas)
+            for network, rate in zip((self.generator, self.discriminator), self.rates, strict=True)
+        ]
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
@@ -226,8 +230,9 @@ class WaveGANLearner(Generic[ConfigT]):
         check_state(state["materials"], self.materials)
         self.generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
-        for optimiser, values in zip(self.optimisers, state.get("optimisers") or (), strict=False):
-            optimiser.load_state_dict(values)
+        if saved := state.get("optimisers"):
+            for optimiser, values in zip(self.optimisers, saved, strict=True):
+                optimiser.load_state_dict(values)
 
     # -- use ---------------------------------------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,12 +52,19 @@ class FrictGANLearner:
             generator, critic = (net(config, axes=len(kind.axes)) for net in (Generator, Critic))
         self.generator: Any = generator.to(self.device)
         self.critic: Any = critic.to(self.device)
-        rates = (config.learning_rate, config.critic_learning_rate or config.learning_rate)
-        self.optimisers: list[Any] = [  # Sec. 4; alpha and eps as TensorFlow's, which the authors used
-            torch.optim.RMSprop(network.parameters(), lr=rate, alpha=0.9, eps=1e-7)
-            for network, rate in zip((generator, critic), rates, strict=True)
-        ]
         self.backward: Callable[[Tensor], None] = Tensor.backward
+
+    @cached_property
+    def optimisers(self) -> list[Any]:
+        """RMSprop for each network, Sec. 4; alpha and eps as TensorFlow's, which the authors used.
+
+        Made for training only: the first optimiser of a process imports torch's compiler.
+        """
+        rates = (self.config.learning_rate, self.config.critic_learning_rate or self.config.learning_rate)
+        return [
+            torch.optim.RMSprop(network.parameters(), lr=rate, alpha=0.9, eps=1e-7)
+            for network, rate in zip((self.generator, self.critic), rates, strict=True)
+        ]
 
     def setup(self, fabric: Any) -> None:
         self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
@@ -233,8 +241,9 @@ class FrictGANLearner:
         self.mm_per_pixel = None if scale is None else float(scale)
         self.generator.load_state_dict(state["generator"])
         self.critic.load_state_dict(state["critic"])
-        for optimiser, values in zip(self.optimisers, state.get("optimisers", ()), strict=False):
-            optimiser.load_state_dict(values)
+        if saved := state.get("optimisers"):
+            for optimiser, values in zip(self.optimisers, saved, strict=True):
+                optimiser.load_state_dict(values)
 
     # -- use ---------------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,15 +39,19 @@ class StrokeCNNLearner:
             network = StrokeCNN(config, axes=len(kind.axes), classes=len(kind.materials))
         # Convolutions with 1 x 5 filters run a fifth faster with the channels last.
         self.network: Any = network.to(self.device).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-        self.optimiser: Any = torch.optim.Adam(network.parameters(), lr=config.learning_rate)
-        self.schedule = (
-            torch.optim.lr_scheduler.OneCycleLR(self.optimiser, config.learning_rate, config.steps)
-            if config.schedule == "one-cycle"
-            else None
-        )
+        self.schedule: Any = None
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.mean = torch.zeros(len(kind.axes), 1)
         self.scale = torch.ones(len(kind.axes), 1)
+
+    @cached_property
+    def optimiser(self) -> Any:
+        """Adam, with its ``schedule``. Made for training only: a process's first optimiser imports torch's compiler."""
+        config = self.config
+        adam = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate)
+        if config.schedule == "one-cycle":
+            self.schedule = torch.optim.lr_scheduler.OneCycleLR(adam, config.learning_rate, config.steps)
+        return adam
 
     def setup(self, fabric: Any) -> None:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)

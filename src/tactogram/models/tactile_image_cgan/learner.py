@@ -53,11 +53,9 @@ class TactileImageLearner:
                 Discriminator(config, len(kind.words)),
                 learning_rate=config.learning_rate,
                 betas=config.betas,
+                epsilon=config.epsilon,
                 device=torch.device(device),
             )
-        for optimiser in self.gan.optimisers:
-            for group in optimiser.param_groups:
-                group["eps"] = config.epsilon
 
     def setup(self, fabric: Any) -> None:
         self.gan.setup(fabric)

@@ -6,7 +6,7 @@ import multiprocessing
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from itertools import chain, islice
+from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,9 @@ from tactogram.datasets.simulate import RecordingTask, make, study, surface_phot
 from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
+
+CHUNK = 8
+"""Most recordings that a process makes at a time."""
 
 
 @takes(SimulationRequest)
@@ -96,15 +99,26 @@ def _made(todo: list[RecordingTask], workers: int, progress: ProgressCallback) -
 def _in_order(todo: list[RecordingTask], workers: int) -> Iterator[Recording]:
     """Yield recordings in the order of ``todo``, with few waiting at a time.
 
-    An executor, not a pool: it reports a process that dies, where a pool waits for ever.
+    A process makes some recordings of one surface at a time, since its height field costs more than a stroke. An
+    executor, not a pool: it reports a process that dies, where a pool waits for ever.
     """
+    chunks = _chunks(todo)
     with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as executor:
-        tasks = iter(todo)
-        waiting = deque(executor.submit(make, task) for task in islice(tasks, 3 * workers))
+        waiting = deque(executor.submit(_make_all, chunk) for chunk in islice(chunks, 2 * workers))
         while waiting:
-            recording = waiting.popleft().result()
-            waiting.extend(executor.submit(make, task) for task in islice(tasks, 1))
-            yield recording
+            yield from waiting.popleft().result()
+            waiting.extend(executor.submit(_make_all, chunk) for chunk in islice(chunks, 1))
+
+
+def _chunks(todo: Iterable[RecordingTask]) -> Iterator[list[RecordingTask]]:
+    """Yield runs of up to `CHUNK` recordings that one contactor makes of one surface."""
+    for _, same in groupby(todo, key=lambda task: (task.surface, task.contactor)):
+        while chunk := list(islice(same, CHUNK)):
+            yield chunk
+
+
+def _make_all(chunk: list[RecordingTask]) -> list[Recording]:
+    return [make(task) for task in chunk]
 
 
 def _counted(recordings: Iterable[Recording], total: int, progress: ProgressCallback) -> Iterator[Recording]:
