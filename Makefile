@@ -7,6 +7,8 @@ EXTRAS := dev,docs,vision,devices,lsl,daq,dwf,studio
 
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.
 export OMP_WAIT_POLICY ?= PASSIVE
+# The tests start a hundred processes, which would compile every module anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo test install check mutants wheel bench docs clean
 .DEFAULT_GOAL := help
@@ -28,8 +30,9 @@ $(STAMP): pyproject.toml constraints.txt
 demo: install ## simulate, classify, search and generate surfaces; writes runs/demo/report.html
 	$(BIN)/tactogram demo
 
+# Three processes for two cores: the tests of pages wait for their server and browser half of the time.
 test: install ## run the tests (COVERAGE=yes also measures their coverage, which must not fall)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
 
 check: install ## style, types, layers
 	$(BIN)/ruff check .
