@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import torch
 
 from tactogram.cli import main
 from tactogram.signal import Signal
@@ -116,6 +117,21 @@ def test_doctor_tells_versions_and_extras(capsys):
     assert facts["extras"]["dev"] == {"for": "tests, style, types, benchmarks", "missing": []}
     assert "LPIPS" in facts["extras"]["vision"]["for"]
     assert facts["device"]
+
+
+def test_doctor_tells_which_weights_are_missing_and_where_they_are_from(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
+    (tmp_path / "checkpoints").mkdir()
+    (tmp_path / "checkpoints" / "vgg19-dcbb9e9d.pth").write_bytes(b"other bytes")
+    assert main(["doctor"]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("weights of")]
+    assert len(lines) == 4
+    assert (
+        f"AlexNet (LPIPS): missing: {tmp_path}/checkpoints/alexnet-owt-7be5be79.pth, SHA-256 7be5be79"
+        in lines[0]
+    )
+    assert "https://github.com/toshas/torch-fidelity" in lines[1]
+    assert "another checksum" in lines[2]
 
 
 @pytest.mark.parametrize("compiled", [True, False])

@@ -61,6 +61,11 @@ def _doctor(request: _DoctorRequest, show: Printer) -> None:
     for name, extra in facts["extras"].items():
         state = f"missing {', '.join(extra['missing'])}" if extra["missing"] else "installed"
         lines.append(f"extra {name} ({extra['for']}): {state}")
+    lines += [
+        f"weights of {one['network']} ({one['for']}): {one['state']}: {one['file']}, SHA-256 {one['sha256_start']}…, "
+        f"from {one['url']}"
+        for one in facts["weights"]
+    ]
     lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
     show(facts, "\n".join(lines))
 

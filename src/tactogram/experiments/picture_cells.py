@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, stdev
-from typing import Any
+from typing import Any, cast, get_args
 
 from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store
+from tactogram.errors import DataError, ParameterError
+from tactogram.evaluation.pictures.distances import PictureWeights
 from tactogram.experiments.artifacts import cached_result, find_or_simulate
+from tactogram.features.photo_pairs import Protocol
+from tactogram.nn.weight_files import ALEXNET, DENSENET201, INCEPTION, VGG19, weight_file
 from tactogram.recipe import Preparation
 from tactogram.workflows.evaluation.pictures import evaluate_pictures
 from tactogram.workflows.progress import ProgressCallback
@@ -27,23 +33,100 @@ MEASURES = (
 )
 """Measures of a cell; lower is better. Those whose networks are not available are left out."""
 SIMULATED = "stroking9"
+PERCEPTUAL, PREDICTING = ("pix2pixhd", "residue_fusion_gan"), ("visual_tactile_gan", "residue_fusion_gan")
+"""Models with a perceptual loss; with a label predictor."""
+WEIGHTS = {"alexnet": ALEXNET, "inception": INCEPTION, "vgg19": VGG19, "densenet201": DENSENET201}
+"""Published weights by the option that names their file."""
 EVALUATED = 128
 """Pairs of the test part of each cell."""
-PHOTOGRAPHS = 9
-"""Per simulated surface, without overlap, of 224 x 224 pixels."""
-LARGE_PHOTOGRAPHS = 4
-"""Per simulated surface, of 336 x 336 pixels; those of LMT-108 have 320 x 480 (Sec. 4.1)."""
+EVALUATED_PAPER = 900
+"""Pairs of the published test part, 100 of each of nine materials (Sec. 4.1)."""
+DATA = {"photographs": 9}
+"""Simulated data: photographs of each surface, without overlap, of 224 x 224 pixels."""
+DATA_PAPER = {"photographs": 4, "rate": 10_000.0, "seconds": 4.8, "per_class": 10}
+"""As LMT-108 (Sec. 4.1): ten recordings of 4.8 s at 10 kHz of each surface. There is room for four photographs of
+336 x 336 pixels, which the published crops of 256 fit into; LMT-108 has ten of 320 x 480."""
+
+
+@dataclass(frozen=True)
+class TableSettings:
+    """Size, protocol of pairs and weights of all cells of a table (`table_settings`)."""
+
+    paper: bool
+    protocol: Protocol
+    weights: Mapping[str, str]
+    """File by network, of those that are there."""
+    missing: Mapping[str, str]
+    """Reason by network, of those that are not."""
+
+    @property
+    def recipe(self) -> str:
+        """Recipe of every training."""
+        return "paper" if self.paper else "bench"
+
+    def protocol_changes(self) -> dict[str, Any]:
+        """Return the change of a recipe that selects the protocol; ours is the default."""
+        return {} if self.protocol == "source-split" else {"config.pairs.protocol": self.protocol}
+
+    def weight_changes(self, model: str) -> dict[str, Any]:
+        """Return the changes of a model's recipe that name its files of weights."""
+        wanted = {"config.lpips_weights": ALEXNET, "config.predictor.trunk_weights": DENSENET201}
+        if not self.paper:
+            wanted = {}  # bench chooses by row statistics, and its label predictor has another network
+        elif model not in PREDICTING:
+            del wanted["config.predictor.trunk_weights"]
+        if model in PERCEPTUAL:
+            wanted["config.vgg_weights"] = VGG19
+        return {key: self.weights[one.network] for key, one in wanted.items() if one.network in self.weights}
+
+    def split(self, store: Store) -> str:
+        """Return the split of recordings: 80/10/10 at the published size, all where the protocol splits crops."""
+        if self.protocol != "source-split":
+            return "all"
+        if not self.paper:
+            return ""
+        fewest = min(Counter(info.material for info in store.index).values())
+        return f"last={max(1, round(fewest / 10))}"
+
+    def run_name(self, name: str, model: str) -> str:
+        """Return the name of a cell's run, another one for settings that train differently."""
+        protocol = [] if self.protocol == "source-split" else [self.protocol]
+        perceptual = ["perceptual"] * (model in PERCEPTUAL and VGG19.network in self.weights)
+        return "-".join([name, *protocol, *perceptual])
+
+
+def table_settings(*, paper: bool, protocol: str, progress: ProgressCallback, **files: str) -> TableSettings:
+    """Return the settings of a table; missing weights are reported now, before anything is trained.
+
+    ``files`` are some of `WEIGHTS`, searched in torch's cache where empty.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such protocol.
+    DataError
+        If a given file does not exist, or a published training needs a network that is missing.
+    """
+    if protocol not in get_args(Protocol):
+        raise ParameterError(f"protocol must be one of {', '.join(get_args(Protocol))}, got {protocol!r}")
+    found, missing = dict[str, str](), dict[str, str]()
+    for option, file in files.items():
+        weights = WEIGHTS[option]
+        if weights is DENSENET201 and not paper:
+            continue
+        try:
+            found[weights.network] = str(weight_file(file, weights, option=option))
+        except DataError as error:
+            if file or weights is DENSENET201:
+                raise
+            missing[weights.network] = str(error)
+            progress(f"weights of {weights.network}", 1, 1, str(error))
+    return TableSettings(paper, cast(Protocol, protocol), found, missing)
 
 
 def data_of(folder: Path, data: str, *, paper: bool, progress: ProgressCallback) -> Store:
-    """Return the store at ``data``, or simulated surfaces.
-
-    For ``paper`` they have the rate of LMT-108, because a published picture is 32,640 samples long (3.3 s at 10 kHz;
-    strokes last 4 s), and fewer, larger photographs, because the published crop is 256 pixels.
-    """
-    name, options = "data", dict[str, Any](photographs=PHOTOGRAPHS)
-    if paper:
-        name, options = "data-paper", {"photographs": LARGE_PHOTOGRAPHS, "rate": 10_000.0}
+    """Return the store at ``data``, or simulated surfaces: for ``paper`` in the layout of LMT-108."""
+    name, options = ("data-paper", DATA_PAPER) if paper else ("data", DATA)
     return find_or_simulate(folder / name, SIMULATED, given=data, progress=progress, **options)
 
 
@@ -62,7 +145,7 @@ def cell(
     name: str,
     *,
     model: str,
-    recipe: str,
+    settings: TableSettings,
     changes: Mapping[str, Any],
     seed: int,
     progress: ProgressCallback,
@@ -77,24 +160,36 @@ def cell(
         ``validation`` (used to select weights, not on the test part), ``values`` (`MEASURES`, test part),
         ``missing`` (reasons by measure), ``pictures`` (their number).
     """
-    changes = {**axis_of(store), **changes}
+    split, files = settings.split(store), settings.weights
+    weights = PictureWeights(files.get(ALEXNET.network, ""), files.get(INCEPTION.network, ""))
+    changes = {**axis_of(store), **settings.protocol_changes(), **changes}
     facts = {
         "model": model,
-        "recipe": recipe,
+        "recipe": settings.recipe,
         "changes": changes,
         "seed": seed,
         "data_sha256": store.sha256,
     }
+    facts |= {"split": split} if split else {}
+    facts |= {"weights": sorted(files)} if files else {}
+    name = settings.run_name(name, model)
 
     def evaluated() -> dict[str, Any]:
         run = run_of(folder, name, seed)
-        resume = (run / "recipe.toml").exists()
-        seeded = changes | {"seed": seed}
         trained = train(
-            model, store.path, recipe=recipe, changes=seeded, out=run, resume=resume, progress=progress
+            model,
+            store.path,
+            recipe=settings.recipe,
+            changes=changes | settings.weight_changes(model) | {"seed": seed},
+            split=split,
+            out=run,
+            resume=(run / "recipe.toml").exists(),
+            progress=progress,
         )
         validation = trained.read_json("model.json").get("validation", {})
-        return {"validation": validation, **evaluate_pictures(run, most=EVALUATED, progress=progress)}
+        most = EVALUATED_PAPER if settings.paper else EVALUATED
+        found = evaluate_pictures(run, weights=weights, most=most, progress=progress)
+        return {"validation": validation, **found}
 
     return cached_result(folder / "cells" / f"{name}-{seed}.json", facts, evaluated)
 
@@ -129,3 +224,8 @@ def text_of(found: Mapping[str, Any], *, digits: int = 4) -> str:
     """Return mean ± sd in the paper's format."""
     sd = "" if found["sd"] is None else f" ± {found['sd']:.{digits}f}"
     return f"{found['mean']:.{digits}f}{sd}"
+
+
+def p_text(p: float | None) -> str:
+    """Return p in brackets, empty if there is none."""
+    return "" if p is None else f" [{p:.2g}]"

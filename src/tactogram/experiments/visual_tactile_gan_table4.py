@@ -10,7 +10,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.experiments.picture_cells import against, cell, data_of, run_of, shown, spread, text_of
+from tactogram.errors import ParameterError
+from tactogram.experiments.picture_cells import (
+    against,
+    cell,
+    data_of,
+    p_text,
+    run_of,
+    shown,
+    spread,
+    table_settings,
+    text_of,
+)
+from tactogram.nn.weight_files import VGG19
 from tactogram.workflows.evaluation.picture_report import compare_pictures
 from tactogram.workflows.progress import ProgressCallback
 
@@ -26,6 +38,15 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     PROPOSED: ("visual_tactile_gan", {}),
 }
 """Model, and changes of its recipe."""
+VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "L1 weight 5": ("visual_tactile_gan", {"config.l1": 5.0}),
+    "L1 weight 20": ("visual_tactile_gan", {"config.l1": 20.0}),
+    "FM weight 20": ("visual_tactile_gan", {"config.feature_matching": 20.0}),
+    "FM weight 80": ("visual_tactile_gan", {"config.feature_matching": 80.0}),
+    "label probabilities": ("visual_tactile_gan", {"config.label": "probabilities"}),
+}
+"""Ours: half and twice each loss weight (10 and 40; Sec. 3.1 leaves their sensitivity open), and conditioning on the
+instance (future work in Sec. 4.5), by the predicted probabilities of all labels."""
 PUBLISHED = {
     "pix2pix": ((0.3513, 0.0089), (52.23, 2.01)),
     "pix2pixHD": ((0.3345, 0.0105), (43.60, 1.88)),
@@ -40,7 +61,18 @@ PUBLISHED = {
 
 
 def run(
-    folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "", trainings: int = 3
+    folder: Path,
+    *,
+    paper: bool,
+    progress: ProgressCallback,
+    data: str = "",
+    trainings: int = 3,
+    methods: str = "",
+    protocol: str = "source-split",
+    alexnet: str = "",
+    inception: str = "",
+    vgg19: str = "",
+    densenet201: str = "",
 ) -> dict[str, Any]:
     """Return every method's figures and their comparison with the proposed model's.
 
@@ -52,7 +84,17 @@ def run(
         Store with photographs; default: simulated surfaces.
     trainings : int
         Seeds per method; 10 in the paper.
+    methods : str
+        Beside the proposed model only these, such as ``pix2pix,without CBN``, or ``variants`` (`VARIANTS`: other loss
+        weights, and label probabilities as condition); default: the published ones.
+    protocol : str
+        Order of splitting, cutting and pairing: ours, ``crop-split`` (the paper's) or ``pair-then-split``.
+    alexnet, inception, vgg19, densenet201 : str
+        Files of published weights (`tactogram doctor` lists them); default: torch's cache.
     """
+    wanted = _wanted(methods)
+    files = {"alexnet": alexnet, "inception": inception, "vgg19": vgg19, "densenet201": densenet201}
+    settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
     store = data_of(folder, data, paper=paper, progress=progress)
     cells = {
         name: [
@@ -61,14 +103,14 @@ def run(
                 store,
                 _file(name),
                 model=model,
-                recipe="paper" if paper else "bench",
+                settings=settings,
                 changes=changes,
                 seed=seed,
                 progress=progress,
             )
             for seed in range(trainings)
         ]
-        for name, (model, changes) in METHODS.items()
+        for name, (model, changes) in wanted.items()
     }
     measures = shown([found for row in cells.values() for found in row])
     values = {
@@ -82,29 +124,46 @@ def run(
                 measure: None if name == PROPOSED else against(values[PROPOSED][measure], row[measure])
                 for measure in measures
             },
-            "published_lpips": PUBLISHED[name][0],
-            "published_fid": PUBLISHED[name][1],
+            "published_lpips": PUBLISHED[name][0] if name in PUBLISHED else None,
+            "published_fid": PUBLISHED[name][1] if name in PUBLISHED else None,
         }
         for name, row in values.items()
     }
-    runs = {name: run_of(folder, _file(name), 0) for name in METHODS}
+    runs = {
+        name: run_of(folder, settings.run_name(_file(name), model), 0) for name, (model, _) in wanted.items()
+    }
     figure = folder / "figure3.png"
     if all((place / "model.json").is_file() for place in runs.values()):
-        compare_pictures(runs, figure, attention=(PROPOSED, "without CBN"), progress=progress)
+        attention = [name for name in (PROPOSED, "without CBN") if name in wanted]
+        compare_pictures(runs, figure, attention=attention, progress=progress)
     result = {
         "figure": str(figure) if figure.is_file() else None,
         "table": 4,
         "simulated": store.simulated,
         "data": store.name,
         "data_sha256": store.sha256,
+        "protocol": settings.protocol,
         "trainings": trainings,
-        "missing": cells[PROPOSED][0]["missing"],
+        "pictures": cells[PROPOSED][0]["pictures"],
+        "missing": cells[PROPOSED][0]["missing"]
+        | ({"perceptual loss": settings.missing[VGG19.network]} if VGG19.network in settings.missing else {}),
         "best": {
             measure: min(rows, key=lambda name: rows[name]["test"][measure]["mean"]) for measure in measures
         },
         "methods": rows,
     }
     return result | {"text": _text(result)}
+
+
+def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
+    """Return model and changes of the named methods, of the published ones for none; always of the proposed."""
+    known = METHODS | VARIANTS
+    wanted = [name.strip() for name in names.split(",")] if names else list(METHODS)
+    wanted = [one for name in wanted for one in (VARIANTS if name == "variants" else (name,))]
+    for name in wanted:
+        if name not in known:
+            raise ParameterError(f"methods must be some of {', '.join(known)} or variants, got {name!r}")
+    return {name: known[name] for name in known if name in {*wanted, PROPOSED}}
 
 
 def _file(name: str) -> str:
@@ -116,18 +175,24 @@ def _text(result: dict[str, Any]) -> str:
     measures = list(rows[PROPOSED]["test"])
     kind = "simulated strokes" if result["simulated"] else "recordings"
     lines = [
-        f"Table 4 on {result['data']}, {kind}, {result['trainings']} trainings, mean ± sd [p against proposed]; "
-        "published: real accelerations of LMT-108, 10 trainings",
+        f"Table 4 on {result['data']}, {kind}, {result['protocol']}, {result['trainings']} trainings, "
+        f"{result['pictures']} test pairs, mean ± sd [p against proposed]; published: real accelerations of LMT-108, "
+        "10 trainings",
         f"{'':20}{'published LPIPS':>18}{'published FID':>16}"
         + "".join(f"{name:>{max(len(name), 24) + 2}}" for name in measures),
     ]
     for name, row in rows.items():
-        line = f"{name:20}" + "{:>18}{:>16}".format(
-            "{:.4f} ± {:.4f}".format(*row["published_lpips"]), "{:.2f} ± {:.2f}".format(*row["published_fid"])
+        published = (
+            ("–", "–")
+            if row["published_lpips"] is None
+            else (
+                "{:.4f} ± {:.4f}".format(*row["published_lpips"]),
+                "{:.2f} ± {:.2f}".format(*row["published_fid"]),
+            )
         )
+        line = f"{name:20}" + "{:>18}{:>16}".format(*published)
         for measure in measures:
-            p = row["p"][measure]
-            text = text_of(row["test"][measure], digits=3) + ("" if p is None else f" [{p:.2g}]")
+            text = text_of(row["test"][measure], digits=3) + p_text(row["p"][measure])
             line += f"{text:>{max(len(measure), 24) + 2}}"
         lines.append(line)
     lines += [f"{name}: {why}" for name, why in result["missing"].items()]

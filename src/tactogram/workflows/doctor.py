@@ -12,6 +12,7 @@ from packaging.requirements import Requirement
 
 from tactogram.errors import MissingExtraError
 from tactogram.nn.vision_import import vision_module
+from tactogram.nn.weight_files import PRETRAINED
 
 EXTRAS = {
     "dev": "tests, style, types, benchmarks",
@@ -32,8 +33,9 @@ def doctor() -> dict[str, Any]:
     -------
     dict
         ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``,
-        ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``problems``
-        (sentences).
+        ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``weights`` (published
+        weights that no package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``,
+        ``url``), ``problems`` (sentences).
     """
     import psutil
     import torch
@@ -63,6 +65,17 @@ def doctor() -> dict[str, Any]:
         "threads": torch.get_num_threads(),
         "packages": core,
         "extras": extras,
+        "weights": [
+            {
+                "network": one.network,
+                "for": one.used_for,
+                "state": one.state(),
+                "file": str(one.cached),
+                "sha256_start": one.sha256_start,
+                "url": one.url,
+            }
+            for one in PRETRAINED
+        ],
         "problems": _problems(core),
     }
 

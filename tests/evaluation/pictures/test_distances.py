@@ -18,6 +18,7 @@ from tactogram.evaluation.pictures.distances import (
 from tactogram.evaluation.pictures.networks import Fid, Lpips, TrunkDistance
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.nn.vision_import import torchvision, vision_module
+from tactogram.nn.weight_files import PRETRAINED
 
 pytestmark = pytest.mark.skipif(find_spec("torchvision") is None, reason="the extra vision is not installed")
 
@@ -107,6 +108,16 @@ def test_weights_that_are_absent_are_said_in_a_line(tmp_path, monkeypatch):
         Fid()
     with pytest.raises(DataError, match=r"nowhere.pth: no weights of AlexNet"):
         Lpips(tmp_path / "nowhere.pth")
+
+
+def test_published_files_are_those_of_torchvision_and_torch_fidelity():
+    models = torchvision().models
+    published = {one.network: one.url for one in PRETRAINED}
+    assert published["AlexNet"] == models.AlexNet_Weights.DEFAULT.url
+    assert published["VGG-19"] == models.VGG19_Weights.DEFAULT.url
+    assert published["DenseNet-201"] == models.DenseNet201_Weights.DEFAULT.url
+    inception = vision_module("torch_fidelity.feature_extractor_inceptionv3").URL_INCEPTION_V3
+    assert published["Inception"] == inception
 
 
 def test_a_file_of_something_else_is_said_in_a_line(tmp_path, alexnet):

@@ -29,8 +29,8 @@ from torch import Tensor, nn
 from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.measures.embedding import frechet_distance
 from tactogram.nn.trunks import Trunk
-from tactogram.nn.vision_import import torchvision, vision_module
-from tactogram.nn.weight_files import read_weights, weight_file
+from tactogram.nn.vision_import import vision_module
+from tactogram.nn.weight_files import ALEXNET, INCEPTION, read_weights, weight_file
 
 SIZE = 256
 """Rows and columns of evaluated pictures: the paper's."""
@@ -39,8 +39,6 @@ PROTOCOL = (
     f"pictures of one channel in [-1, 1], bilinear to {SIZE} x {SIZE}, grey as red, green and blue; LPIPS: AlexNet, "
     "torchmetrics' linear heads; FID: 8 bits, Inception of torch-fidelity, 2048 features"
 )
-INCEPTION_URL = "weights-inception-2015-12-05-6726825d.pth"
-"""torch-fidelity's name of the file that defines FID."""
 
 
 class Lpips:
@@ -51,13 +49,12 @@ class Lpips:
     """
 
     def __init__(self, weights: Path | str = "", *, option: str = "alexnet") -> None:
-        models = torchvision().models
         with torch.random.fork_rng(devices=()):
             torch.manual_seed(0)
             self._network: nn.Module = vision_module("torchmetrics.functional.image.lpips")._NoTrainLpips(
                 net="alex", pnet_rand=True
             )
-        file = weight_file(weights, models.AlexNet_Weights.DEFAULT.url, of="AlexNet (LPIPS)", option=option)
+        file = weight_file(weights, ALEXNET, option=option)
         state = read_weights(file)
         # torchmetrics splits AlexNet's features into five slices that keep the number of each layer.
         names = {name: f"features.{name.partition('.')[2]}" for name in self._network.net.state_dict()}
@@ -82,7 +79,7 @@ class Fid:
         library = vision_module("torchmetrics.image.fid").NoTrainInceptionV3
         state = None
         if not random:
-            file = weight_file(weights, INCEPTION_URL, of="Inception (FID)", option="inception")
+            file = weight_file(weights, INCEPTION, option="inception")
             state = read_weights(file)
 
         class Inception(library):  # type: ignore[valid-type,misc]

@@ -37,8 +37,9 @@ class Config(PictureConfig):
     """Standard deviation of the label's initial weights in conditional batch norm. Assumed: that of the others. Adam
     moves a weight by about its learning rate per step, so that in some hundred steps weights this small have no effect;
     short recipes begin at 1."""
-    label: Literal["predicted", "true"] = "predicted"
-    """Label of the generator in training. Sec. 3.1, "this predicted label"; the true one is a variant."""
+    label: Literal["predicted", "true", "probabilities"] = "predicted"
+    """Label of the generator in training. Sec. 3.1, "this predicted label". Variants: the true one, and the predicted
+    probabilities of all labels, in use, too: a condition of the instance, which Sec. 4.5 leaves to future work."""
     discriminators: int = Field(default=3, gt=0)
     """N_D. Sec. 3.1; Table 3 tries 1 to 4."""
     layers: int = Field(default=3, gt=0)

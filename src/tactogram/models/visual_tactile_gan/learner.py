@@ -40,7 +40,7 @@ class VisualTactileLearner(PictureLearner[Config]):
         predictor = config.predictor if config.conditional else None
         super().__init__(config, kind, seed=seed, device=device, predictor=predictor)
         self.labels: dict[int, Tensor] = {}
-        """Predicted label of each crop of the training photographs, one-hot."""
+        """Predicted label of each crop of the training photographs."""
         self.bands = BandLevels(kind.rate) if config.match_bands else None
 
     def networks(self) -> tuple[UNet, nn.Module]:
@@ -77,11 +77,19 @@ class VisualTactileLearner(PictureLearner[Config]):
         return torch.stack([self.labels[crop] for crop in crops.tolist()])
 
     def _predicted(self, photo: Tensor) -> Tensor:
-        """Return the predicted label of each photograph, one-hot, shape (batch, class); 0 without a predictor."""
+        """Return the predicted label of each photograph, one-hot, or the probabilities if configured.
+
+        Shape (batch, class); 0 without a predictor.
+        """
         if self.predictor is None:
             return torch.zeros(len(photo), len(self.materials))
-        classes = self.predictor.probabilities(photo).argmax(1)
-        return F.one_hot(classes, len(self.materials)).float()
+        return self._condition_of(self.predictor.probabilities(photo))
+
+    def _condition_of(self, probabilities: Tensor) -> Tensor:
+        """Return the generator's condition of predicted probabilities, both of shape (batch, class)."""
+        if self.config.label == "probabilities":
+            return probabilities
+        return F.one_hot(probabilities.argmax(1), len(self.materials)).float()
 
     def conditioning(self, photo: Tensor) -> tuple[Tensor]:
         """Return the predicted labels of photographs, shape (batch, class)."""
@@ -140,8 +148,9 @@ class VisualTactileLearner(PictureLearner[Config]):
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return the vibration of the photographed surface, at the level of the training data.
 
-        ``seed`` decides the crop of the photograph and the recovered phase. The label is the predicted one, unless
-        ``material`` gives another: a name, or weights, which are scaled to sum to 1.
+        ``seed`` decides the crop of the photograph and the recovered phase. The label is the predicted one (or the
+        probabilities, by ``config.label``), unless ``material`` gives another: a name, or weights, which are scaled
+        to sum to 1.
         """
         check_condition(condition, needs=("image",), takes=("material",))
         if self.bands is None or not self.bands.measured:
@@ -167,7 +176,7 @@ class VisualTactileLearner(PictureLearner[Config]):
                 raise ParameterError("a run without conditional batch norm takes no material: omit it")
             return torch.zeros(1, len(self.materials))
         if condition.get("material") is None:
-            condition = {"material": self.classify_photograph(condition["image"])[0]}
+            return self._condition_of(self.probabilities_of(condition["image"])[None])
         weights = material_weights(condition, self.materials)
         return torch.from_numpy(weights / weights.sum()).float()[None]
 

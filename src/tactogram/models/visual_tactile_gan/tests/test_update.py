@@ -54,7 +54,7 @@ def gradients(loss, network):
     return list(torch.autograd.grad(loss, list(network.parameters()), retain_graph=True))
 
 
-@pytest.mark.parametrize("label", ["predicted", "true"])
+@pytest.mark.parametrize("label", ["predicted", "true", "probabilities"])
 def test_an_update_is_adversarial_and_10_l1_and_40_feature_matching(label):
     """Both losses are of the weights before either's update; the learning rate falls in the second half."""
     ours = learner(label=label)
@@ -63,12 +63,11 @@ def test_an_update_is_adversarial_and_10_l1_and_40_feature_matching(label):
     for number, share in ((0, 1.0), (4, 1.0), (6, 0.5)):
         given = _, photo, picture, true, *_ = batch(number)
         figures = ours.step(Stage("gan", STEPS), given)
-        if label == "true":
-            place = true
-        else:
-            place = ours.predictor.bare.eval()(photo).argmax(1)
-            assert not torch.equal(place, true)  # else this would not notice whose label it is
-        made = g(photo, one_hot(place, 2).double())
+        probabilities = ours.predictor.bare.eval()(photo).softmax(1)
+        predicted = one_hot(probabilities.argmax(1), 2)
+        assert not torch.equal(predicted.argmax(1), true)  # else this would not notice whose label it is
+        condition = {"true": one_hot(true, 2), "predicted": predicted, "probabilities": probabilities.float()}
+        made = g(photo, condition[label].double())
         real, fake, outputs = (d(torch.cat((photo, x), 1)) for x in (picture, made.detach(), made))
         adversarial, l1, matching = (
             says_real(outputs),

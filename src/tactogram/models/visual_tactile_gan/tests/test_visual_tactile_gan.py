@@ -120,7 +120,7 @@ def test_absent_weights_are_one_line_that_says_where_they_go(tmp_path, monkeypat
     (tmp_path / "bad.pth").write_bytes(b"no weights")
     with pytest.raises(DataError, match="not a readable file of weights"):
         Trunk("densenet201", str(tmp_path / "bad.pth")).load()
-    with pytest.raises(DataError, match="no weights of densenet201 there"):
+    with pytest.raises(DataError, match="no weights of DenseNet-201 there"):
         Trunk("densenet201", str(tmp_path / "none.pth")).load()
 
 
@@ -224,6 +224,18 @@ def test_given_material_replaces_the_predicted_label(trained):
     own = trained.generate({"image": image}, seed=0).samples
     np.testing.assert_array_equal(trained.generate({"image": image, "material": "fine"}, seed=0).samples, own)
     assert not np.array_equal(trained.generate({"image": image, "material": "coarse"}, seed=0).samples, own)
+
+
+def test_probabilities_of_the_instance_replace_its_label(trained):
+    made = learner(label="probabilities")
+    made.predictor.bare.load_state_dict(trained.predictor.bare.state_dict())
+    crops = torch.cat([made.translation.photo({"image": photo("fine")}, n, seed=0) for n in range(5)])
+    expected = made.predictor.bare.eval()(crops).softmax(1)
+    torch.testing.assert_close(made.conditioning(crops)[0], expected)
+    torch.testing.assert_close(made._label({"image": photo("fine")}), expected.mean(0)[None])
+    torch.testing.assert_close(
+        trained.conditioning(crops)[0], torch.eye(len(KIND.materials))[expected.argmax(1)]
+    )
 
 
 def test_weights_kept_are_the_best_on_what_is_watched(trained):
