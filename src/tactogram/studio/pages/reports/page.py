@@ -12,6 +12,7 @@ from fastapi.responses import FileResponse, JSONResponse
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
+from tactogram.experiments.catalogue import data_text
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import heading, hint, page, report_errors
 from tactogram.studio.pages.reports.catalogue import (
@@ -186,6 +187,8 @@ def _draw_result(path: Path) -> None:
     with ui.row().classes("items-center gap-2"):
         origin = "shipped with the source" if path.name != "result.json" else "of this workspace"
         ui.label(f"Result, {origin}").classes("font-bold")
+        header = values.get("header") or {}
+        ui.label(", ".join(filter(None, (str(header.get("finished", ""))[:10], data_text(header)))))
         if marked_simulated(values):
             ui.label("simulated").classes("simulated")
     text = str(values.pop("text", ""))
