@@ -53,6 +53,9 @@ class Config(BaseModel):
     """Sec. IV-A."""
     discriminator_widths: tuple[Count, ...] = Field(default=(64, 32), min_length=1)
     """Table 3."""
+    discriminator: Literal["concatenated", "projection"] = "concatenated"
+    """Words at the discriminator's input (Table 3), or only in an inner product with its last hidden layer. Ours, after
+    Miyato & Koyama 2018, Eq. (4): ratings beside the spectrum distinguish the sides whatever is generated."""
     leak: float = Field(default=0.01, ge=0, lt=1)
     """Negative slope of LeakyReLU. Eq. (1)."""
 

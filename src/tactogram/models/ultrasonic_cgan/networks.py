@@ -56,3 +56,27 @@ class Discriminator(nn.Module):
     def probability(self, x: Tensor) -> Tensor:
         """Return the output of Table 3, (batch, 1), 0 to 1."""
         return torch.sigmoid(self(x))
+
+
+class ProjectionDiscriminator(Discriminator):
+    """Table 3's layers on the spectrum alone; the logit adds the inner product of the last hidden layer and the words.
+
+    Miyato & Koyama 2018, "cGANs with Projection Discriminator", Eq. (4), with the words' scores in place of a class.
+    """
+
+    def __init__(self, config: Config, *, words: int) -> None:
+        super().__init__(config, words=0)
+        self.bins = config.bins
+        self.projection = nn.Linear(words, config.discriminator_widths[-1], bias=False)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Return the logit of "training data", (batch, 1), of spectra with scores, (batch, bin + word)."""
+        h = self.layers[:-1](x[:, : self.bins])  # B, width
+        y: Tensor = self.layers[-1](h) + (h * self.projection(x[:, self.bins :])).sum(1, keepdim=True)  # B, 1
+        return y
+
+
+def discriminator_of(config: Config, *, words: int) -> Discriminator:
+    """Return the discriminator that ``config`` names."""
+    kind = ProjectionDiscriminator if config.discriminator == "projection" else Discriminator
+    return kind(config, words=words)

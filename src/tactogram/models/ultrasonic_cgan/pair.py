@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from tactogram.evaluation.checkpoint_selection import IterationSelector, SelectedIteration, SelectionRule
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
+from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator, discriminator_of
 from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.training.seeds import torch_seeded
 
@@ -128,7 +128,7 @@ class ClusterNetworks:
 
     def _initial(self, cluster: int) -> tuple[Generator, Discriminator]:
         with torch_seeded(self.seed, "weights", cluster):
-            return Generator(self.config, words=self.words), Discriminator(self.config, words=self.words)
+            return Generator(self.config, words=self.words), discriminator_of(self.config, words=self.words)
 
     # -- state -------------------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactogram.evaluation.checkpoint_selection import SelectedIteration
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
+from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator, discriminator_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class TrainedCluster:
         if outcome["chosen"] is None:
             return cls(None, curves, None, None)
         iteration, loss, rate = outcome["chosen"]
-        generator, discriminator = Generator(config, words=words), Discriminator(config, words=words)
+        generator, discriminator = Generator(config, words=words), discriminator_of(config, words=words)
         generator.load_state_dict(outcome["generator"])
         discriminator.load_state_dict(outcome["discriminator"])
         return cls(
