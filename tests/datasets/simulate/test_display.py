@@ -36,9 +36,19 @@ def test_39_different_signals_of_full_scale_and_one_second():
         assert abs(x.mean()) < 1e-6
 
 
+def test_further_signals_continue_the_39():
+    made = drives(120)
+    assert [d.recording("ultrasonic").id for d in made[:39]] == [
+        d.recording("ultrasonic").id for d in drives()
+    ]
+    assert len({d.recording("ultrasonic").id for d in made}) == 120
+    assert all(0.05 <= d.level <= 1 for d in made[39:])
+    assert [d.name for d in drives(20)] == [d.name for d in made[:20]]
+
+
 def test_no_signal_has_a_seam():
     """The step from its end to its beginning is none that it does not take anyway."""
-    for d in drives():
+    for d in drives(120):
         x = d.signal.samples[0].astype(float)
         assert abs(x[0] - x[-1]) <= np.abs(np.diff(x)).max() + 1e-6, d.is_a
 

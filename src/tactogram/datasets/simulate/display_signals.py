@@ -1,4 +1,4 @@
-"""The 39 arbitrary signals of the simulated display study: one-second loops that modulate the display's carrier.
+"""Arbitrary signals of the simulated display study: one-second loops that modulate the display's carrier.
 
 The study's own 39 are not at hand ("arbitrary signals", Sec. III-C). These are sines, squares, bursts,
 amplitude-modulated tones, bands of noise, trains of pulses, sweeps and sums, some of them at several levels. They loop
@@ -8,7 +8,7 @@ without a seam: every frequency is a whole number of cycles per second, noise is
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from tactogram.datasets.recording import Recording
 from tactogram.signal import Signal
 
+COUNT = 39
+"""The study's own number: 1,248 answers by 32 people. Sec. III-C."""
 RATE, SAMPLES = 10_000.0, 10_000
 """Hz, and one second."""
 Array = NDArray[np.float64]
@@ -26,7 +28,7 @@ _T = np.arange(SAMPLES) / RATE
 
 @dataclass(frozen=True)
 class DisplaySignal:
-    """An arbitrary signal, ``signal01`` to ``signal39``.
+    """An arbitrary signal, ``signal01``, ``signal02``, ….
 
     ``level`` is its peak relative to full scale; ``shape``, float64, shape (10000,), has any scale and mean.
     """
@@ -53,8 +55,39 @@ class DisplaySignal:
         )
 
 
-def drives() -> tuple[DisplaySignal, ...]:
-    """Return the 39 signals, which are always the same."""
+def drives(count: int = COUNT) -> tuple[DisplaySignal, ...]:
+    """Return the first ``count`` signals, which are always the same: the study's 39, then others of their kinds."""
+    made = [*_listed()[:count], *(_drawn(n) for n in range(COUNT + 1, count + 1))]
+    return tuple(DisplaySignal(f"signal{n:02d}", *facts) for n, facts in enumerate(made, start=1))
+
+
+def _drawn(number: int) -> tuple[str, float, Array]:
+    """Return kind, level and shape of a signal beyond the study's, drawn by its number."""
+    rng = np.random.default_rng([COUNT, number])
+    f, low, slow, count = (int(rng.integers(*limits)) for limits in ((4, 900), (4, 400), (4, 30), (4, 80)))
+    high = low + int(rng.integers(20, 500))
+    level, weight = rng.uniform(0.05, 1, 2).tolist()
+    kinds: tuple[tuple[str, Callable[[], Array]], ...] = (
+        (f"sine of {f} Hz", lambda: _sine(f)),
+        (f"square of {slow} Hz", lambda: np.sign(_sine(slow) + 1e-9)),
+        (f"bursts of {f} Hz, {slow} a second", lambda: _sine(f) * _gate(slow, 0.4)),
+        (f"{f} Hz modulated at {slow} Hz", lambda: _sine(f) * (1 + _sine(slow))),
+        (f"noise of {low} to {high} Hz", lambda: _noise(low, high)),
+        (
+            f"noise of {low} to {high} Hz, {slow} swells a second",
+            lambda: _noise(low, high) * (1 + _sine(slow)),
+        ),
+        (f"{count} pulses of 2 ms a second", lambda: _pulses(np.arange(count) / count)),
+        (f"{count} pulses of 2 ms a second, irregular", lambda: _pulses(_irregular(count))),
+        (f"sweep of {low} to {high} Hz and back", lambda: _sweep(low, high)),
+        (f"sum of sines of {slow} and {f} Hz", lambda: _sine(slow) + weight * _sine(f)),
+    )
+    is_a, shape = kinds[rng.integers(len(kinds))]
+    return f"{is_a}, at {level:.3g}", level, shape()
+
+
+def _listed() -> list[tuple[str, float, Array]]:
+    """Return kind, level and shape of the study's 39."""
     made = [
         (f"sine of {f} Hz", 1.0, _sine(f)) for f in (5, 10, 20, 40, 80, 120, 160, 200, 250, 320, 400, 600)
     ]
@@ -82,7 +115,7 @@ def drives() -> tuple[DisplaySignal, ...]:
         ("sum of sines of 8 and 200 Hz", 1.0, _sine(8) + 0.6 * _sine(200)),
         ("noise of 150 to 500 Hz, swelling 6 times a second", 1.0, _noise(150, 500) * (1 + _sine(6))),
     ]
-    return tuple(DisplaySignal(f"signal{n:02d}", *facts) for n, facts in enumerate(made, start=1))
+    return made
 
 
 def _sine(hz: float) -> Array:

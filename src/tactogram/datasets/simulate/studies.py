@@ -9,7 +9,7 @@ import numpy as np
 
 from tactogram.datasets.ratings.ratings import Ratings, join_ratings
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.simulate.display_signals import drives
+from tactogram.datasets.simulate.display_signals import COUNT, drives
 from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.raters import draw_people, score_images, score_plates, score_vibrations
 from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
@@ -39,20 +39,28 @@ RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37}
 
 
 def study(
-    set_name: str, *, seed: int, per_class: int | None = None, raters: int | None = None
+    set_name: str,
+    *,
+    seed: int,
+    per_class: int | None = None,
+    raters: int | None = None,
+    signals: int | None = None,
 ) -> SimulatedStudyData | None:
     """Return the content of a named set besides its recordings of surfaces; None for a set without ratings.
 
     ``seed`` determines people and images; plates and display signals are always the same. ``per_class`` is the number
-    of images per family for ``tactile_images``, by default `PER_FAMILY`; ``raters`` is by default that of `RATERS`.
+    of images per family for ``tactile_images``, by default `PER_FAMILY`; ``raters`` is by default that of `RATERS`;
+    ``signals`` is the number of display signals of ``ultrasonic``, by default the study's 39.
     """
+    if signals is not None and (set_name != "ultrasonic" or signals < 1):
+        raise ParameterError(f"signals must be at least 1, of ultrasonic; got {signals} of {set_name}")
     if set_name not in RATERS:
         if raters is not None:
             raise ParameterError(f"{set_name} has no ratings; raters must be of {', '.join(RATERS)}")
         return None
     people = draw_people(RATERS[set_name] if raters is None else raters, seed=seed)
     if set_name == "ultrasonic":
-        shown = drives()
+        shown = drives(signals or COUNT)
         felt = score_plates(PLATES, people, seed=seed)
         played = score_vibrations({drive.name: drive.signal for drive in shown}, people, seed=seed)
         return SimulatedStudyData(

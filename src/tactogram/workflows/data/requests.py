@@ -56,6 +56,9 @@ class SimulationRequest(Request):
     raters: Annotated[
         int | None, Option("simulated raters, in sets with ratings (default: the paper's)", "N")
     ] = None
+    signals: Annotated[int | None, Option("display signals of ultrasonic (default: the paper's 39)", "N")] = (
+        None
+    )
     workers: Annotated[int | None, _WORKERS] = None
     progress: ProgressCallback = silent
 

@@ -37,7 +37,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         For an unknown set or a number out of range, as `simulate` does.
     """
     set_name, seed, per_class = request.set_name, request.seed, request.per_class
-    photographs, raters = request.photographs, request.raters
+    photographs, raters, signals = request.photographs, request.raters, request.signals
     shown = surface_photographs(set_name, photographs)
     todo = tasks(
         set_name,
@@ -48,7 +48,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         speeds_mm_s=request.speeds_mm_s,
         own_images=not photographs,
     )
-    rated = study(set_name, seed=seed, per_class=per_class, raters=raters)
+    rated = study(set_name, seed=seed, per_class=per_class, raters=raters, signals=signals)
     given = {
         "per-class": per_class,
         "seconds": request.seconds,
@@ -56,6 +56,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         "speeds": ",".join(f"{speed:g}" for speed in request.speeds_mm_s or ()) or None,
         "photographs": photographs or None,
         "raters": raters,
+        "signals": signals,
     }
     command = " ".join(
         [f"tactogram data simulate {set_name} --seed {seed}"]
