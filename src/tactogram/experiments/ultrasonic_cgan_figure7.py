@@ -77,7 +77,7 @@ def run(
         Recipe of the generators; default: ``paper``, or ``quick`` for the bench.
     """
     store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
-    chosen = _chosen(groups)
+    chosen = chosen_groups(groups)
     recipe = recipe or ("paper" if paper else "quick")
     changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
     made = {
@@ -165,7 +165,7 @@ def _told(
     }
 
 
-def _chosen(groups: str) -> list[str]:
+def chosen_groups(groups: str) -> list[str]:
     """Return the named groups in the paper's order."""
     names = [name.strip() for name in groups.split(",")]
     if unknown := [name for name in names if name not in GROUPS]:

@@ -63,6 +63,12 @@ def test_the_plan_of_saga_et_al_is_theirs():
     assert len(plan.trials()) == 270
 
 
+def test_the_plan_of_hatori_and_takemura_is_theirs():
+    plan = SessionPlan.load("hatori-plates")
+    assert (len(plan.trials()), plan.speeds_mm_s, plan.stroke_mm) == (120, (20,), 50)
+    assert (plan.seconds, plan.rate, plan.force_n) == (2.5, 10_000, 0.98)
+
+
 @pytest.mark.parametrize(
     ("values", "match"),
     [

@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from scipy.cluster.hierarchy import dendrogram
 
 from tactogram.evaluation.checkpoint_selection import SelectionRule, smoothed
+from tactogram.models.ultrasonic_cgan.cluster_evaluation import distance
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
 from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
-from tactogram.statistics.figures import AXIS_COLOURS, BLUE, INK, ORANGE
+from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE
 
 POINTS = 2000
 """Most points drawn of a raw curve."""
@@ -85,5 +86,47 @@ def selection_figure(
     grid[0, 0].legend(frameon=False, fontsize=8, loc="upper right", ncols=2)
     for axes in grid[-1]:
         axes.set_xlabel(f"iteration (smoothed over the last {rule.window})")
+    figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def spectra_figure(
+    surfaces: SurfaceTable, trained: Sequence[TrainedCluster], names: Sequence[str], *, title: str = ""
+) -> Figure:
+    """Draw a sensor spectrum and the generated one as in Fig. 6, one row per cluster, for its first surface.
+
+    Beside them are the mean of the surface's sensor spectra, and the display signal with the nearest spectrum.
+    """
+    figure = Figure(figsize=(10, 0.5 + 2.1 * len(trained)), layout="constrained")
+    grid = figure.subplots(len(trained), 2, squeeze=False, sharex=True)
+    for cluster, ((left, right), one) in enumerate(zip(grid, trained, strict=True)):
+        plate = surfaces.plates.index(surfaces.members(cluster)[0])
+        sensor, hertz = surfaces.stored[plate], np.arange(1, surfaces.stored.shape[2] + 1)
+        left.plot(hertz, sensor.mean(0), lw=1.2, color=GRAY, label=f"mean of {surfaces.plates[plate]}")
+        left.plot(hertz, sensor[0], lw=0.6, color=BLUE, label="input")
+        if one.generator is None:
+            right.text(0.5, 0.5, "failed: no generator", transform=right.transAxes, ha="center", color=ORANGE)
+        else:
+            made, _ = one.answers(sensor[:1] / surfaces.sensor_scale, surfaces.means[plate])
+            spectrum = np.maximum(made[0], 0) * surfaces.display_scale
+            away = [distance(spectrum, shown) for shown in surfaces.display.astype(np.float64)]
+            place = int(np.argmin(away))
+            right.plot(
+                hertz,
+                surfaces.display[place],
+                lw=1.2,
+                color=GRAY,
+                label=f"nearest: {surfaces.display_items[place]}",
+            )
+            right.plot(hertz, spectrum, lw=0.6, color=ORANGE, label="output")
+            right.legend(frameon=False, fontsize=8)
+        left.legend(frameon=False, fontsize=8)
+        left.set_title(names[cluster], fontsize=9, loc="left")
+        left.set_ylabel("amplitude")
+    for axes in grid.ravel():
+        axes.margins(x=0)
+        axes.tick_params(labelsize=8)
+    for axes, side in zip(grid[-1], ("sensor, standardised", "display's drive, full scale 1"), strict=True):
+        axes.set_xlabel(f"Hz ({side})")
     figure.suptitle(title, fontsize=10)
     return figure

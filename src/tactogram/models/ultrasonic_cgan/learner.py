@@ -17,7 +17,7 @@ from tactogram.model import Condition, Example, SignalKind, Stage, check_state
 from tactogram.models.ultrasonic_cgan.cluster_evaluation import figures_of
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.drive import GeneratedSpectrum, loop, make
-from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure
+from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure, spectra_figure
 from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks
 from tactogram.models.ultrasonic_cgan.spectra import (
     SideSpectra,
@@ -195,7 +195,7 @@ class UltrasonicCGANLearner:
         }
 
     def figures(self) -> dict[str, Figure]:
-        """Return the tree of the surfaces, and the curves with the chosen iterations."""
+        """Return the tree of the surfaces, the curves with the chosen iterations, and spectra in and out."""
         surfaces = self._surfaces
         data = "simulated data" if self.kind.simulated else ""
         names = [_cluster_title(number, surfaces.members(number)) for number in range(len(self.trained))]
@@ -203,6 +203,7 @@ class UltrasonicCGANLearner:
         return {
             "clusters": clusters_figure(surfaces, method=self.config.linkage, title=title),
             "selection": selection_figure(self.trained, self.pair.rule, names, title=title),
+            "spectra": spectra_figure(surfaces, self.trained, names, title=title),
         }
 
     def state(self) -> dict[str, Any]:

@@ -159,7 +159,19 @@ def test_a_failed_training_is_said_and_generates_nothing(tiny, kind, data):
     ) as error:
         learner.generate({"words": STICKY}, seed=0)
     assert "\n" not in str(error.value)
-    assert set(learner.figures()) == {"clusters", "selection"}
+    assert set(learner.figures()) == {"clusters", "selection", "spectra"}
+
+
+def test_figure_6_has_the_spectrum_that_goes_in_and_the_one_that_comes_out(learner):
+    surfaces, one = learner.surfaces, learner.trained[0]
+    left, right = learner.figures()["spectra"].axes[:2]
+    drawn = {line.get_label(): line.get_ydata() for axes in (left, right) for line in axes.lines}
+    np.testing.assert_array_equal(drawn["input"], surfaces.stored[0, 0])
+    np.testing.assert_allclose(drawn["mean of plate01"], surfaces.stored[0].mean(0))
+    made, _ = one.answers(surfaces.stored[0, :1] / surfaces.sensor_scale, surfaces.means[0])
+    np.testing.assert_allclose(drawn["output"], made[0].clip(0) * surfaces.display_scale)
+    [nearest] = [label for label in drawn if label.startswith("nearest: signal")]
+    assert any(np.array_equal(drawn[nearest], row) for row in surfaces.display)
 
 
 def test_a_copy_of_a_display_signal_and_a_collapse_show_in_the_figures(data, trained):
