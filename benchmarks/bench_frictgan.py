@@ -85,8 +85,8 @@ def compare(ours, plain, operations, repetitions):
 
 def plain_step(learner, stage, batch):
     """Do the step with no graph left out."""
-    photos, frictions = batch
-    real = learner._inside(frictions)
+    photos, frictions, _ = batch
+    real = learner.as_learned(frictions)
     size = learner.config.batch_size
     for first in range(0, len(photos), size):
         part = slice(first, first + size)

@@ -96,6 +96,9 @@ class Config(BaseModel):
     """Sec. 4, RMSprop."""
     critic_learning_rate: float | None = Field(default=None, gt=0)
     """None is ``learning_rate``, as in Sec. 4."""
+    constant: float = Field(default=1.0, ge=0, le=1)
+    """Share of the updates after which the learning rates fall linearly, to 0 at the end; 1 (open in the paper; the
+    code's) keeps them. RMSprop steps of a constant size leave the level wherever the last batches pushed it."""
     batch_size: int = Field(default=2, ge=2)
     """Sec. 4."""
     epochs: int = Field(default=400, gt=0)

@@ -18,6 +18,7 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
+from tactogram.features.amplitude_spectrogram import AmplitudeSpectrogram
 from tactogram.features.registered_pairs import FrictionBatch, Part
 from tactogram.model import Example
 from tactogram.signal import Signal
@@ -77,29 +78,53 @@ def evaluate_fabrics(
     ``examples`` are unseen under the protocol ``examples``, else the training examples, of which other windows are
     used.
     """
+    windows = fabric_windows(learner, examples, part)
+    made = {
+        name: learner.spectrogram.decode(learner.spectra(batch, seed=seed)[0], seed=seed)
+        for name, batch in windows.items()
+    }
+    recorded = {name: batch.friction for name, batch in windows.items()}
+    return compare_fabrics(learner.spectrogram, recorded, made, recovered=made, seed=seed)
+
+
+def fabric_windows(
+    learner: FrictGANLearner, examples: Sequence[Example], part: Part | None, *, most: int = WINDOWS
+) -> dict[str, FrictionBatch]:
+    """Return ``most`` windows of ``part`` per fabric, evenly spread, or all if there are fewer."""
     pairs = learner.pairs(examples, part)
     fabrics: dict[str, list[int]] = {}
     for number, example in enumerate(examples):
         fabrics.setdefault(str(example.material), []).extend(pairs.of(number))
     if len(fabrics) < 2 or min(len(places) for places in fabrics.values()) < 4:
         raise ParameterError("an evaluation needs at least two fabrics of at least four windows each")
-    recorded: dict[str, Tensor] = {}
-    made: dict[str, tuple[Tensor, Tensor]] = {}
-    for name, places in fabrics.items():
-        spread = np.unique(np.linspace(0, len(places) - 1, WINDOWS).astype(int))
-        batch: FrictionBatch = pairs.batch([places[i] for i in spread])
-        generated, real = learner.spectra(batch, seed=seed)
-        spectrogram = learner.spectrogram
-        recorded[name] = batch.friction
-        made[name] = spectrogram.decode(generated, seed=seed), spectrogram.decode(real, seed=seed)
+    return {
+        name: pairs.batch([places[i] for i in np.unique(np.linspace(0, len(places) - 1, most).astype(int))])
+        for name, places in fabrics.items()
+    }
+
+
+def compare_fabrics(
+    spectrogram: AmplitudeSpectrogram,
+    recorded: Mapping[str, Tensor],
+    made: Mapping[str, Tensor],
+    *,
+    recovered: Mapping[str, Tensor] | None = None,
+    seed: int = 0,
+) -> dict[str, FabricResult]:
+    """Return figures per fabric of windows ``made`` against ``recorded`` ones, both (window, axis, samples).
+
+    ``recovered`` are the same after Griffin-Lim, for the paper's squared error; by default they pass through it here.
+    """
     names = list(recorded)
     figures = {}
     for place, name in enumerate(names):
-        real, (ours, inverted) = recorded[name], made[name]
+        real, ours = recorded[name], made[name]
+        inverted = spectrogram.decode(spectrogram.encode(real), seed=seed)
+        again = recovered[name] if recovered else spectrogram.decode(spectrogram.encode(ours), seed=seed)
         other = recorded[names[(place + 1) % len(names)]]
         figures[name] = FabricResult(
             windows=len(real),
-            mse=_mean((ours - inverted).square()),
+            mse=_mean((again - inverted).square()),
             mse_recording=_mean((ours - real).square()),
             mse_flat=_mean((real - real.mean(-1, keepdim=True)).square()),
             level_error=_mean((ours.mean(-1) - real.mean(-1)).abs()),

@@ -43,6 +43,7 @@ class FrictGANLearner:
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
         self.config, self.kind = config, kind
+        self.rates = (config.learning_rate, config.critic_learning_rate or config.learning_rate)
         self.device = torch.device(device)
         self.windows, self.spectrogram = config.photo_windows(), config.spectrogram()
         self.scale = torch.ones(len(kind.axes), config.bins, 1)
@@ -60,10 +61,9 @@ class FrictGANLearner:
 
         Made for training only: the first optimiser of a process imports torch's compiler.
         """
-        rates = (self.config.learning_rate, self.config.critic_learning_rate or self.config.learning_rate)
         return [
             torch.optim.RMSprop(network.parameters(), lr=rate, alpha=0.9, eps=1e-7)
-            for network, rate in zip((self.generator, self.critic), rates, strict=True)
+            for network, rate in zip((self.generator, self.critic), self.rates, strict=True)
         ]
 
     def setup(self, fabric: Any) -> None:
@@ -103,14 +103,15 @@ class FrictGANLearner:
         count = self.config.batch_size * (self.config.critic_updates if self.config.adversarial else 1)
         for number, places in enumerate(grouped(pairs.order(seed), count, skip=start), start=start):
             batch = pairs.batch(places, seed=number)
-            yield batch.photo, batch.friction
+            yield batch.photo, batch.friction, number / stage.steps
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
             return self._fit(batch[0])
-        photos, frictions = (part.to(self.device) for part in batch)
-        real = self._inside(frictions)
+        photos, frictions = (part.to(self.device) for part in batch[:2])
+        real = self.as_learned(frictions)
         self.generator.train(), self.critic.train()
+        self._schedule(batch[2])
         figures: dict[str, Tensor] = {}
         size = self.config.batch_size
         for first in range(0, len(photos), size):
@@ -119,6 +120,13 @@ class FrictGANLearner:
                 figures |= self._update_critic(photos[part], real[part])
         figures |= self._update_generator(photos[part], real[part])
         return {name: float(value) for name, value in figures.items()}
+
+    def _schedule(self, done: float) -> None:
+        """Set the learning rates after a share ``done`` of the updates."""
+        falling = min(1.0, (1 - done) / (1 - self.config.constant)) if self.config.constant < 1 else 1.0
+        for optimiser, rate in zip(self.optimisers, self.rates, strict=True):
+            for group in optimiser.param_groups:
+                group["lr"] = rate * falling
 
     def _update_critic(self, photo: Tensor, real: Tensor) -> dict[str, Tensor]:
         """Arjovsky et al. 2017, Algorithm 1, lines 3 to 7; or the code's cross-entropy, also clipped."""
@@ -176,7 +184,7 @@ class FrictGANLearner:
             self.scale = (total / len(places)).clamp_min(1e-6)
         return figures
 
-    def _inside(self, friction: Tensor) -> Tensor:
+    def as_learned(self, friction: Tensor) -> Tensor:
         """Return spectrograms on the networks' scale."""
         parts = self.spectrogram.encode(friction) / self.scale.to(friction.device)
         return torch.log1p(parts / LEAST) if self.config.scale == "log" else parts
@@ -205,20 +213,33 @@ class FrictGANLearner:
         squared = (self.spectrogram.decode(made) - self.spectrogram.decode(real)).square().mean()
         return {"l1": float(((made - real) / self.scale).abs().mean()), "mse": float(squared)}
 
-    @torch.inference_mode()
     def spectra(self, batch: FrictionBatch, *, seed: int = 0) -> tuple[Tensor, Tensor]:
         """Return generated and recorded magnitudes of pairs, each float32, (pair, axis, bin, frame)."""
+        return self.mixed(batch.photo, seed=seed), self.spectrogram.encode(batch.friction)
+
+    def mixed(
+        self, photo: Tensor, other: Tensor | None = None, share: float = 0.0, *, seed: int = 0
+    ) -> Tensor:
+        """Return the magnitudes generated from photographs, or from a mix with ``other`` ones (`Generator.forward`)."""
         made = []
-        for first in range(0, len(batch.photo), AT_ONCE):
-            photo = batch.photo[first : first + AT_ONCE]
-            noise = torch.stack([self._noise(seed, first + k) for k in range(len(photo))])
-            made.append(self._magnitude(photo, noise))
-        return torch.cat(made), self.spectrogram.encode(batch.friction)
+        for first in range(0, len(photo), AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            noise = torch.stack([self._noise(seed, first + k) for k in range(len(photo[part]))])
+            second = None if other is None else other[part]
+            made.append(self._magnitude(photo[part], noise, second, share))
+        return torch.cat(made)
 
     @torch.inference_mode()
-    def _magnitude(self, photo: Tensor, noise: Tensor) -> Tensor:
+    def _magnitude(
+        self, photo: Tensor, noise: Tensor, other: Tensor | None = None, share: float = 0.0
+    ) -> Tensor:
         network = bare(self.generator).eval()
-        made: Tensor = network(photo.to(self.device), noise.to(self.device) if self.config.noise else None)
+        made: Tensor = network(
+            photo.to(self.device),
+            noise.to(self.device) if self.config.noise else None,
+            other=None if other is None else other.to(self.device),
+            share=share,
+        )
         return self._outside(made)
 
     def _noise(self, seed: int, number: int) -> Tensor:

@@ -54,15 +54,23 @@ class Generator(nn.Module):
         if config.scale != "none" and self.last.bias is not None:  # start from the mean spectrum
             nn.init.constant_(self.last.bias, 1.0 if config.scale == "bins" else math.log1p(100))
 
-    def forward(self, photo: Tensor, noise: Tensor | None = None) -> Tensor:
+    def forward(
+        self,
+        photo: Tensor,
+        noise: Tensor | None = None,
+        *,
+        other: Tensor | None = None,
+        share: float = 0.0,
+    ) -> Tensor:
         """Return magnitudes >= 0 of photographs (batch, channel, pixels, pixels) in -1..1.
 
-        ``noise``, standard normal, shape (batch, noise), is needed if the configuration has noise.
+        ``noise``, standard normal, shape (batch, noise), is needed if the configuration has noise. With ``other``,
+        photographs of the same shape, every map of the encoder is the mean of both, ``other`` counting ``share``.
         """
-        maps, h = [], photo  # B, 3, 1024, 1024
-        for layer in self.encoder:
-            h = layer(h)  # B, C, H / stride, W / stride; the last B, 512, 2, 2
-            maps.append(h)
+        maps = self._encoded(photo)
+        if other is not None:
+            maps = [one.lerp(two, share) for one, two in zip(maps, self._encoded(other), strict=True)]
+        h = maps[-1]
         if self.squeeze is not None and self.spread is not None:
             latent = self.squeeze(h.flatten(1))  # B, 128
             if self.noise:
@@ -77,6 +85,13 @@ class Generator(nn.Module):
             h = torch.cat((h, match(skip, (h.shape[2], h.shape[3]), self.match_by)), 1)  # B, 2 C, …
         magnitude: Tensor = F.relu(self.last(h))  # B, 1, 257, 11
         return magnitude
+
+    def _encoded(self, photo: Tensor) -> list[Tensor]:
+        maps, h = [], photo  # B, 3, 1024, 1024
+        for layer in self.encoder:
+            h = layer(h)  # B, C, H / stride, W / stride; the last B, 512, 2, 2
+            maps.append(h)
+        return maps
 
 
 class Critic(nn.Module):

@@ -143,7 +143,7 @@ def test_epochs_are_passes_over_the_training_windows():
 )
 def test_a_step_takes_a_batch_for_each_update_of_the_critic(changes, pairs):
     made = learner(**changes)
-    photo, friction = next(made.batches(made.stages(EXAMPLES)[-1], EXAMPLES, seed=0))
+    photo, friction, _ = next(made.batches(made.stages(EXAMPLES)[-1], EXAMPLES, seed=0))
     assert len(photo) == len(friction) == pairs
 
 
@@ -151,7 +151,7 @@ def test_critic_loss_is_equation_2_and_weights_are_clipped():
     made = learner(clip=0.01)
     made.step(made.stages(EXAMPLES)[0], (EXAMPLES,))
     batch = made.pairs(EXAMPLES).batch(range(4))
-    real = made._inside(batch.friction)
+    real = made.as_learned(batch.friction)
     critic = Critic(made.config)
     critic.load_state_dict(made.critic.state_dict())
     with torch_seeded(0), torch.no_grad():
@@ -168,7 +168,7 @@ def test_generator_loss_is_equation_3_with_lambda_100():
     made = learner()
     made.step(made.stages(EXAMPLES)[0], (EXAMPLES,))
     batch = made.pairs(EXAMPLES).batch(range(4))
-    real, losses = made._inside(batch.friction), []
+    real, losses = made.as_learned(batch.friction), []
     made.backward = losses.append  # looks at the loss, changes nothing
     made.optimisers[0].step = lambda: None
     with torch_seeded(0):
@@ -182,7 +182,7 @@ def test_cross_entropy_of_the_authors_code():
     made = learner(loss="cross-entropy", latent=0, noise=0, first_norm=False)
     fit(made, EXAMPLES, seed=0)
     batch = made.pairs(EXAMPLES).batch(range(4))
-    figures = made._update_critic(batch.photo, made._inside(batch.friction))
+    figures = made._update_critic(batch.photo, made.as_learned(batch.friction))
     assert figures["critic_loss"] == pytest.approx(
         2 * np.log(2), abs=0.1
     )  # weights of at most 0.01 cannot tell yet
@@ -241,3 +241,23 @@ def test_eval_does_not_depend_on_what_stands_beside(model):
         together = model._magnitude(pairs.batch([0, 5]).photo, torch.zeros(2, 4))
         alone = model._magnitude(pairs.batch([5]).photo, torch.zeros(1, 4))
     torch.testing.assert_close(together[1:], alone, rtol=1e-4, atol=1e-5)
+
+
+def test_learning_rates_fall_to_0_after_their_constant_share():
+    made = learner(constant=0.5, learning_rate=4e-4, critic_learning_rate=2e-4)
+    for done, factor in ((0.0, 1.0), (0.5, 1.0), (0.75, 0.5), (0.95, 0.1)):
+        made._schedule(done)
+        rates = [optimiser.param_groups[0]["lr"] for optimiser in made.optimisers]
+        assert rates == pytest.approx([4e-4 * factor, 2e-4 * factor])
+
+
+def test_a_mix_lies_between_its_photographs():
+    made = learner()
+    made.step(made.stages(EXAMPLES)[0], (EXAMPLES,))
+    photo = made.pairs(EXAMPLES).batch([0, len(made.pairs(EXAMPLES)) - 1]).photo
+    one, other = photo[:1], photo[1:]
+    assert torch.equal(made.mixed(one, other, 0.0), made.mixed(one))
+    assert torch.allclose(made.mixed(one, other, 1.0), made.mixed(other))
+    half = made.mixed(one, other, 0.5)
+    assert not torch.allclose(half, made.mixed(one))
+    assert torch.allclose(half, made.mixed(other, one, 0.5))

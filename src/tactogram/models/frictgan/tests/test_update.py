@@ -23,7 +23,7 @@ SMALL = {
 
 def learner(**changes):
     made = FrictGANLearner(Config(**SMALL, **changes), KIND, seed=0)
-    made._inside = lambda spectra: spectra  # batches hold spectrograms here, not the friction they are of
+    made.as_learned = lambda spectra: spectra  # batches hold spectrograms here, not the friction they are of
     return made
 
 
@@ -82,7 +82,7 @@ def test_a_step_is_five_clipped_critic_updates_and_one_of_the_generator_with_lam
     for number in range(STEPS):
         photo, real = batch(number)
         torch.manual_seed(number)  # of noise and dropout
-        figures = ours.step(Stage("train", STEPS), (photo, real))
+        figures = ours.step(Stage("train", STEPS), (photo, real, number / STEPS))
         torch.manual_seed(number)
         expected = {}
         for part in (slice(2 * update, 2 * update + 2) for update in range(5)):
