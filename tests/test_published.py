@@ -15,7 +15,7 @@ PAPER = {
         "latent": 100, "channels": (1024, 512, 256, 128, 64), "kernel": 25, "stride": 4, "leak": 0.2, "length": 16_384,
         "batch_size": 64, "phase_shuffle": 2, "penalty": 10, "generator_updates": 2, "critic_updates": 1,
         "learning_rate": 1e-4, "betas": (0.5, 0.9), "repetition": "repeat", "repetitions": 10, "epochs": 40,
-        "steps": None,
+        "epoch_covers": "recordings", "steps": None,
     },
     # Hatori and Takemura, Sec. III-B, IV-A and IV-C, Tables 2 to 4.
     "ultrasonic_cgan": {

@@ -96,6 +96,23 @@ def finding(section, of, test, role=None):
     )
 
 
+def test_the_texture_table_counts_the_people_at_chance():
+    right = {0: 5, 1: 8, 2: 9, 3: 10, 4: 1}
+    rows = [
+        (p, t + 1, {"stimulus": "cork", "value": float(t < count), "correct": t < count})
+        for p, count in right.items()
+        for t in range(10)
+    ]
+    answers = simulated("two_area", "which", rows)
+    [row] = only(analyse(answers)).tables["share correct per texture"]
+    assert row["at_chance"] == "2 of 5"  # of 10 answers, 9 or more and 1 or fewer differ from one half at .05
+    section = only(analyse(answers, plan=AnalysisPlan({}, alpha=0.005)))
+    assert section.tables["share correct per texture"][0]["at_chance"] == "4 of 5"
+    [note] = [note for note in section.notes if note.startswith("at_chance")]
+    assert "exact binomial" in note
+    assert "p >= 0.005" in note
+
+
 def test_verdicts_never_say_that_there_is_no_difference():
     assert verdict_of(0.01) == verdict_of(0.01, equivalence_p=0.01) == SHOWN
     assert verdict_of(0.9) == NOT_SHOWN

@@ -285,3 +285,18 @@ def test_what_is_added_to_the_data_later_does_no_harm(store, tmp_path, tiny, tex
     assert evaluate(run.folder)["confusion_windows"] == before["confusion_windows"]
     found = search(run.folder, texture("wool", 500), data=grown, count=1)
     assert found["nearest"][0]["material"] == "felt"
+
+
+def test_the_updates_of_a_gan_are_said_before_its_first_step(store, tmp_path):
+    shown = []
+    run = train(
+        "stroke_gan",
+        store,
+        recipe="tiny",
+        out=tmp_path / "gan",
+        accelerator="cpu",
+        progress=lambda task, done, total, note="": shown.append((task, note)),
+    )
+    place = shown.index(("plan", "updates in all: critic 4, generator 8"))
+    assert "train" not in [task for task, _ in shown[:place]]
+    assert run.facts()["notes"] == ["updates in all: critic 4, generator 8"]

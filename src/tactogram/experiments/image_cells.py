@@ -133,11 +133,21 @@ def scores_of(rater: Any, item: Any, words: Sequence[str]) -> Array:
     return scores
 
 
-def real_images(images: Store, *, count: int = REAL) -> torch.Tensor:
-    """Return real images in the generators' form, float32, (image, 3, 64, 64), evenly selected."""
+def real_images(images: Store, *, count: int = REAL) -> tuple[torch.Tensor, torch.Tensor | None]:
+    """Return real images, evenly selected, and at most as many others, None if these are fewer than 2.
+
+    In the generators' form, float32, (image, 3, 64, 64).
+    """
     keys = [key for held in images.photographs_by_material.values() for key in held]
-    some = np.linspace(0, len(keys) - 1, min(count, len(keys))).round().astype(int)
-    return torch.from_numpy(as_floats(np.stack([square(images.photograph(keys[k]), 64) for k in some])))
+
+    def selected(places: NDArray[np.int_]) -> tuple[NDArray[np.int_], torch.Tensor]:
+        some = places[np.linspace(0, len(places) - 1, min(count, len(places))).round().astype(int)]
+        pixels = np.stack([square(images.photograph(keys[place]), 64) for place in some])
+        return some, torch.from_numpy(as_floats(pixels))
+
+    some, chosen = selected(np.arange(len(keys)))
+    rest = np.setdiff1d(np.arange(len(keys)), some)
+    return chosen, selected(rest)[1] if len(rest) > 1 else None
 
 
 def as_tensor(made: Sequence[Image]) -> torch.Tensor:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from tactogram.signal.joining import extend
 
 Rng = Callable[[str, int], np.random.Generator]
 """From a purpose, ``"epoch"`` or ``"crop"``, and its number to a random generator."""
+Epoch = Literal["recordings", "slices", "crops"]
+"""Crops of an epoch: one of each recording, or one per whole length in it; one per whole length in each recording *as
+repeated*; or as many as a repeated recording has places to begin."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,7 @@ class SignalCrops:
 
     Recordings shorter than ``length`` samples are joined to themselves by crossfades of ``overlap`` samples, at most a
     third of the recording, or with ``repetitions`` put end to end as often, more if still too short. ``lead`` are
-    further samples before each crop.
+    further samples before each crop. ``covers`` defines an epoch.
     """
 
     examples: Sequence[Example]
@@ -32,19 +36,27 @@ class SignalCrops:
     overlap: int
     repetitions: int | None = None
     lead: int = 0
+    covers: Epoch = "recordings"
 
     def epoch(self) -> NDArray[np.int64]:
-        """Return the number of each recording, once or once per whole ``length`` in it: int64, shape (crop,)."""
-        times = [max(1, len(example.signal) // self.length) for example in self.examples]
+        """Return the number of each recording, as often as an epoch crops it: int64, shape (crop,)."""
+        times = [self._times(len(example.signal)) for example in self.examples]
         return np.repeat(np.arange(len(times)), times)
+
+    def _times(self, size: int) -> int:
+        if self.covers != "recordings" and size < self.length and self.repetitions is not None:
+            size *= self.repetitions
+        return max(1, size - self.length + 1 if self.covers == "crops" else size // self.length)
 
     def draw(self, start: int, count: int, rng: Rng) -> list[tuple[Example, NDArray[np.float32]]]:
         """Return crops ``start`` to ``start + count``: each recording, and float32 (axis, lead + length)."""
         members = self.epoch()
-        drawn = []
+        drawn, orders = [], dict[int, NDArray[np.int64]]()
         for number in range(start, start + count):
             epoch, place = divmod(number, len(members))
-            order = rng("epoch", epoch).permutation(len(members))
+            if epoch not in orders:
+                orders[epoch] = rng("epoch", epoch).permutation(len(members))
+            order = orders[epoch]
             example = self.examples[members[order[place]]]
             drawn.append((example, self.cut(example.signal, rng("crop", number))))
         return drawn

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -62,10 +62,18 @@ class Stage:
         As progress displays it.
     steps : int
         Calls of `Learner.step`, one batch each.
+    updates : mapping
+        Updates of each network in a step, where they differ between networks.
     """
 
     name: str
     steps: int
+    updates: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def total_updates(self) -> dict[str, int]:
+        """Updates of each network in all steps."""
+        return {network: self.steps * each for network, each in self.updates.items()}
 
 
 @runtime_checkable

@@ -1,4 +1,4 @@
-"""Figures of image generators: images per label with the losses, and the trade-off of a weight."""
+"""Figures of image generators: images per label with the losses, and the trade-off between label and image."""
 
 from __future__ import annotations
 
@@ -94,9 +94,9 @@ def _smoothed(steps: NDArray[np.float64], values: NDArray[np.float64]) -> NDArra
 
 @dataclass(frozen=True)
 class TradeOff:
-    """Label fidelity and distance from real images at one weight; each sequence has a value per training."""
+    """Label fidelity and distance from real images of one variant; each sequence has a value per training."""
 
-    weight: float
+    name: str
     correlation: Sequence[float]
     """Correlation of predicted with requested scores."""
     distance: Sequence[float]
@@ -108,7 +108,7 @@ class TradeOff:
 
 
 def trade_off_figure(
-    weights: Sequence[TradeOff], *, distance: str, best: float | None = None, title: str = ""
+    variants: Sequence[TradeOff], *, distance: str, best: float | None = None, title: str = ""
 ) -> Figure:
     """Draw label fidelity against the ``distance`` (its name) from real images, and the spread of images.
 
@@ -116,15 +116,15 @@ def trade_off_figure(
     """
     figure = Figure(figsize=(10.5, 4.0), layout="constrained")
     curve, spread = figure.subplots(1, 2)
-    x = [float(np.mean(one.distance)) for one in weights]
-    y = [float(np.mean(one.correlation)) for one in weights]
-    curve.plot(x, y, "-o", color="tab:blue")
+    x = [float(np.mean(one.distance)) for one in variants]
+    y = [float(np.mean(one.correlation)) for one in variants]
+    curve.plot(x, y, "o", color="tab:blue")
     near = 0.1 * (max(x) - min(x))
-    for place, (one, left, up) in enumerate(zip(weights, x, y, strict=True)):
+    for place, (one, left, up) in enumerate(zip(variants, x, y, strict=True)):
         curve.plot(one.distance, one.correlation, ".", color="tab:blue", alpha=0.4)
         stacked = sum(abs(left - other) < near and abs(up - y[n]) < 0.05 for n, other in enumerate(x[:place]))
         curve.annotate(
-            f"weight {one.weight:,.0f}",
+            one.name,
             (left, up),
             xytext=(6, 6 + 11 * stacked),
             textcoords="offset points",
@@ -148,14 +148,14 @@ def trade_off_figure(
         xlabel=f"{distance} (lower: more like real images)",
         ylabel="correlation of predicted with requested scores",
     )
-    places = np.arange(len(weights))
-    by_noise = [float(np.mean(one.noise_share)) for one in weights]
-    by_label = [float(np.mean(one.label_share)) for one in weights]
+    places = np.arange(len(variants))
+    by_noise = [float(np.mean(one.noise_share)) for one in variants]
+    by_label = [float(np.mean(one.label_share)) for one in variants]
     spread.bar(places - 0.18, by_noise, 0.36, color="tab:green", label="over noises of one label")
     spread.bar(places + 0.18, by_label, 0.36, color="tab:purple", label="over labels of one noise")
     spread.axhline(1, color="0.7", linewidth=0.8)
-    spread.set_xticks(places, [f"{one.weight:,.0f}" for one in weights])
-    spread.set(xlabel="image weight", ylabel="spread of images, share of real ones")
+    spread.set_xticks(places, [one.name for one in variants], rotation=30, ha="right", fontsize=8)
+    spread.set(ylabel="spread of images, share of real ones")
     spread.legend(fontsize=8)
     if title:
         figure.suptitle(title, fontsize=10)

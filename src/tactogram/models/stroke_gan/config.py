@@ -6,6 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
+from tactogram.features.signal_crops import Epoch
 from tactogram.training.wave_gan_learner import WaveGANConfig
 
 TEXTURE_GAN = (
@@ -35,7 +36,11 @@ class Config(WaveGANConfig):
     learning_rate: float = Field(default=1e-4, gt=0, allow_inf_nan=False)
     """Table IV, α of Adam."""
     epochs: int = Field(default=40, gt=0)
-    """Sec. III-B. Assumed: an epoch crops each recording once, and a longer one once per whole length in it."""
+    """Sec. III-B, which does not define an epoch."""
+    epoch_covers: Epoch = "recordings"
+    """Crops of an epoch. Assumed. ``recordings``: one of each, and of a longer one one per whole length in it.
+    ``slices``: one per whole length in each recording as repeated, as WaveGAN's program slices its files; the recipe
+    ``variant-slices``. ``crops``: as many as a repeated recording has places to begin; ``variant-all-crops``."""
     steps: int | None = Field(default=None, gt=0)
     """Steps, instead of ``epochs``. Ours."""
     repetition: Literal["repeat", "crossfade"] = "repeat"

@@ -41,7 +41,8 @@ class StrokeGANLearner(WaveGANLearner[Config]):
     def crops(self, examples: Sequence[Example]) -> SignalCrops:
         config = self.config
         repetitions = config.repetitions if config.repetition == "repeat" else None
-        return SignalCrops(examples, config.length, config.overlap_samples, repetitions)
+        overlap, covers = config.overlap_samples, config.epoch_covers
+        return SignalCrops(examples, config.length, overlap, repetitions, covers=covers)
 
     def prepared(self, crops: Sequence[tuple[Example, NDArray[np.float32]]]) -> LabelledCrops:
         classes = [self.materials.index(str(example.material)) for example, _ in crops]
@@ -52,7 +53,8 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         self.kind.check_all_present(examples)
         config, crops = self.config, len(self.crops(examples).epoch())
         steps = config.steps or math.ceil(config.epochs * crops / (config.batch_size * config.critic_updates))
-        return Stage("fit", 1), Stage("train", steps)
+        updates = {"critic": config.critic_updates, "generator": config.generator_updates}
+        return Stage("fit", 1), Stage("train", steps, updates)
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0

@@ -92,24 +92,36 @@ class TactileImageLearner:
         """Update the discriminator, then the generator against it, on one draw of noise and of random scores.
 
         Fakes have uniform random scores, real images their own (Sec. II-C). The order of the networks, and that both
-        see one draw, is assumed. Both losses are Eq. 2; the generator's has the label of real images.
+        see one draw, is assumed. Both losses are Eq. 2; the generator's has the label of real images. With
+        `Config.regression_weight`, each network's sum has the cross-entropy of the predicted scores, too.
         """
         gan = self.gan
         gan.train(0.0)
         images, labels = (part.to(gan.device) for part in batch)  # B, 3, S, S; B, W
         noise = torch.randn(len(images), self.config.noise, device=gan.device)
-        scores = torch.rand_like(labels)
+        scores = torch.rand_like(labels) if self.config.fake_scores == "uniform" else labels
         made = gan.generator(noise, scores)  # B, 3, S, S
-        real = gan.discriminator(images, labels)  # B
-        fake = gan.discriminator(made.detach(), scores)  # B
+        real, predicted = gan.discriminator(images, labels)  # B; B, W
+        fake, _ = gan.discriminator(made.detach(), scores)  # B
         loss_d = _cross_entropy(real, 1.0) + _cross_entropy(fake, 0.0)
-        gan.descend_discriminator(loss_d)
+        words_d = self._regression(predicted, labels)
+        gan.descend_discriminator(loss_d + words_d)
         with gan.fixed_discriminator():
-            outputs = gan.discriminator(made, scores)  # B
+            outputs, predicted = gan.discriminator(made, scores)  # B; B, W
             loss_g = _cross_entropy(outputs, 1.0)
-        gan.descend_generator(loss_g)
+            words_g = self._regression(predicted, scores)
+        gan.descend_generator(loss_g + words_g)
         right = ((real > 0).float().mean() + (fake < 0).float().mean()) / 2
-        return {"generator": loss_g.item(), "discriminator": loss_d.item(), "correct": right.item()}
+        losses = {"generator": loss_g.item(), "discriminator": loss_d.item(), "correct": right.item()}
+        if self.config.regression_weight:
+            losses |= {"words_generator": words_g.item(), "words_discriminator": words_d.item()}
+        return losses
+
+    def _regression(self, predicted: Tensor | None, scores: Tensor) -> Tensor:
+        """Return the weighted cross-entropy of predicted scores, given as logits; 0 without them."""
+        if predicted is None:
+            return scores.new_zeros(())
+        return self.config.regression_weight * F.binary_cross_entropy_with_logits(predicted.float(), scores)
 
     def validate(self, examples: Sequence[ImageExample]) -> dict[str, float]:
         """Return the spread of images for labels of ``examples`` or, if there are too few, of training."""

@@ -19,6 +19,7 @@ from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import corrected, share_of, smallest_significant
 from tactogram.study.analysis.exact import exact_finding, share_columns
 from tactogram.study.analysis.findings import (
+    ALPHA,
     BY_P,
     NOT_SHOWN,
     SHOWN,
@@ -41,6 +42,7 @@ def analyse_discrimination(
     title: str,
     d_prime: DPrime,
     margin: float | None = None,
+    alpha: float = ALPHA,
     printed: bool = False,
 ) -> AnalysisSection:
     """Return the analysis of answers that are right or wrong, where chance is one half.
@@ -56,6 +58,8 @@ def analyse_discrimination(
         From a share correct to d'.
     margin : float, optional
         Of the share correct, e.g. 0.1, set before the answers were seen.
+    alpha : float
+        A person whose own p is below it is not at chance.
     printed : bool
         Whether a publication printed the mean share without a test.
     """
@@ -76,7 +80,7 @@ def analyse_discrimination(
         ),
         *_mixed(kept),
     ]
-    per_texture, rows = _textures(kept, margin, d_prime)
+    per_texture, rows = _textures(kept, margin, d_prime, alpha)
     findings += per_texture + _sides(kept)
     few = min(row["n"] for row in rows)
     needed = smallest_significant(few)
@@ -86,6 +90,8 @@ def analyse_discrimination(
         f"of {few} answers "
         + (f"{needed} must be right" if needed else "not even all being right would be enough")
         + " for p < .05",
+        "at_chance: people whose own share for the texture does not differ from one half, by the exact binomial test, "
+        f"two-sided, p >= {alpha:g}, uncorrected",
     )
     return section_of(
         kept,
@@ -154,7 +160,7 @@ def _mixed(kept: Answers) -> list[Finding]:
 
 
 def _textures(
-    kept: Answers, margin: float | None, d_prime: DPrime
+    kept: Answers, margin: float | None, d_prime: DPrime, alpha: float
 ) -> tuple[list[Finding], list[dict[str, Any]]]:
     """Return each texture's findings, p by Holm over the textures, and the table of their shares."""
     groups = kept.by("stimulus")
@@ -203,6 +209,7 @@ def _textures(
                 "correct": share.count,
                 "n": share.n,
                 "participants": groups[name].people,
+                "at_chance": _at_chance(groups[name], alpha),
                 **share_columns(share),
                 "participants_mean": float(np.mean(means)),
                 "participants_se": float(stats.sem(means)) if len(means) > 1 else None,
@@ -213,6 +220,13 @@ def _textures(
             }
         )
     return findings, rows
+
+
+def _at_chance(answers: Answers, alpha: float) -> str:
+    """Return how many people's own shares do not differ from one half, such as "7 of 10"."""
+    hits = [person.numbers() for person in answers.by("participant").values()]
+    at_chance = sum(share_of(int(own.sum()), len(own)).p >= alpha for own in hits)
+    return f"{at_chance} of {len(hits)}"
 
 
 def _sides(kept: Answers) -> list[Finding]:

@@ -102,7 +102,9 @@ class Abx(Design):
 
         margin = plan.margins.get("abx")
         return [
-            analyse_discrimination(answers, title="ABX: is X A or B?", d_prime=d_prime_abx, margin=margin)
+            analyse_discrimination(
+                answers, title="ABX: is X A or B?", d_prime=d_prime_abx, margin=margin, alpha=plan.alpha
+            )
         ]
 
     @classmethod

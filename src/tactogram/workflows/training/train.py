@@ -18,6 +18,7 @@ from tactogram.model import (
     Kind,
     Learner,
     OutcomeReporter,
+    Stage,
 )
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import atomic_write
@@ -86,10 +87,12 @@ def train_plan(
     kind, examples, validation = _material(plan, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
-    note = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
-    if note and first:
-        progress("choose weights", 1, 1, note)
-    learner.stages(examples)  # refuses unsuitable examples before anything is written
+    chosen_by = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
+    # `stages` refuses unsuitable examples before anything is written.
+    notes = {"choose weights": chosen_by, "plan": update_text(learner.stages(examples))}
+    notes = {task: note for task, note in notes.items() if note}
+    for task, note in notes.items() if first else ():
+        progress(task, 1, 1, note)
     if first and not resume:
         begin(run, plan)
     fabric.barrier()
@@ -112,9 +115,15 @@ def train_plan(
                 discard_run(run)
             raise
         if first:
-            _finish(run, learner, kind, plan, examples, validation, notes=[note] if note else [])
+            _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
     fabric.barrier()
     return run
+
+
+def update_text(stages: Sequence[Stage]) -> str:
+    """Return the number of updates of each network in a training; "" where stages do not state them."""
+    totals = [f"{name} {count:,}" for stage in stages for name, count in stage.total_updates.items()]
+    return f"updates in all: {', '.join(totals)}" if totals else ""
 
 
 def _material(

@@ -60,6 +60,20 @@ def test_an_epoch_crops_each_recording_once_and_a_longer_one_more_often():
     assert learner(steps=None, epochs=3, critic_updates=2).stages(data)[-1].steps == np.ceil(3 * 12 / 8)
 
 
+@pytest.mark.parametrize(
+    ("recipe", "critic"), [("paper", 113), ("variant-slices", 225), ("variant-all-crops", 2_656_913)]
+)
+def test_forty_epochs_are_as_many_updates_as_stated(recipe, critic):
+    from tactogram.models import find
+
+    recording = Signal(np.zeros((1, 4000)), RATE, "m/s^2", ("x",))
+    kind = SignalKind(RATE, "m/s^2", ("x",), ("tile",), simulated=True)
+    values = Recipe.load(find("stroke_gan").recipe(recipe)).config
+    made = StrokeGANLearner(config(values, channels=(4, 2, 2, 2, 2)), kind, seed=0)
+    stage = made.stages([Example(str(take), recording, "tile") for take in range(180)])[-1]
+    assert stage.total_updates == {"critic": critic, "generator": 2 * critic}
+
+
 @pytest.mark.parametrize(("recipe", "expected"), [("paper", "DGG"), ("variant-critic2", "DDG")])
 def test_the_order_of_updates_is_that_of_the_recipe(recipe, expected):
     from tactogram.models import find

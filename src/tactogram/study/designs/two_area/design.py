@@ -150,7 +150,12 @@ class TwoArea(Design):
             if question == WHICH:
                 sections.append(
                     analyse_discrimination(
-                        rows, title="Which is generated?", d_prime=d_prime_2afc, margin=margin, printed=True
+                        rows,
+                        title="Which is generated?",
+                        d_prime=d_prime_2afc,
+                        margin=margin,
+                        alpha=plan.alpha,
+                        printed=True,
                     )
                 )
             elif question == REALISM:
