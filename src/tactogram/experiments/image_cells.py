@@ -105,7 +105,6 @@ def evaluate_images_of(
             "spread": spread.as_dict(),
             "collapse": spread.collapse,
             "quality": quality(as_tensor([image for row in made for image in row])),
-            "missing": quality.missing,
             "simulated": loaded.simulated,
         }
 

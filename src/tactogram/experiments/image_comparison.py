@@ -42,6 +42,7 @@ COLUMNS = (
     ("its sd", "losses", "discriminator_sd"),
 )
 """Title and place of the figures in a cell."""
+REPORTED = ("following", "spread", "collapse", "quality", "losses")
 
 
 def compare_generators(
@@ -101,18 +102,18 @@ def compare_generators(
         )
         save_figure(folder / "trade_off.png", drawn)
     result: dict[str, Any] = {
-        "figure": str(folder / figure),
-        "trade_off": str(folder / "trade_off.png") if measure not in quality.missing else None,
+        "figures": [figure] if measure in quality.missing else [figure, "trade_off.png"],
         "trainings": {name: len(row) for name, row in cells.items()},
         "simulated": simulated,
         "images": {"name": images.name, "sha256": images.sha256, "simulated": images.simulated},
         "plates": {"name": plates.name, "sha256": plates.sha256, "simulated": plates.simulated},
-        "rater": str(rater),
         "rater_on_unseen_images": None if best is None else best.as_dict(),
         "quality_of_other_real_images": None if others is None else quality(others),
         "missing": quality.missing,
         "variants": {
-            name: [{key: cell[key] for key in cell if key != "said"} for cell in row]
+            name: [
+                {"run_id": cell["asked"]["run_id"], **{key: cell[key] for key in REPORTED}} for cell in row
+            ]
             for name, row in cells.items()
         },
     }
