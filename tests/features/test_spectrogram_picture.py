@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import signal as scipy_signal
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.features.spectrogram_picture import SpectrogramPicture, reconstructed
 from tactogram.signal import Signal
 
 PAPER = SpectrogramPicture(rate=10_000.0, floor_db=-100.0, ceiling_db=20.0)
@@ -246,3 +246,20 @@ def test_noise_without_a_constant_gets_none():
 def test_noise_is_smoothed_over_an_odd_number_of_columns():
     with pytest.raises(ParameterError, match="odd number of columns, got 4"):
         SMALL.noise(SMALL.encode(noise(SMALL.length)), smooth=4, seed=0)
+
+
+@pytest.mark.parametrize("rate", [1000.0, 10_000.0])
+def test_a_reconstructed_signal_has_the_length_level_and_spectrum_of_its_recording(rate):
+    samples = np.random.default_rng(0).standard_normal((2, round(0.53 * rate))).astype(np.float32)
+    samples[1] *= 0.1
+    recorded = Signal(samples, rate, "m/s^2", ("x", "z"))
+    back = reconstructed(recorded, start="gradient", iteration="griffin_lim", seed=0)
+    assert (back.samples.shape, back.axes, back.unit) == (samples.shape, ("x", "z"), "m/s^2")
+    level = 20 * np.log10(np.sqrt((back.samples**2).mean(1) / (samples**2).mean(1)))
+    assert np.abs(level).max() < 1.5
+    assert not np.allclose(back.samples, samples, atol=0.1)
+    _, one = scipy_signal.welch(samples, rate, nperseg=128)
+    _, other = scipy_signal.welch(back.samples, rate, nperseg=128)
+    assert np.abs(10 * np.log10(other / one)[:, 4:-4]).mean() < 2
+    silent = recorded.with_samples(0 * samples)
+    assert not reconstructed(silent, start="random", iteration="griffin_lim", seed=0).samples.any()

@@ -6,11 +6,13 @@ import pytest
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.level import parse_level
-from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import write_image, write_signal
 from tactogram.study.session.store import SessionStore
+from tactogram.study.stimuli import StimulusSource
 from tactogram.study.study_file import Study
 from tactogram.study.trials import PresentedStimulus
+from tactogram.workflows.generation import generate
 from tactogram.workflows.study.answers import open_answers
 from tactogram.workflows.study.sessions import begin_session, log_played, origin_folder
 from tactogram.workflows.study.simulation import effect_of, simulate_study
@@ -156,6 +158,47 @@ def test_signal_and_picture_of_a_shipped_study_are_made(tmp_path):
     # peak=0.5 of full scale
     assert np.abs(played.drive.signal.samples).max() == pytest.approx(0.5, rel=0.01)
     assert stimuli.image(first).size == (128, 128)
+
+
+def test_a_reconstructed_stimulus_is_its_recording_with_another_phase(study_file, tmp_path):
+    study = Study.load(
+        "reconstruction",
+        changes={"grid.items": ["cloth"], "grid.source.simulated": "", "grid.source.file": "buzz.wav"},
+    )
+    stimuli = StudyStimuli(study, tmp_path)
+    recorded, griffin_lim = (stimuli.signal(one) for one in study.all_stimuli)
+    other = study.all_stimuli[1].model_copy(update={"name": "other", "reconstructed": "phase_gradient"})
+    assert griffin_lim.samples.shape == stimuli.signal(other).samples.shape == recorded.samples.shape
+    levels = [np.sqrt((one.samples**2).mean()) for one in (griffin_lim, recorded)]
+    assert levels[0] == pytest.approx(levels[1], rel=0.3)
+    assert not np.allclose(griffin_lim.samples, stimuli.signal(other).samples, atol=1e-3)
+
+
+def test_a_generated_stimulus_has_its_photograph_as_condition(tmp_path, monkeypatch):
+    asked = []
+    buzz = Signal(np.ones((1, 100), np.float32), 100.0, "m/s^2")
+    monkeypatch.setattr(
+        generate, "generate", lambda run, condition, **more: asked.append(condition) or [buzz]
+    )
+    write_image(tmp_path / "cloth.png", Image(np.zeros((8, 8, 3), np.uint8)))
+    made = {"simulated": "", "run": "run", "photograph": "../{item}.png"}
+    study = Study.load(
+        "reconstruction", changes={"grid.items": ["cloth"], "grid.by_condition.reconstructed": made}
+    )
+    (tmp_path / "study").mkdir()
+    stimuli = StudyStimuli(study, tmp_path / "study", within=[tmp_path])
+    assert stimuli.signal(study.all_stimuli[1]) is buzz
+    assert asked[0]["image"].size == (8, 8)
+    with pytest.raises(ParameterError, match="outside the study's folder"):
+        StudyStimuli(study, tmp_path / "study", within=[tmp_path / "study"]).check_places()
+
+
+@pytest.mark.parametrize(
+    "given", [{"run": "r", "reconstructed": "griffin_lim"}, {"file": "f", "photograph": "p"}]
+)
+def test_a_condition_without_its_source_is_refused(given):
+    with pytest.raises(ValueError, match="needs a recording|condition of a run"):
+        StimulusSource(**given)
 
 
 def test_a_session_knows_where_its_stimuli_lie(study_file, tmp_path):

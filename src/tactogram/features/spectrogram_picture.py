@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Literal
 
@@ -14,6 +15,7 @@ from tactogram.errors import ParameterError
 from tactogram.features.phase import Iteration, Start
 from tactogram.features.spectrogram import Spectrogram
 from tactogram.features.stft import Window, check_precision
+from tactogram.signal import Signal
 from tactogram.signal.signal import Domain
 
 Resize = Literal["bilinear", "crop"]
@@ -272,6 +274,40 @@ class SpectrogramPicture:
         varying = (amplitudes.square() - leaked.square()).clamp_min(floor.item() ** 2).sqrt()
         gain = torch.exp(torch.log(varying) - grain_level)
         return (self.spectrogram.istft(s * gain, self.length) + constant).to(pictures.dtype)
+
+
+def reconstructed(signal: Signal, *, start: Start, iteration: Iteration, seed: int) -> Signal:
+    """Return a signal after its conversion to a spectrogram picture and back, each axis by itself.
+
+    What an image network that made no error would return. Window and hop last as long as the published ones, 51.2 and
+    12.8 ms; 80 dB below the largest amplitude, rounded up to 5 dB, are kept (assumed, as in the models). ``start``,
+    ``iteration`` and ``seed`` are those of the phase recovery.
+    """
+    samples = torch.tensor(signal.samples)
+    hop = max(2, round(0.0128 * signal.rate))
+    frames = max(2, -(-len(signal) // hop) + 1)
+    picture = SpectrogramPicture(
+        rate=signal.rate,
+        unit=signal.unit,
+        domain=signal.domain,
+        floor_db=-80.0,
+        ceiling_db=0.0,
+        n_fft=4 * hop,
+        hop=hop,
+        frames=frames,
+        rows=2 * hop,
+        columns=frames,
+        start=start,
+        iteration=iteration,
+    )
+    samples = F.pad(samples, (0, picture.length - len(signal)))
+    largest = picture.spectrogram.amplitudes(picture.spectrogram.stft(samples)).max().item()
+    if largest == 0:
+        return signal
+    ceiling = 5.0 * math.ceil(20 * math.log10(largest) / 5)
+    picture = replace(picture, ceiling_db=ceiling, floor_db=ceiling - 80.0)
+    back = picture.signal(picture.encode(samples), seed=seed)[..., : len(signal)]
+    return signal.with_samples(back.numpy())
 
 
 def _smoothed(pictures: Tensor, columns: int) -> Tensor:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -36,6 +36,11 @@ class StimulusSource(BaseModel):
     """A simulated recording, as SET/MATERIAL: ``stroking9/carpet``."""
     autoregressive: bool = False
     """Whether a signal drawn from an autoregressive model of the recording is played instead."""
+    reconstructed: Literal["griffin_lim", "phase_gradient"] | None = None
+    """Whether the recording is converted to a spectrogram picture and back, and how its phase is recovered: by
+    Griffin-Lim, as Neshov et al. 2026 name it, or as the models of this project do."""
+    photograph: str | None = None
+    """File of the photograph that ``run`` generates the signal from; it is not shown."""
     image: str = ""
     """Picture file, relative to the study's file."""
     image_run: str = ""
@@ -62,6 +67,10 @@ class StimulusSource(BaseModel):
             raise ValueError("material and words are conditions of a run; give run or image_run, too")
         if self.autoregressive and not (self.file or self.simulated):
             raise ValueError("autoregressive needs a recording: give file or simulated, too")
+        if self.reconstructed and not (self.file or self.simulated):
+            raise ValueError("reconstructed needs a recording: give file or simulated, too")
+        if self.photograph and not self.run:
+            raise ValueError("photograph is a condition of a run; give run, too")
         pictures = [name for name in PICTURES if getattr(self, name)]
         if len(pictures) > 1:
             raise ValueError(f"a stimulus has one picture, got {' and '.join(pictures)}")

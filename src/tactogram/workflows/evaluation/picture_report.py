@@ -52,7 +52,7 @@ def picture_sections(
                 [cases(place, attention=True) for place in first], picture, attention_notes=notes
             ),
             "A crop of a photograph of the test part, the picture of a recording of the same material (a weak pair: it "
-            "is not of the same place), the generated picture, and the activity of the last layer (Grad-CAM).",
+            "is not of the same place), the generated picture, and the Grad-CAM of the layer that its title names.",
         )
     )
     errors = (pairs.real - pairs.made).abs().mean(dim=(1, 2, 3)).tolist()

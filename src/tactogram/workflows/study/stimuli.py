@@ -141,7 +141,13 @@ class StudyStimuli:
         """
         for stimulus in self.study.all_stimuli:
             try:
-                for name in (stimulus.file, stimulus.image, stimulus.run, stimulus.image_run):
+                for name in (
+                    stimulus.file,
+                    stimulus.image,
+                    stimulus.run,
+                    stimulus.image_run,
+                    stimulus.photograph,
+                ):
                     if name:
                         self._path(name)
                 if stimulus.is_played:
@@ -182,7 +188,7 @@ class StudyStimuli:
             signal = synthesise(model, stimulus.seconds or signal.seconds, seed=stimulus.seed)
         elif stimulus.file and stimulus.seconds is not None:
             signal = signal.cut(0, max(1, round(stimulus.seconds * signal.rate)))
-        return signal
+        return _reconstructed(signal, stimulus) if stimulus.reconstructed else signal
 
     def _generated(self, stimulus: Stimulus, run: str) -> Signal | Image:
         from tactogram.workflows.generation.generate import generate
@@ -192,6 +198,8 @@ class StudyStimuli:
             condition["material"] = {stimulus.material: 1.0}
         if stimulus.words:
             condition["words"] = dict(stimulus.words)
+        if stimulus.photograph:
+            condition["image"] = read_image(self._file(stimulus.photograph))
         [made] = generate(self._path(run), condition, seconds=stimulus.seconds, seed=stimulus.seed)
         return made
 
@@ -236,6 +244,14 @@ def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signa
     if level.kind == "sensation" and level.value is not None:
         return replace(level, value=level.value + gain_db), signal
     return level, signal.with_samples(signal.samples * np.float32(factor))
+
+
+def _reconstructed(signal: Signal, stimulus: Stimulus) -> Signal:
+    from tactogram.features.spectrogram_picture import reconstructed  # loads torch
+
+    if stimulus.reconstructed == "griffin_lim":
+        return reconstructed(signal, start="random", iteration="griffin_lim", seed=stimulus.seed)
+    return reconstructed(signal, start="gradient", iteration="admm+fast_griffin_lim", seed=stimulus.seed)
 
 
 @lru_cache(maxsize=16)
