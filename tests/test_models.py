@@ -1,6 +1,7 @@
 """The promises that every model keeps. A new model's folder is met here without an edit."""
 
 from dataclasses import replace
+from functools import cache
 from itertools import islice
 
 import numpy as np
@@ -143,6 +144,16 @@ def trained(facts, seed=0):
     return learner
 
 
+def once(facts):
+    """A trained model that no test changes."""
+    return trained_once(facts.name)
+
+
+@cache
+def trained_once(name):
+    return trained(models.find(name))
+
+
 def outputs(learner, facts):
     """What a trained model says, as one array."""
     if isinstance(learner, Generator):
@@ -192,19 +203,19 @@ def test_tiny_trains_and_its_losses_stay_finite(facts):
 
 @every
 def test_judges_unseen_recordings_in_finite_figures(facts):
-    figures = trained(facts).validate(unseen(facts))
+    figures = once(facts).validate(unseen(facts))
     assert figures
     assert np.isfinite(list(figures.values())).all()
 
 
 @every
 def test_same_seed_is_the_same_model(facts):
-    np.testing.assert_array_equal(outputs(trained(facts), facts), outputs(trained(facts), facts))
+    np.testing.assert_array_equal(outputs(trained(facts), facts), outputs(once(facts), facts))
 
 
 @every
 def test_state_comes_back_from_a_file(facts, tmp_path):
-    learner, other = trained(facts), built(facts, seed=1)
+    learner, other = once(facts), built(facts, seed=1)
     save_state(tmp_path / "model.safetensors", learner.state())
     other.load_state(load_state(tmp_path / "model.safetensors")[0])
     np.testing.assert_array_equal(outputs(other, facts), outputs(learner, facts))
@@ -233,13 +244,12 @@ def test_resumed_is_never_interrupted(facts, tmp_path):
     if stop.step:
         resumed.load_state(load_state(tmp_path / "checkpoint.safetensors")[0])
     fit(resumed, examples, seed=0, start=stop if stop.step else TrainingPosition())
-    np.testing.assert_array_equal(outputs(resumed, facts), outputs(trained(facts), facts))
+    np.testing.assert_array_equal(outputs(resumed, facts), outputs(once(facts), facts))
 
 
 @every
 def test_batches_depend_on_seed_and_step_alone(facts):
-    learner, examples = built(facts), training(facts)
-    fit(learner, examples, seed=0)
+    learner, examples = once(facts), training(facts)
     stage = learner.stages(examples)[-1]
     start = min(2, stage.steps - 1)
     from_begin = list(islice(learner.batches(stage, examples, seed=5), start, stage.steps))
@@ -252,7 +262,7 @@ def test_batches_depend_on_seed_and_step_alone(facts):
 
 @generators("signal")
 def test_generates_signals_of_its_kind(facts):
-    learner = trained(facts)
+    learner = once(facts)
     assert isinstance(learner, Generator)
     one = learner.generate(asked(facts), seconds=0.5, seed=3)
     replace(KIND, axes=axes(facts)).check(one)
@@ -264,7 +274,7 @@ def test_generates_signals_of_its_kind(facts):
 
 @generators("image")
 def test_generates_images_by_seed(facts):
-    learner = trained(facts)
+    learner = once(facts)
     assert isinstance(learner, Generator)
     one = learner.generate(asked(facts), seed=3)
     assert isinstance(one, Image)
@@ -276,7 +286,7 @@ def test_generates_images_by_seed(facts):
 
 @by_words
 def test_knows_how_what_it_learned_from_was_rated(facts):
-    learner = trained(facts)
+    learner = once(facts)
     assert isinstance(learner, RatedGenerator)
     assert learner.rated_means
     for means in learner.rated_means.values():
@@ -287,7 +297,7 @@ def test_knows_how_what_it_learned_from_was_rated(facts):
 
 @with_task("generation")
 def test_refuses_a_condition_it_does_not_take(facts):
-    learner = trained(facts)
+    learner = once(facts)
     with pytest.raises(ParameterError, match="not one this model takes"):
         learner.generate(asked(facts, **{"no such": 1}), seed=0)
     if "material" in facts.needs:
@@ -300,7 +310,7 @@ def test_refuses_a_condition_it_does_not_take(facts):
 
 @with_task("classification")
 def test_gives_one_probability_per_material(facts):
-    learner = trained(facts)
+    learner = once(facts)
     assert isinstance(learner, Classifier)
     assert learner.materials == KIND.materials
     for example in UNSEEN:
@@ -313,7 +323,7 @@ def test_gives_one_probability_per_material(facts):
 
 @with_task("classification", "prediction")
 def test_judges_each_signal_by_itself(facts):
-    learner = trained(facts)
+    learner = once(facts)
     np.testing.assert_array_equal(outputs(learner, facts), outputs(learner, facts))
     judge = learner.probabilities if facts.task == "classification" else learner.predict
     alone = judge(UNSEEN[-1].signal)
@@ -324,7 +334,7 @@ def test_judges_each_signal_by_itself(facts):
 
 @with_task("classification", "prediction")
 def test_refuses_a_signal_of_another_kind(facts):
-    learner = trained(facts)
+    learner = once(facts)
     judge = learner.probabilities if facts.task == "classification" else learner.predict
     with pytest.raises(ParameterError, match="signal must be 1000 Hz"):
         judge(Signal(np.ones((3, 1000)), 500, "m/s^2"))

@@ -256,6 +256,7 @@ def test_a_killed_import_leaves_no_process_behind(source, tmp_path):
 KILLED_AT_EACH_STEP = """
 import os, shutil, sys
 from pathlib import Path
+import pandas  # by pyarrow on its first use: here once, not in each child
 import pyarrow.parquet as pq
 from tactogram.datasets import add_recordings, open_store
 from tactogram.datasets.importers import biotac_slide

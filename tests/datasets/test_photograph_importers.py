@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import openpyxl
@@ -16,6 +17,7 @@ from PIL import Image as Pillow
 from tactogram.datasets import open_store
 from tactogram.datasets.importers import cdplab, haptex
 from tactogram.datasets.importing import import_dataset
+from tactogram.datasets.simulate import photo
 from tactogram.datasets.simulate.photo import photographs
 from tactogram.datasets.simulate.sets import SETS, STROKING_9
 from tactogram.datasets.store.store import problems
@@ -322,7 +324,8 @@ def test_photographs_of_biotac_slide_are_one_per_material(real_data):
 
 
 class TestSimulated:
-    def test_places_do_not_overlap_and_have_a_scale(self):
+    def test_places_do_not_overlap_and_have_a_scale(self, monkeypatch):
+        monkeypatch.setattr(photo, "render", cache(photo.render))  # the same ground each time
         images = list(photographs(STROKING_9[0], 9))
         assert all(image.mm_per_pixel == pytest.approx(0.15) for image in images)
         assert {image.size for image in images} == {(224, 224)}
@@ -354,6 +357,7 @@ class TestSimulated:
 KILLED_AT_EACH_STEP = """
 import os, sys
 from pathlib import Path
+import pandas  # by pyarrow on its first use: here once, not in each child
 import pyarrow.parquet as pq
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset

@@ -12,7 +12,7 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.data.convert import convert
-from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.train import train
 
@@ -57,6 +57,11 @@ def run(fabrics, tmp_path_factory):
     return trained(fabrics, tmp_path_factory.mktemp("runs") / "run")
 
 
+@pytest.fixture(scope="module")
+def figures(run):
+    return evaluate_run(run.folder, evaluation=HASTY)[0]
+
+
 def test_a_signal_over_displacement_is_written_with_its_length(run, tmp_path):
     condition = {"image": photograph(1)}
     (row,) = generate_files(run.folder, condition, tmp_path / "x.npz")
@@ -70,28 +75,29 @@ def test_a_signal_over_displacement_is_written_with_its_length(run, tmp_path):
     assert played["seconds"] == read_signal(tmp_path / "y.wav").seconds == 1.0
 
 
-def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(run):
-    found = evaluate(run.folder, evaluation=HASTY)
-    row = found["measures"]["log_spectral_distance_db"]
+def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(figures):
+    row = figures["measures"]["log_spectral_distance_db"]
     assert all(row[name] is not None for name in ("model", "floor", "ar_texture", "replay", "nearest_photo"))
-    assert any("as met at 50 mm/s" in note for note in found["notes"])
+    assert any("as met at 50 mm/s" in note for note in figures["notes"])
     assert row["replay"] < row["ceiling"]
 
 
 def test_one_fabric_held_out_is_judged_without_the_published_figure(fabrics, tmp_path, capsys):
     by_material = trained(fabrics, tmp_path / "run", by="material")
-    assert main(["evaluate", str(by_material.folder), "--evaluation", "steps=4", "--json"]) == 0
+    effort = ["--evaluation", "steps=4", "--evaluation", "most=4"]
+    assert main(["evaluate", str(by_material.folder), *effort, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["as_published"] is None
     assert "two fabrics" in found["as_published_missing"]
     assert found["measures"]["log_spectral_distance_db"]["model"] is not None
 
 
-def test_figures_that_are_no_numbers_are_null_in_json(run, monkeypatch):
-    from tactogram.models.frictgan.learner import FrictGANLearner
-
+def test_figures_that_are_no_numbers_are_null_in_json(run, figures, monkeypatch):
     nothing = {"mean": {"mse": float("nan")}, "per_material": {"denim": {"mse": float("inf")}}}
-    monkeypatch.setattr(FrictGANLearner, "evaluate_as_published", lambda self, examples: nothing)
+    monkeypatch.setattr(
+        "tactogram.workflows.evaluation.evaluate.evaluate_run",
+        lambda **_: (figures | {"as_published": nothing}, []),
+    )
     found = evaluate(run.folder, evaluation=HASTY)
     json.dumps(found, allow_nan=False)
     assert found["as_published"]["mean"]["mse"] is None
@@ -122,12 +128,12 @@ def test_data_of_another_kind_is_named_and_refused(run, tmp_path):
         photographs=[("denim", photograph(999))],
     )
     with pytest.raises(ParameterError, match="other: not what run was trained on: signal must be"):
-        evaluate(run.folder, data=other.path, evaluation={"steps": 3, "most": 4})
+        evaluate_run(run.folder, data=other.path, evaluation=HASTY)
 
 
 @pytest.mark.parametrize("model", ["nearest_photo", "replay"])
 def test_recorded_friction_is_played_from_its_run_too(fabrics, tmp_path, model):
     run = train(model, fabrics, recipe="tiny", out=tmp_path / "run", accelerator="cpu")
-    found = evaluate(run.folder, evaluation=HASTY)["measures"]["log_spectral_distance_db"]
+    found = evaluate_run(run.folder, evaluation=HASTY)[0]["measures"]["log_spectral_distance_db"]
     assert found["model"] < found["ceiling"]
     assert None not in (found["floor"], found["replay"])

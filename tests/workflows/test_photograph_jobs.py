@@ -16,7 +16,7 @@ from tactogram.errors import LeakError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
 from tactogram.training.run import Run
-from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.resume import plan_of
@@ -46,10 +46,14 @@ def recording(material, seed):
     )
 
 
-def made_store(folder, first=0, photographs=10):
+def made_store(folder, first=0, recordings=8, photographs=10):
     return create_store(
         folder,
-        [recording(name, first + 100 * k + seed) for k, name in enumerate(LOOKS) for seed in range(8)],
+        [
+            recording(name, first + 100 * k + seed)
+            for k, name in enumerate(LOOKS)
+            for seed in range(recordings)
+        ],
         name="looks",
         licence="none",
         simulated=True,
@@ -83,7 +87,7 @@ def test_photographs_are_split_and_written_down(run):
 
 
 def test_is_judged_with_photographs_it_never_saw_beside_three_baselines(run):
-    found = evaluate(run.folder, evaluation=HASTY)
+    found, _ = evaluate_run(run.folder, evaluation=HASTY)
     assert set(found["measures"]["log_spectral_distance_db"]) == {
         "model",
         "floor",
@@ -100,7 +104,7 @@ def test_is_judged_with_photographs_it_never_saw_beside_three_baselines(run):
 
 def test_a_surface_never_touched_has_its_floor_in_its_own_recordings(looks, tmp_path):
     by_material = trained(looks, tmp_path / "run", by="material")
-    found = evaluate(by_material.folder, evaluation=HASTY)
+    found, _ = evaluate_run(by_material.folder, evaluation=HASTY)
     assert any(note.startswith("Not trained on: ") for note in found["notes"])
     assert any(note.startswith("replay does not know every material") for note in found["notes"])
     (material,) = found["per_material"]
@@ -111,8 +115,9 @@ def test_a_surface_never_touched_has_its_floor_in_its_own_recordings(looks, tmp_
 
 
 def test_other_data_is_judged_unless_a_photograph_of_it_was_trained_on(run, tmp_path):
-    fresh = made_store(tmp_path / "fresh", first=1000)
-    assert evaluate(run.folder, data=fresh, evaluation=HASTY)["data"]["split"] == "all 32 recordings"
+    fresh = made_store(tmp_path / "fresh", first=1000, recordings=2, photographs=2)
+    found, _ = evaluate_run(run.folder, data=fresh, evaluation=HASTY)
+    assert found["data"]["split"] == "all 8 recordings"
     mixed = create_store(
         tmp_path / "mixed",
         [recording("cork", 5000 + seed) for seed in range(2)],
@@ -121,7 +126,7 @@ def test_other_data_is_judged_unless_a_photograph_of_it_was_trained_on(run, tmp_
         photographs=[("cork", photograph("cork", k)) for k in range(10)],
     )
     with pytest.raises(LeakError, match="of its 10 photographs were trained on"):
-        evaluate(run.folder, data=mixed.path, evaluation=HASTY)
+        evaluate_run(run.folder, data=mixed.path, evaluation=HASTY)
 
 
 def test_a_picture_file_becomes_a_signal_file(run, tmp_path):
@@ -147,10 +152,10 @@ def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
     assert json.loads((run.folder / "data.json").read_text())["photographs"]["train"] == 32
 
 
-def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_path, monkeypatch):
+def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, run, tmp_path, monkeypatch):
     monkeypatch.setattr(
         "tactogram.workflows.evaluation.evaluate.evaluate_run_pictures",
-        partial(evaluate_run_pictures, most=16),
+        partial(evaluate_run_pictures, most=8),
     )
     longer = {"config.pairs.hop": 16, "config.pairs.frames": 32}  # half a second
     sight = train(
@@ -175,7 +180,7 @@ def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, tmp_p
     page = (sight.folder / "report.html").read_text()
     assert "From pictures back to vibration" in page
     with pytest.raises(ParameterError, match="nearest_photo makes no spectrogram pictures"):
-        evaluate_pictures(trained(looks, tmp_path / "nearest").folder)
+        evaluate_pictures(run.folder)
 
 
 def test_a_training_without_the_weights_of_lpips_says_what_it_chooses_by(
@@ -202,6 +207,6 @@ def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):
         out=tmp_path / "run",
         accelerator="cpu",
     )
-    losses = evaluate_pictures(sight.folder, most=16)["inversion"]
+    losses = evaluate_pictures(sight.folder, most=4)["inversion"]
     assert losses
     assert {loss["floor"] for loss in losses.values()} == {None}

@@ -32,11 +32,14 @@ class PerceptualLoss(nn.Module):
 
     def __init__(self, weights: Path | str, *, random: bool = False) -> None:
         super().__init__()
-        network: nn.Module = torchvision().models.vgg19(weights=None)
+        models = torchvision().models
         if not random:
             file = weight_file(weights, VGG19, option="config.vgg_weights")
+            state = read_weights(file)
+        network: nn.Module = models.vgg19(weights=None, init_weights=random)
+        if not random:
             try:
-                network.load_state_dict(read_weights(file))
+                network.load_state_dict(state)
             except RuntimeError as error:
                 raise DataError(f"{file}: not weights of VGG-19") from error
         layers = list(network.features)  # type: ignore[arg-type]

@@ -144,8 +144,8 @@ def test_the_same_seed_gives_the_same_bits_in_any_order():
 
 
 def test_takes_differ_and_take_n_does_not_depend_on_how_many_there_are():
-    few = [make(task).id for task in tasks("stroking9", seed=0, per_class=1, seconds=0.5)[:2]]
-    many = [make(task).id for task in tasks("stroking9", seed=0, per_class=2, seconds=0.5)[:4]]
+    few = [make(task).id for task in tasks("stroking9", seed=0, per_class=1, seconds=0.5)[4:6]]
+    many = [make(task).id for task in tasks("stroking9", seed=0, per_class=2, seconds=0.5)[8:12]]
     assert len(set(many)) == 4
     assert few == many[::2]
 
@@ -329,12 +329,12 @@ def test_a_store_is_marked_simulated_and_the_same_from_any_number_of_processes(t
     from tactogram.workflows.data.simulate import simulate_to_store
 
     nine = SETS["stroking9"]
-    monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=nine.surfaces[:4]))
-    report = simulate_to_store("stroking9", tmp_path / "s", seed=1, per_class=1, seconds=0.5, workers=2)
+    monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=nine.surfaces[4:5]))
+    report = simulate_to_store("stroking9", tmp_path / "s", seed=1, per_class=4, seconds=0.5, workers=2)
     store = open_store(tmp_path / "s")
     assert report["simulated"]
     assert store.simulated
     assert all(info.simulated for info in store.index)
     assert len(store) == 4
-    alone = simulate_to_store("stroking9", tmp_path / "t", seed=1, per_class=1, seconds=0.5, workers=1)
+    alone = simulate_to_store("stroking9", tmp_path / "t", seed=1, per_class=4, seconds=0.5, workers=1)
     assert alone["sha256"] == report["sha256"]

@@ -9,7 +9,7 @@ from tactogram.datasets import Examples, Recording, create_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.evaluation.generation.measures import describe_measures
 from tactogram.signal import Signal
-from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.generator import evaluate_generator
 from tactogram.workflows.evaluation.reference_models import JUDGES, EvaluationSettings
 from tactogram.workflows.training import loaded_run
@@ -123,7 +123,7 @@ def test_one_material_has_no_ceiling_and_says_so(trained, store):
     split = json.loads((run / "split.json").read_text())
     split["test"] = split["test"][:1]
     (run / "split.json").write_text(json.dumps(split))
-    figures = evaluate(run, evaluation=HASTY)
+    figures, _ = evaluate_run(run, evaluation=HASTY)
     row = figures["measures"]["log_spectral_distance_db"]
     assert row["floor"] > 0
     assert row["ceiling"] is None
@@ -134,7 +134,7 @@ def test_one_material_has_no_ceiling_and_says_so(trained, store):
 
 def test_other_data_is_judged_beside_the_runs_own(voice, recordings, tmp_path):
     create_store(tmp_path / "new", recordings(("tile", "cork"), 2, first=70), name="new", licence="-")
-    figures = evaluate(voice, data=tmp_path / "new", evaluation=HASTY)
+    figures, _ = evaluate_run(voice, data=tmp_path / "new", evaluation=HASTY)
     assert set(figures["per_material"]) == {"cork", "tile"}
     assert figures["measures"]["log_spectral_distance_db"]["ceiling"] is not None
 

@@ -19,6 +19,11 @@ def voice(store, tmp_path_factory):
     return load_run(train("ar_texture", store, recipe="tiny", out=out).folder)
 
 
+@pytest.fixture(scope="module")
+def mixes(voice):
+    return mix_ladder(voice, "cork", "tile", seed=1, **SMALL)
+
+
 def test_a_ladder_is_written_whole(voice, tmp_path):
     found = mixing_ladder(voice, "cork", "tile", out=tmp_path / "ladder", seed=4, **SMALL)
     assert found == json.loads((tmp_path / "ladder" / "ladder.json").read_text())
@@ -42,11 +47,11 @@ def test_a_ladder_is_written_whole(voice, tmp_path):
     assert read_metadata(middle)["simulated"] is True
 
 
-def test_the_same_seed_makes_the_same_ladder_and_another_does_not(voice):
-    one, same, other = (mix_ladder(voice, "cork", "tile", seed=seed, **SMALL) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(one.ladder.position, same.ladder.position)
-    np.testing.assert_array_equal(one.shown[1].samples, same.shown[1].samples)
-    assert not np.array_equal(one.ladder.position, other.ladder.position)
+def test_the_same_seed_makes_the_same_ladder_and_another_does_not(voice, mixes):
+    same, other = (mix_ladder(voice, "cork", "tile", seed=seed, **SMALL) for seed in (1, 2))
+    np.testing.assert_array_equal(mixes.ladder.position, same.ladder.position)
+    np.testing.assert_array_equal(mixes.shown[1].samples, same.shown[1].samples)
+    assert not np.array_equal(mixes.ladder.position, other.ladder.position)
 
 
 def test_what_was_made_is_used_again_only_if_the_same_is_asked(voice, tmp_path):
@@ -69,18 +74,16 @@ def test_adding_keeps_the_start_at_one(voice):
     assert mixes.ladder.position[-1, -1] < 0.9
 
 
-def test_recordings_are_those_that_were_kept_apart(voice):
+def test_recordings_are_those_that_were_kept_apart(voice, mixes):
     kept = recorded(voice, "tile")
     assert len(kept) == 2
     assert kept[0].axes == ("x", "y", "z")
-    mixes = mix_ladder(voice, "cork", "tile", **SMALL)
     against = mixes.against_recordings
     # What is generated from a material lies near its recordings.
     np.testing.assert_allclose(against.position[[0, -1], -1], [0, 1], atol=0.3)
 
 
-def test_the_section_has_a_figure_a_table_and_a_sound_per_step(voice, tmp_path):
-    mixes = mix_ladder(voice, "cork", "tile", **SMALL)
+def test_the_section_has_a_figure_a_table_and_a_sound_per_step(mixes, tmp_path):
     page = write_report(
         tmp_path / "r.html", title="t", summary="s", sections=[mixes.section()], simulated=True
     ).read_text()

@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import fftfreq, irfft2, rfft2, rfftfreq
+from scipy.fft import fft, fftfreq, ifft, irfft, irfft2, rfft, rfft2, rfftfreq
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial import cKDTree
 from scipy.special import j1
@@ -138,12 +138,18 @@ def power_law(
     1)); it is longer than wide along y by ``stretch``.
     """
     ky, kx = frequencies()
-    radius = np.hypot(ky * stretch, kx)
+    columns = np.count_nonzero(
+        kx <= high
+    )  # those of the spectrum beyond are 0 and need no transform over rows
+    radius = np.hypot(ky * stretch, kx[:, :columns])
     inside = (radius >= low) & (radius <= high)
     amplitude = np.zeros_like(radius)
     amplitude[inside] = radius[inside] ** (-(beta + 1) / 2)
-    field = inverse(rfft2(rng.standard_normal((SIZE, SIZE))) * amplitude)
-    return np.asarray(field / field.std())
+    spectrum = fft(rfft(rng.standard_normal((SIZE, SIZE)))[:, :columns], axis=0)
+    spectrum *= amplitude
+    field = np.asarray(irfft(ifft(spectrum, axis=0, overwrite_x=True), SIZE))
+    field /= field.std()
+    return field
 
 
 def frequencies() -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -49,13 +49,12 @@ class Lpips:
     """
 
     def __init__(self, weights: Path | str = "", *, option: str = "alexnet") -> None:
-        with torch.random.fork_rng(devices=()):
-            torch.manual_seed(0)
-            self._network: nn.Module = vision_module("torchmetrics.functional.image.lpips")._NoTrainLpips(
-                net="alex", pnet_rand=True
-            )
+        library = vision_module("torchmetrics.functional.image.lpips")
         file = weight_file(weights, ALEXNET, option=option)
         state = read_weights(file)
+        with torch.random.fork_rng(devices=()):
+            torch.manual_seed(0)
+            self._network: nn.Module = library._NoTrainLpips(net="alex", pnet_rand=True)
         # torchmetrics splits AlexNet's features into five slices that keep the number of each layer.
         names = {name: f"features.{name.partition('.')[2]}" for name in self._network.net.state_dict()}
         _load(self._network.net, {name: state.get(old) for name, old in names.items()}, file, "AlexNet")

@@ -143,10 +143,8 @@ def _evaluated_on_recordings(
                 f"{store.name}: not what {loaded.run.name} was trained on: {error}"
             ) from error
         train = _trained_on(loaded)
-        result, sections = evaluate_generator(
-            loaded, known, train, settings=settings, progress=request.progress
-        )
-        results = result.as_dict()
+        result, draw = evaluate_generator(loaded, known, train, settings=settings, progress=request.progress)
+        results, sections = result.as_dict(), draw()
         if request.data is None and generates_pictures(loaded):
             results["pictures"], more = evaluate_run_pictures(loaded, progress=request.progress)
             sections += more

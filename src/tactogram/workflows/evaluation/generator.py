@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from threadpoolctl import threadpool_limits
@@ -44,8 +45,10 @@ def evaluate_generator(
     *,
     settings: EvaluationSettings | None = None,
     progress: ProgressCallback = silent,
-) -> tuple[GenerationResult, list[ReportSection]]:
+) -> tuple[GenerationResult, Callable[[], list[ReportSection]]]:
     """Return the result of `tactogram.evaluation.generation.protocol` for a generator of signals, and its report.
+
+    The report's sections are drawn when the second value is called.
 
     ``known`` are recordings that it was not trained on, of materials that it knows; for a generator conditioned on a
     photograph also of others: half of these then replace the training part.
@@ -96,7 +99,7 @@ def evaluate_generator(
             on_part=progress,
         )
     result = replace(result, notes=(*notes, *result.notes))
-    return result, generation_sections(result, test, sets)
+    return result, partial(generation_sections, result, test, sets)
 
 
 def _apart(
