@@ -138,9 +138,7 @@ def power_law(
     1)); it is longer than wide along y by ``stretch``.
     """
     ky, kx = frequencies()
-    columns = np.count_nonzero(
-        kx <= high
-    )  # those of the spectrum beyond are 0 and need no transform over rows
+    columns = np.count_nonzero(kx <= high)  # the rest of the spectrum is 0, and so is its transform over rows
     radius = np.hypot(ky * stretch, kx[:, :columns])
     inside = (radius >= low) & (radius <= high)
     amplitude = np.zeros_like(radius)
