@@ -329,7 +329,7 @@ def test_a_store_is_marked_simulated_and_the_same_from_any_number_of_processes(t
     from tactogram.workflows.data.simulate import simulate_to_store
 
     nine = SETS["stroking9"]
-    monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=nine.surfaces[4:5]))
+    monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=nine.surfaces[:1]))
     report = simulate_to_store("stroking9", tmp_path / "s", seed=1, per_class=4, seconds=0.5, workers=2)
     store = open_store(tmp_path / "s")
     assert report["simulated"]
