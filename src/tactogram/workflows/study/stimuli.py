@@ -184,8 +184,10 @@ class StudyStimuli:
         else:
             raise ParameterError("it has no signal; give file, run or simulated")
         if stimulus.autoregressive:
-            model = fit_autoregressive(signal)
-            signal = synthesise(model, stimulus.seconds or signal.seconds, seed=stimulus.seed)
+            # Over displacement, too: a model only counts samples.
+            model = fit_autoregressive(replace(signal, domain="time"))
+            made = synthesise(model, stimulus.seconds or signal.extent, seed=stimulus.seed)
+            signal = replace(made, domain=signal.domain)
         elif stimulus.file and stimulus.seconds is not None:
             signal = signal.cut(0, max(1, round(stimulus.seconds * signal.rate)))
         return _reconstructed(signal, stimulus) if stimulus.reconstructed else signal
