@@ -11,6 +11,8 @@ the word after ``data import``. It defines
   core reads; the message of a `TactogramError` gets the item's name;
 - optionally ``photographs(folder: Path) -> list[ImportedPhotograph]``: photographs of materials rather than of single
   recordings. It receives those options of ``find`` that it also declares; the import opens the files;
+- optionally ``UNVERIFIED: str``: what was assumed of a set whose files were not at hand, repeated in the result of an
+  import;
 - optionally ``ratings(folder: Path) -> Ratings | None``; ratings of items that are not imported are left out.
 """
 

@@ -55,7 +55,8 @@ def import_dataset(
         ``set``, ``path``, ``out``, ``unchanged``, ``recordings``, ``photographs`` (of materials and of recordings),
         ``scores`` (of raters), ``sha256``, ``simulated``, ``licence``, lists of dicts ``duplicates`` (``id``,
         ``kept``, ``dropped``) and ``skipped`` (``source``, ``reason``), and ``stale_parts`` (folders that another,
-        killed import may have left).
+        killed import may have left); ``unverified``, what the importer assumes of files that were not at hand when it
+        was written, if any.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def import_dataset(
         "duplicates": target.duplicates,
         "skipped": sink.skipped,
         "stale_parts": [str(part) for part in stale],
-    }
+    } | ({"unverified": source.UNVERIFIED} if hasattr(source, "UNVERIFIED") else {})
 
 
 def _check_options(set_name: str, source: Importer, options: Mapping[str, Any]) -> None:

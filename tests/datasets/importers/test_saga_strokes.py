@@ -30,7 +30,8 @@ def source(tmp_path):
 
 
 def test_takes_have_their_texture_number_and_level(source, tmp_path):
-    import_dataset("saga_strokes", source, tmp_path / "store", workers=1)
+    report = import_dataset("saga_strokes", source, tmp_path / "store", workers=1)
+    assert "no file of the set was at hand" in report["unverified"]
     store = open_store(tmp_path / "store")
     found = {(info.material, info.labels["recording"], info.labels["take"]) for info in store.index}
     grass = {("ArtGrass01", "3", "1"), ("ArtGrass01", "14", "1"), ("ArtGrass01", "14", "2")}

@@ -42,6 +42,8 @@ DESCRIPTION = (
     "force (N, 6 kHz), position (m, 100 Hz), sound (44.1 kHz), photos. Not checked on real files."
 )
 
+UNVERIFIED = "no file of the set was at hand: the layout is that of its dataset_details.md"
+
 SCAN_MM = 100.0
 """Width of the photographed area."""
 

@@ -4,8 +4,8 @@ J. Jiao, Y. Zhang, D. Wang, X. Guo, X. Sun, "HapTex: A Database of Fabric Textur
 World Haptics 2019, 331-336. It holds friction force, normal force, friction coefficient, displacement and velocity of
 the fingertip, and photographs of 2362 x 2362 pixels (FrictGAN, Sec. 4).
 
-**No copy was at hand, and the names of its files are not published.** The importer expects this layout, to which a copy
-may have to be adapted:
+**No copy was at hand, and its page (haptic.buaa.edu.cn/English_FabricDatabase.htm) does not describe its files.** The
+importer expects this layout, to which a copy may have to be adapted:
 
 - The first number in a file's path, relative to the folder, names the fabric: ``12/trial1.txt``, ``12.txt`` and
   ``images/12.jpg`` belong to ``fabric012``.
@@ -43,6 +43,11 @@ LICENCE = "free access for research, no licence stated"
 DESCRIPTION = (
     "NUMBER/*.txt|csv or NUMBER.txt|csv with displacement (mm) and friction coefficient, and a photograph per fabric: "
     "friction over displacement. Options: rate (samples per mm), width_mm (of a photograph). Not checked on real files."
+)
+
+UNVERIFIED = (
+    "no file of HapTex was at hand and its page describes none: names, columns, mm, and the photographs' 100 mm and "
+    "registration are assumed (tactogram.datasets.importers.haptex); compare a fabric with its photograph first"
 )
 
 TABLES = (".txt", ".csv", ".tsv")
@@ -97,6 +102,7 @@ def read(item: ImportItem) -> list[Recording]:
     history = [
         f"friction coefficient over displacement: {density:.3g} samples per mm recorded, {signal.rate:.5g} kept",
         "displacement in mm where the file does not say",
+        "unverified: the layout of HapTex's files is assumed",
     ]
     if info["registered"]:
         history.append(

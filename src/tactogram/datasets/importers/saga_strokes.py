@@ -33,6 +33,11 @@ DESCRIPTION = (
     "(m/s^2). Options: rate (Hz, 1000), counts_per_g (assumed 60). Not checked on real files."
 )
 
+UNVERIFIED = (
+    "no file of the set was at hand: layout, microseconds and counts per g are from a description; "
+    "check the level"
+)
+
 RATE = 1000.0
 COUNTS_PER_G = 60.0
 """300 mV per g at 3 V (ADXL335 data sheet), converted to 10 bits of 5 V: 61."""
