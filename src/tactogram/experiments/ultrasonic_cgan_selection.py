@@ -84,7 +84,7 @@ def run(
         )  # fmt: skip
         clusters[plates_in] = _outcome(out) | {
             "plates": list(plates_in),
-            "figure": str(out / "figures/spectra.png"),
+            "figure": (out / "figures/spectra.png").relative_to(folder).as_posix(),
         }
         made[plates_in] = generate_rated_surfaces(out)
     if not clusters:

@@ -124,6 +124,7 @@ def spectra_figure(
         left.set_title(names[cluster], fontsize=9, loc="left")
         left.set_ylabel("amplitude")
     for axes in grid.ravel():
+        axes.set_xscale("log")
         axes.margins(x=0)
         axes.tick_params(labelsize=8)
     for axes, side in zip(grid[-1], ("sensor, standardised", "display's drive, full scale 1"), strict=True):
