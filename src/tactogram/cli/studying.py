@@ -36,7 +36,13 @@ class _RunRequest(ServerOptions):
     ]
     _: KW_ONLY
     out: Annotated[str | None, Option("folder of the session; created, or continued", "DIR")] = None
-    device: Annotated[str, Option("device for played_by = 'server': audio, audio:NAME or null")] = "audio"
+    device: Annotated[
+        str,
+        Option(
+            "device for played_by = 'server' or 'stream': audio, audio:NAME or null; for 'stream' also digilent, "
+            "udp:HOST:PORT or osc:HOST:PORT"
+        ),
+    ] = "audio"
     full_scale: Annotated[
         float | None, Option("the device's full scale, in the unit of the display's drive", "X")
     ] = None

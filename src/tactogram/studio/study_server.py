@@ -46,7 +46,8 @@ def run_study(
         Participants to enrol; existing ones are left unchanged.
     open_browser : bool
     device : str
-        Device for a study with ``played_by = "server"``: ``audio``, ``audio:NAME``, or ``null`` (discards the signal).
+        Device for a study with ``played_by = "server"``: ``audio``, ``audio:NAME``, or ``null`` (discards the signal);
+        with ``"stream"`` also ``digilent[:SERIAL]``, ``osc:HOST:PORT`` or ``udp:HOST:PORT``.
     full_scale : float, optional
         Drive that a device value of 1.0 stands for, in the drive unit of the display.
     ready : callable
@@ -65,10 +66,11 @@ def run_study(
     folder = _session_folder(study, out, changes, display)
     studio = Studio.at(folder.parent, study_only=True)
     opened = studio.sessions.open(folder)
-    if opened.study.played_by == "server":
+    played_by = opened.study.played_by
+    if played_by != "browser":
         studio.sessions.display = display
         for driven in opened.stimuli.displays:
-            display.check(driven)
+            display.check(driven, streams=played_by == "stream")
     opened.stimuli.start()  # prepared while the first participants read the consent page
     enrolled = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:

@@ -54,7 +54,8 @@ class StimulusSource(BaseModel):
     axes: str = ""
     """Mapping of several axes to the display's, as `render` takes it; by default the display's."""
     speed_mm_s: float | None = Field(default=None, gt=0, le=5000)
-    """Speed of the finger, for a signal over displacement."""
+    """Speed of the finger, for a signal over displacement; in a stream, that at which a signal over time was
+    recorded."""
     text: Wording = Wording()
     """Instruction where nothing is played: ``Stroke plate {item}.``"""
 

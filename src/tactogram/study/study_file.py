@@ -48,9 +48,9 @@ class Study(BaseModel):
     """See `tactogram.study.orders.ordered`."""
     display: str = "audio"
     """Display of the stimuli, as `render` takes it."""
-    played_by: Literal["browser", "server"] = "browser"
+    played_by: Literal["browser", "server", "stream"] = "browser"
     """``browser`` sends the drive to the participant's device and plays it there as sound, in parts of full scale;
-    ``server`` plays it on the display at the server."""
+    ``server`` plays it on the display at the server; ``stream`` does, too, following the finger on the page."""
     level: str = "physical"
     """Level of the stimuli, as `render` takes it: physical, sensation=20, gain=2 …"""
     rest_every: int = Field(default=0, ge=0)

@@ -59,6 +59,9 @@ repeats = 1
 """
     + GRID,
     "abx": HEAD + '[design]\nkind = "abx"\nrepeats = 2\n' + GRID,
+    "streamed": HEAD.replace('"audio"', '"string-tablet"').replace("peak=0.5", "gain=0.2")
+    + 'played_by = "stream"\n[design]\nkind = "two_area"\nrepeats = 1\nrealism = false\n'
+    + GRID.replace('.wav"', '.wav", speed_mm_s = 100.0'),
     "staircase": HEAD + '[design]\nkind = "staircase"\n[[stimuli]]\nname = "one"\nfile = "recorded.wav"\n',
     "magnitude": HEAD + '[design]\nkind = "magnitude"\n[[stimuli]]\nname = "one"\nfile = "recorded.wav"\n',
     "pairwise": HEAD + '[design]\nkind = "pairwise"\n' + GRID,
@@ -267,6 +270,25 @@ def test_two_areas_sizes_are_in_mm_and_answers_are_kept_once(person, studies):
     assert float(device["device_finger_speed_mm_s"]) > 0
 
 
+def test_a_stimulus_is_streamed_while_a_finger_or_a_key_strokes_it(person, studies, until):
+    page = person("streamed", viewport=SIDEWAYS)
+    code = page.text_content(".code-small")
+    _agree(page)
+    _two_areas_as_asked_for(page)
+    _hold(page, "A")
+    _stroke(page, "B")
+    _answer(page, {"which": "A"})
+    with studies.store("streamed") as store:
+        until(lambda: store.played_log(code)[-1]["facts"])  # logged when the page has let the last area go
+        played = store.played_log(code)
+    assert [log["slot"] for log in played] == ["A", "B"]
+    for log in played:
+        assert (log["display"], log["level"]) == ("string-tablet", "gain=0.2")
+        assert log["facts"]["motion"]["used"] > 10
+        assert log["facts"]["display"]["drive_rms"] > 0
+        assert log["facts"]["latency"]["total"]["p50_ms"] > 5
+
+
 def rows_side(rows):
     return next(side for question, side in rows if question == "which")
 
@@ -416,7 +438,7 @@ def test_who_goes_on_by_code_is_where_they_were_and_who_declines_is_asked_nothin
 
 PURE = """async () => {
   const at = (name) => import(`/participants/static/${name}.js`);
-  const [{ targetAt, Stroke, Drawn }, { looped, voiceOf, swell, readWav, RISE_S }, { twoAreas }, { plainNumber }] =
+  const [{ targetAt, Stroke, Drawn }, { looped, voiceOf, swell, readWav, RISE_S }, { areasIn }, { plainNumber }] =
     await Promise.all(["stroking", "sound", "millimetres", "questions"].map(at));
   const found = { speeds: [], turns: [] };
   for (let ms = 1; ms < 1000; ms += 1) {
@@ -449,9 +471,9 @@ PURE = """async () => {
   let step = 0;
   for (let i = 1; i < heard.length; i += 1) step = Math.max(step, Math.abs(heard[i] - heard[i - 1]));
   found.step = step * RISE_S * rate;
-  found.tablet = twoAreas([180, 20], [988, 282], 5.2, 34);
-  found.phone = twoAreas([180, 20], [354, 400], 6, 34);
-  found.low = twoAreas([180, 20], [808, 20], 6, 34);
+  found.tablet = areasIn([180, 20], [988, 282], 5.2, 34);
+  found.phone = areasIn([180, 20], [354, 400], 6, 34);
+  found.low = areasIn([180, 20], [808, 20], 6, 34);
   found.numbers = ["１２", "3,5", " 7 ", "－1"].map(plainNumber);
   return found;
 }"""

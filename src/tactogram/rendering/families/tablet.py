@@ -40,6 +40,8 @@ CORNERS = ("upper-left", "upper-right", "lower-left", "lower-right")
 """Channels of a display with strings, by the position of their motors."""
 EDGE = 0.02
 """Share of the rectangle's sides within which strings cannot be told apart: no finger is placed there."""
+TIGHTEST = 0.5
+"""Share of the limit that pretension may use in a stream: near the edges two strings are long and the others tight."""
 
 
 class Settings(BaseModel):
@@ -207,7 +209,7 @@ class TabletStream:
         solved = np.linalg.solve(square, force.T[..., None])[..., 0].T
         share = np.einsum("ast,at->st", pull, solved)
         needed = np.max(-share / slack, axis=0)
-        basis = s.pretension_n / slack.min(axis=0)
+        basis = np.minimum(s.pretension_n / slack.min(axis=0), TIGHTEST * self._limit / slack.max(axis=0))
         room = ((self._limit - basis * slack) / np.maximum(share + slack * needed, 1e-12)).min(axis=0)
         factor = np.clip(room, 0.0, 1.0)
         self.limited += int(np.count_nonzero(room < 1))

@@ -296,15 +296,12 @@ def run_audio(
 def uninterrupted() -> Iterator[None]:
     """Suspend garbage collection, and switch between threads quickly, so that neither delays a block."""
     collecting, interval = gc.isenabled(), sys.getswitchinterval()
-    gc.collect()
-    gc.freeze()
     gc.disable()
     sys.setswitchinterval(5e-4)
     try:
         yield
     finally:
         sys.setswitchinterval(interval)
-        gc.unfreeze()
         if collecting:
             gc.enable()
 

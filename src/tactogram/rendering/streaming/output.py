@@ -7,6 +7,7 @@ stream. A family that streams a whole surface needs no rehearsal.
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 from typing import Any
 
@@ -19,11 +20,26 @@ from tactogram.rendering.displays.family import StreamDrive, display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.level import Level
+from tactogram.rendering.streaming.engine import LEAST_RATE
 from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.signal.signal import Signal
 
 Block = NDArray[np.float32]
+
+
+def check_streams(display: Display) -> None:
+    """Raise `ParameterError` if a display cannot be streamed to."""
+    family = display_family(display.family)
+    if family.stream_surface is None and family.stream_signal is None:
+        raise ParameterError(
+            f"{display.name}: displays of the family {display.family} cannot be streamed to: render a file instead"
+        )
+    if display.rate < LEAST_RATE:
+        raise ParameterError(
+            f"{display.name}: streaming needs a drive of at least {LEAST_RATE:g} Hz, this display takes "
+            f"{display.rate:g}: render a file"
+        )
 
 
 class DisplayOutput:
@@ -36,6 +52,7 @@ class DisplayOutput:
     """
 
     def __init__(self, display: Display, rehearsed: Signal | SurfaceTexture, *, level: Level) -> None:
+        check_streams(display)
         self.display, self.family = display, display_family(display.family)
         self.drive: StreamDrive
         self.rehearsal: dict[str, Any] | None = None
@@ -52,12 +69,9 @@ class DisplayOutput:
             report = fit(rehearsed, display, level=level).report
             self.drive = self.family.stream_signal(display, rehearsed.unit, report.facts)
             self.rehearsal = report.as_json()
-        else:
-            raise ParameterError(
-                f"{display.name}: displays of the family {display.family} cannot be streamed to: render a file instead"
-            )
         self.guard = DriveGuard(display)
         self.clipped = 0
+        self._sent, self._square, self._peak = 0, 0.0, 0.0
 
     def process(self, block: Block, motion: MotionBlock | None = None) -> Block:
         """Return the drive to send, float32, shape (channel, time)."""
@@ -67,7 +81,12 @@ class DisplayOutput:
             drive < self.display.floor - 1e-6 * self.display.limit
         )
         self.clipped += int(np.count_nonzero(over))
-        return self.guard.process(drive)
+        sent = self.guard.process(drive)
+        away = sent.astype(np.float64) - self.display.rest
+        self._sent += away.size
+        self._square += float(np.square(away).sum())
+        self._peak = max(self._peak, float(np.abs(away).max()))
+        return sent
 
     def missing(self, count: int) -> Block:
         """Return a fade to rest, then rest, for the time without motion."""
@@ -77,7 +96,7 @@ class DisplayOutput:
         return self.guard.missing(count)
 
     def facts(self) -> dict[str, Any]:
-        """Return the display, its rehearsal and what was clipped, as JSON values."""
+        """Return the display, its rehearsal, and what was clipped and sent (from rest, in its unit), as JSON values."""
         return {
             "display": self.display.name,
             "family": self.display.family,
@@ -85,6 +104,8 @@ class DisplayOutput:
             "limit": self.display.limit,
             "rehearsal": self.rehearsal,
             "clipped_samples": self.clipped,
+            "drive_rms": math.sqrt(self._square / self._sent) if self._sent else 0.0,
+            "drive_peak": self._peak,
             **self.drive.facts(),
         }
 

@@ -50,6 +50,21 @@ class PlayRequest(RequestBody):
     slot: SlotName = ""
 
 
+class FingerMessage(RequestBody):
+    """Positions of a finger on a slot of the current page: (time in ms, x and y in mm, 1 while it touches) each."""
+
+    slot: SlotName
+    samples: Annotated[list[tuple[float, float, float, float]], Field(max_length=500)]
+
+
+class FingerStatus(BaseModel):
+    """State of a slot's stream, and the error if there is none."""
+
+    slot: SlotName
+    state: Literal["playing", "ended", "failed"]
+    error: str = ""
+
+
 class LanguageRequest(RequestBody):
     """Request to switch the language."""
 

@@ -20,6 +20,7 @@ from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PresentedStimulus
 from tactogram.workflows.study.stimuli import SlotPlayback, StudyStimuli
+from tactogram.workflows.study.streams import FingerStream
 
 T = TypeVar("T")
 
@@ -102,6 +103,18 @@ class PreparedStimuli:
             check_browser(self.display(page.slot(slot)))
         played = self._played(page.slot(slot))
         return (played.drive.signal if played.drive is not None else self._silence(page)), played
+
+    def stream(self, page: Page, slot: str, *, landed_s: float) -> tuple[FingerStream, SlotPlayback]:
+        """Return a slot's stimulus to be streamed, and how it was made; silence is any other slot's, held at rest.
+
+        An error names the stimulus: it is not for participants.
+        """
+        played = self._played(page.slot(slot))
+        streams = (self._played(one).stream for one in (page.slot(slot), *page.presented))
+        shown = next((stream for stream in streams if stream is not None), None)
+        if shown is None:
+            raise ParameterError(f"page {page.token} has no stimulus to stream")
+        return FingerStream(shown, silent=played.stream is None, landed_s=landed_s), played
 
     def prepare(self, page: Page) -> None:
         """Prepare the stimuli of a page before all others."""

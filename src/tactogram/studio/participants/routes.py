@@ -27,6 +27,7 @@ from tactogram.studio.participants.bodies import (
     PageResponse,
     finite_json,
 )
+from tactogram.studio.participants.finger_route import add_finger_route
 from tactogram.studio.participants.rate_limit import RateLimiter
 from tactogram.studio.participants.refusals import (
     OutdatedPageError,
@@ -73,6 +74,7 @@ def participant_router(sessions: SessionRegistry) -> APIRouter:
     _add_joining(router, sessions)
     _add_pages(router, sessions)
     add_stimulus_routes(router, sessions)
+    add_finger_route(router, sessions)
     return router
 
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
-from tactogram.errors import TactogramError
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
 from tactogram.workflows.rendering.playback import Playback, full_scale_of
+from tactogram.workflows.streaming.session import Backend
+from tactogram.workflows.study.streams import FingerStream
 
 PATIENCE_S = 2.0
 """How long a participant's previous stimulus may take to fade out before the next."""
@@ -19,11 +23,16 @@ class DisplayInUseError(TactogramError):
     """The display is playing to another participant."""
 
 
+class _Stoppable(Protocol):
+    def stop(self) -> object: ...
+
+
 @dataclass
 class ServerDisplay:
     """The one display of a server.
 
-    ``device`` is ``audio``, ``audio:NAME``, or ``null`` (no actuator connected, same timing); ``full_scale`` as of
+    ``device`` is ``audio``, ``audio:NAME``, or ``null`` (no actuator connected, same timing); for streams also
+    ``digilent``, ``osc:HOST:PORT`` or ``udp:HOST:PORT``. ``full_scale`` as of
     `workflows.rendering.playback.full_scale_of`.
     """
 
@@ -32,10 +41,13 @@ class ServerDisplay:
     _turn: threading.Lock = field(default_factory=threading.Lock, repr=False)
     _guard: threading.Lock = field(default_factory=threading.Lock, repr=False)
     _owner: str = field(default="", repr=False)
-    _playing: Playback | None = field(default=None, repr=False)
+    _playing: _Stoppable | None = field(default=None, repr=False)
 
-    def check(self, display: Display) -> None:
-        """Refuse a display that the device cannot drive: `ParameterError`."""
+    def check(self, display: Display, *, streams: bool = False) -> None:
+        """Refuse a display that the device cannot drive, by a file or by a stream: `ParameterError`."""
+        if streams:
+            Backend.for_display(self.device, display, full_scale=self.full_scale)
+            return
         full_scale_of(display, self.device.partition(":")[0], self.full_scale)
 
     def play(self, owner: str, drive: Signal, display: Display) -> dict[str, Any]:
@@ -49,6 +61,23 @@ class ServerDisplay:
             If the drive cannot be played, or the device does not respond.
         """
         playing = Playback(drive, display, device=self.device, strength=1.0, full_scale=self.full_scale)
+        with self._taken(owner, playing):
+            return playing.run()
+
+    def stream(
+        self, owner: str, streaming: FingerStream, *, began: Callable[[], None] = lambda: None
+    ) -> dict[str, Any]:
+        """Stream until it is stopped and return `FingerStream.run`'s facts; errors are those of `play`."""
+        output = streaming.stream.output
+        if output is None:
+            raise ParameterError("a stream to a display needs one")
+        backend = Backend.for_display(self.device, output.display, full_scale=self.full_scale)
+        with self._taken(owner, streaming):
+            return {"device_address": self.device, **streaming.run(backend, began=began)}
+
+    @contextmanager
+    def _taken(self, owner: str, playing: _Stoppable) -> Iterator[None]:
+        """Stop the owner's previous stimulus, and hold the display for this one."""
         with self._guard:
             if self._playing is not None:
                 if self._owner != owner:
@@ -61,7 +90,7 @@ class ServerDisplay:
         try:
             with self._guard:
                 self._owner, self._playing = owner, playing
-            return playing.run()
+            yield
         finally:
             with self._guard:
                 self._owner, self._playing = "", None

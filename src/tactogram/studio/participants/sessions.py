@@ -161,9 +161,9 @@ class SessionRegistry:
         files = study_folder(study).resolve()
         stimuli = PreparedStimuli(loaded, files, within=[files, *self._within])
         stimuli.check()
-        if loaded.played_by == "server":
+        if loaded.played_by != "browser":
             for display in stimuli.displays:
-                self.display.check(display)
+                self.display.check(display, streams=loaded.played_by == "stream")
         begin_session(study, folder, changes=changes)
         return self.open(folder)
 

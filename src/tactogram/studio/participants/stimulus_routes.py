@@ -46,39 +46,39 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
         """Return the sound of a slot of the current page, and log it as played."""
         made = await anyio.to_thread.run_sync(sound_of, ticket, token, slot)
         session, code, wav, played = made
-        await session.writes.store(partial(_log_played, session, code, token, slot, played))
+        await session.writes.store(partial(log_slot_played, session, code, token, slot, played))
         # Without hash or level: they would reveal in words what participants are to judge by touch.
         return Response(wav, media_type="audio/wav")
 
     def sound_of(ticket: str, token: str, slot: str) -> tuple[OpenSession, str, bytes, SlotPlayback]:
-        session, code, page = _current_page(sessions, ticket, token, slot)
+        session, code, page = current_page(sessions, ticket, token, slot)
         if session.study.played_by != "browser":
-            raise ParameterError("this study plays on the server; send play")
-        with _anonymous_failure(session):
+            raise ParameterError("this study plays on the server; send play, or the finger")
+        with anonymous_failure(session):
             drive, played = session.stimuli.drive(page, slot)
             return session, code, wav_bytes(drive), played
 
     @router.get("/take/{ticket}/image", response_class=Response, responses=_file("image/png", "a picture"))
     def image(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
         """Return the picture of a slot of the current page."""
-        session, _, page = _current_page(sessions, ticket, token, slot)
+        session, _, page = current_page(sessions, ticket, token, slot)
         stimulus = page.slot(slot).stimulus
         if stimulus is None or not stimulus.is_seen:
             raise ParameterError(f"slot {slot!r} shows no picture")
-        with _anonymous_failure(session):
+        with anonymous_failure(session):
             return Response(session.stimuli.picture(page, slot), media_type="image/png")
 
     @router.post("/take/{ticket}/play")
     def play(ticket: str, body: PlayRequest) -> PlayResponse:
         """Play a slot of the current page on the server's display; responds when it has ended."""
-        session, code, page = _current_page(sessions, ticket, body.token, body.slot)
+        session, code, page = current_page(sessions, ticket, body.token, body.slot)
         if session.study.played_by != "server":
-            raise ParameterError("this study plays in the browser; get sound")
-        with _anonymous_failure(session):
+            raise ParameterError("this study does not play on request; get sound, or send the finger")
+        with anonymous_failure(session):
             drive, played = session.stimuli.drive(page, body.slot)
             display = session.stimuli.display(page.slot(body.slot))
-        _log_played(session, code, body.token, body.slot, played)
-        with _anonymous_failure(session):
+        log_slot_played(session, code, body.token, body.slot, played)
+        with anonymous_failure(session):
             facts = sessions.display.play(ticket, drive, display)
         return PlayResponse(state=facts["state"], simulated_device=facts["simulated_device"])
 
@@ -89,11 +89,17 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
         return StopResponse(stopped=sessions.display.stop(ticket))
 
 
+def streams_only(session: OpenSession) -> None:
+    """Refuse a study that does not stream."""
+    if session.study.played_by != "stream":
+        raise ParameterError("this study does not follow the finger; get sound, or send play")
+
+
 def _file(kind: str, description: str) -> dict[int | str, dict[str, Any]]:
     return {200: {"content": {kind: {}}, "description": description}}
 
 
-def _current_page(
+def current_page(
     sessions: SessionRegistry, ticket: str, token: str, slot: str
 ) -> tuple[OpenSession, str, Page]:
     """Return a participant's session, code and current page, if it is the token's page and has the slot."""
@@ -106,7 +112,7 @@ def _current_page(
 
 
 @contextmanager
-def _anonymous_failure(session: OpenSession) -> Iterator[None]:
+def anonymous_failure(session: OpenSession) -> Iterator[None]:
     """Raise for participants only that a stimulus failed; which one is logged and shown to the experimenter."""
     try:
         yield
@@ -123,9 +129,10 @@ def _anonymous_failure(session: OpenSession) -> Iterator[None]:
         raise StimulusPlaybackError(CANNOT_PLAY) from error
 
 
-def _log_played(session: OpenSession, code: str, token: str, slot: str, played: SlotPlayback) -> None:
+def log_slot_played(session: OpenSession, code: str, token: str, slot: str, played: SlotPlayback) -> int:
+    """Log what is played in a slot and return the log's row; a participant or page that is gone is refused."""
     try:
-        session.store.log_played(
+        return session.store.log_played(
             code,
             token,
             slot,

@@ -30,7 +30,7 @@ MOST_BUFFERED = 64 * 1024
 
 @dataclass(frozen=True)
 class ConnectionLimits:
-    """Limits of connections; websockets, which need the token, do not count.
+    """Limits of connections; websockets, which need the token or a ticket, do not count.
 
     A tablet opens up to six. ``handshake_s`` is for the start and the end of TLS, ``head_s`` for the head of a request
     from its first byte (of the first request, from the connection), ``idle_s`` between requests (people think longer

@@ -178,12 +178,13 @@ def _column(name: str) -> str:
 
 def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
     start = datetime.fromisoformat(played[0]["at"])
-    headings = ["onset", "duration", "token", "slot", "sha256", "level", "display", "gain_db"]
+    headings = ["onset", "duration", "token", "slot", "sha256", "level", "display", "gain_db", "facts"]
     rows = [
         [
             f"{(datetime.fromisoformat(entry['at']) - start).total_seconds():.3f}",
-            "",
-            *(str(entry[name]) for name in headings[2:]),
+            str(entry["facts"].get("seconds", "")),
+            *(str(entry[name]) for name in headings[2:-1]),
+            json.dumps(entry["facts"]) if entry["facts"] else "",
         ]
         for entry in played
     ]
@@ -193,13 +194,14 @@ def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
             "Description": "When it was played, after the first; by the computer's clock, which may have been set",
             "Units": "s",
         },
-        "duration": {"Description": "Not measured", "Units": "s"},
+        "duration": {"Description": "Of a stream; of others not measured", "Units": "s"},
         "token": {"Description": DESCRIPTIONS["token"]},
         "slot": {"Description": "As what it was presented: A, B, X, or alone"},
         "sha256": {"Description": "Hash of the samples"},
         "level": {"Description": DESCRIPTIONS["level"]},
         "display": {"Description": DESCRIPTIONS["display"]},
         "gain_db": {"Description": "By how much stronger than the level says", "Units": "dB"},
+        "facts": {"Description": "Of a stream, as JSON: drive, latency, motion of the finger, device"},
     }
     _json(stem.with_name(f"{stem.name}.json"), sidecar)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Mapping
 from typing import Any
@@ -18,8 +19,19 @@ class SessionLogs(SessionPeople):
     """Logs of a session beside the answers."""
 
     def played_log(self, code: str) -> list[dict[str, Any]]:
-        """Return all playback to a participant: ``token``, ``slot``, ``sha256``, ``level`` … ``at``."""
-        return self._log(code, "played", ("token", "slot", "sha256", "level", "display", "gain_db", "at"))
+        """Return all playback to a participant: ``token``, ``slot``, ``sha256``, ``level`` … ``at``, ``facts``.
+
+        The facts are those of a stream: the level as driven, latency, motion; {} of everything else.
+        """
+        columns = ("token", "slot", "sha256", "level", "display", "gain_db", "at", "facts")
+        log = self._log(code, "played", columns)
+        with self._damage_reported():
+            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
+
+    def complete_played(self, row: int, facts: Mapping[str, Any]) -> None:
+        """Add the facts of a stream that has ended to its row of the log, unless the participant withdrew."""
+        with self._writing() as rows:
+            rows.execute("UPDATE played SET facts = ? WHERE id = ?", (json.dumps(facts), row))
 
     def log_device(self, code: str, device: Mapping[str, Any]) -> None:
         """Store device facts as a participant begins or continues."""

@@ -147,8 +147,11 @@ class SessionStore(SessionLogs):
 
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
-    ) -> None:
-        """Log playback, before or during it; raise `PageNotOpenError` if the participant is not at that page."""
+    ) -> int:
+        """Log playback, before or during it, and return its row, for `complete_played`.
+
+        Raises `PageNotOpenError` if the participant is not at that page.
+        """
         if not re.fullmatch("[0-9a-f]{64}", sha256):
             raise ParameterError(f"sha256 must be 64 hexadecimal digits, got {sha256[:80]!r}")
         with self._writing() as rows:
@@ -157,11 +160,12 @@ class SessionStore(SessionLogs):
             if state.page is None or state.page.token != token:
                 raise PageNotOpenError(f"{code} is not at page {token[:60]!r}; reload the page")
             state.page.slot(slot)
-            rows.execute(
+            inserted = rows.execute(
                 "INSERT INTO played (participant, token, slot, sha256, level, display, gain_db, at) "
                 "VALUES (?,?,?,?,?,?,?,?)",
                 (state.participant.number, token, slot, sha256, level, display, gain_db, now_utc()),
             )
+            return int(inserted.lastrowid or 0)
 
     def withdraw(self, code: str) -> int:
         """Delete a participant with all their data; see `SessionPeople.withdraw`."""

@@ -1,7 +1,7 @@
 """Tables of a session file."""
 
 FILE = "answers.sqlite"
-VERSION = 3
+VERSION = 4
 """The file's ``user_version``."""
 TABLES = (
     "CREATE TABLE study (id INTEGER PRIMARY KEY CHECK (id = 1), facts TEXT NOT NULL, begun TEXT NOT NULL, "
@@ -19,7 +19,7 @@ TABLES = (
     "FOREIGN KEY (participant, position) REFERENCES pages (participant, position))",
     "CREATE TABLE played (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER NOT NULL REFERENCES participants, "
     "token TEXT NOT NULL, slot TEXT NOT NULL, sha256 TEXT NOT NULL, level TEXT NOT NULL, display TEXT NOT NULL, "
-    "gain_db REAL NOT NULL, at TEXT NOT NULL)",
+    "gain_db REAL NOT NULL, at TEXT NOT NULL, facts TEXT NOT NULL DEFAULT '{}')",
     "CREATE INDEX played_by_page ON played (participant, token)",
     "CREATE TABLE notes (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER REFERENCES participants, "
     "text TEXT NOT NULL, at TEXT NOT NULL)",

@@ -36,7 +36,7 @@ DEVICES = "null, audio, audio:NAME, digilent, digilent:SERIAL, osc:HOST:PORT or 
 
 @dataclass(frozen=True)
 class Backend:
-    """Where the blocks of a stream go.
+    """Destination of a stream's blocks.
 
     ``device`` names a sound card or the serial number of a Digilent; ``to`` is the address for osc and udp, by default
     that of the motion's sender; ``full_scale`` the drive at a sound card's 1.0; ``opened`` opens a Digilent.

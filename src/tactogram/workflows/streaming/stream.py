@@ -13,9 +13,9 @@ from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.backends import Clock, run_unpaced
 from tactogram.rendering.streaming.contact import ContactSettings
-from tactogram.rendering.streaming.engine import LEAST_RATE, Engine
+from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.network import NetworkMotion
-from tactogram.rendering.streaming.output import DisplayOutput, equalised
+from tactogram.rendering.streaming.output import DisplayOutput, check_streams, equalised
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
@@ -63,11 +63,8 @@ def stream(request: StreamRequest) -> dict[str, Any]:
     display = _display(request)
     backend = _backend(request, display)
     rate = PLAIN_RATE if display is None else display.rate
-    if rate < LEAST_RATE:
-        raise ParameterError(
-            f"{request.display}: streaming needs a drive of at least {LEAST_RATE:g} Hz, this display takes {rate:g}: "
-            "render a file"
-        )
+    if display is not None:
+        check_streams(display)
     most = max(1, int(request.block_ms / 1e3 * rate + 1e-9))
     axes = request.how or (display.axes if display is not None else "dft321")
     texture_settings = TextureSettings(
@@ -84,7 +81,9 @@ def stream(request: StreamRequest) -> dict[str, Any]:
         if display_family(display.family).stream_surface is not None:
             rehearsed = _only_surface(textures, display.name)
         else:
-            rehearsed = _rehearsal(textures, weights, contact, rate, most, request.seed)
+            rehearsed = rehearsal(
+                textures, rate=rate, most=most, seed=request.seed, weights=weights, contact=contact
+            )
         output = DisplayOutput(display, rehearsed, level=parse_level(request.level))
         if request.tell is not None and (sentence := output.sentence()) is not None:
             request.tell(sentence)
@@ -156,13 +155,14 @@ def _only_surface(textures: Sequence[StreamingTexture], display: str) -> Surface
     return textures[0]
 
 
-def _rehearsal(
+def rehearsal(
     textures: Sequence[StreamingTexture],
-    weights: Mapping[str, float] | None,
-    contact: ContactSettings,
+    *,
     rate: float,
     most: int,
     seed: int,
+    weights: Mapping[str, float] | None = None,
+    contact: ContactSettings | None = None,
 ) -> Signal:
     """Return some seconds of the textures under a simulated hand, for the level."""
     hand = SimulatedHand(REHEARSAL_S + 1, seed=seed + 1)

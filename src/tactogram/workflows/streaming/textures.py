@@ -104,28 +104,38 @@ def textures_of(
 def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -> StreamingTexture:
     """Return one material of a run: its own models where it is autoregressive, else a signal that it generates."""
     if isinstance(run.model, TextureMapModel):
-        place = run.kind.materials.index(name)
-        table = TextureTable(run.model.maps[place], axis=settings.axes)
-        seed = settings.seed + 1000 * number + place
-        return AutoregressiveTexture(name, table, rate=settings.rate, most=settings.most, seed=seed)
+        return mapped_texture(run, run.model, name, settings, number)
     condition: dict[str, Any] = {"material": {name: 1.0}}
     if settings.speed_mm_s is not None and "speed_mm_s" in (*run.facts.needs, *run.facts.takes):
         condition["speed_mm_s"] = settings.speed_mm_s
     made = next(iter(generate(run, condition, seconds=settings.seconds, seed=settings.seed)))
     if not isinstance(made, Signal):
         raise ParameterError(f"{run.run.name}: {run.facts.name} makes images; a stream needs signals")
-    return _surface(name, made, settings, settings.speed_mm_s)
+    return surface_of(name, made, settings, settings.speed_mm_s)
+
+
+def mapped_texture(
+    run: LoadedRun, model: TextureMapModel, name: str, settings: TextureSettings, number: int = 0
+) -> AutoregressiveTexture:
+    """Return a material of a run whose model is a map over speed and force; ``number`` varies the seed."""
+    if name not in run.kind.materials:
+        raise ParameterError(f"{run.run.name} has no material {name!r}; give {', '.join(run.kind.materials)}")
+    place = run.kind.materials.index(name)
+    table = TextureTable(model.maps[place], axis=settings.axes)
+    seed = settings.seed + 1000 * number + place
+    return AutoregressiveTexture(name, table, rate=settings.rate, most=settings.most, seed=seed)
 
 
 def _of_file(path: Path, settings: TextureSettings, options: Mapping[str, Any]) -> StreamingTexture:
     recorded = read_metadata(path).get("speed_mm_s")
     speed = settings.speed_mm_s if settings.speed_mm_s is not None else recorded
-    return _surface(path.stem, read_signal(path, **options), settings, speed)
+    return surface_of(path.stem, read_signal(path, **options), settings, speed)
 
 
-def _surface(
+def surface_of(
     name: str, signal: Signal, settings: TextureSettings, speed_mm_s: float | None
 ) -> SurfaceTexture:
+    """Return a signal as a surface; one over time needs the speed at which it was recorded."""
     if signal.domain == "time" and speed_mm_s is None:
         raise ParameterError(
             f"{name} is over time: give `speed_mm_s`, the speed at which it was recorded, so that it can follow "

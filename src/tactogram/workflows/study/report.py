@@ -64,6 +64,11 @@ CAVEATS = (
 )
 SIMULATED_PEOPLE = "Simulated participants: programs answered. This does not show how anything feels."
 SIMULATED_STIMULI = "Simulated stimuli: computed, not recorded from real surfaces."
+PLAYED = {
+    "browser": "played by the browser",
+    "server": "played by the server",
+    "stream": "streamed by the server under the finger",
+}
 
 
 @dataclass(frozen=True)
@@ -243,7 +248,7 @@ def _design(data: StudyData) -> list[Block]:
         ("conditions", ", ".join(dict.fromkeys(one.condition for one in stimuli if one.condition)) or "one"),
         ("order", f"{study.order}, seed {study.seed}"),
         ("practice", practice),
-        ("display", f"{study.display}, played by the {study.played_by}"),
+        ("display", f"{study.display}, {PLAYED[study.played_by]}"),
         ("level", study.level),
         ("languages", ", ".join(study.languages)),
         ("reproduces", study.source or EMPTY),

@@ -18,8 +18,11 @@ from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.fit import Drive, fit
 from tactogram.rendering.level import Level, parse_level
+from tactogram.rendering.streaming.output import check_streams
+from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.io import read_image, read_signal
@@ -27,6 +30,14 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import PresentedStimulus
+from tactogram.workflows.streaming.textures import TextureSettings
+from tactogram.workflows.study.streams import (
+    StimulusStream,
+    stimulus_stream,
+    texture_of_run,
+    texture_of_signal,
+    texture_settings,
+)
 
 SEEDS = 16
 """Number of pictures of each simulated family for ``any/TEXT``."""
@@ -34,13 +45,14 @@ SEEDS = 16
 
 @dataclass(frozen=True)
 class SlotPlayback:
-    """Signal to play for one slot of a page; the drive is None for silence, whose hash is that of nothing."""
+    """Drive or stream to play for one slot of a page; neither for silence, whose hash is that of nothing."""
 
     drive: Drive | None
     sha256: str
     level: str
     display: str
     gain_db: float = 0.0
+    stream: StimulusStream | None = None
 
 
 class StudyStimuli:
@@ -55,6 +67,7 @@ class StudyStimuli:
         self._within = tuple(path.resolve() for path in within)
         self._signals: dict[str, Signal] = {}
         self._drives: dict[tuple[str, float], SlotPlayback] = {}
+        self._streams: dict[tuple[str, float], StimulusStream] = {}
 
     def signal(self, stimulus: Stimulus) -> Signal:
         """Return the signal of a stimulus, before it is rendered.
@@ -74,7 +87,7 @@ class StudyStimuli:
         return self._signals[stimulus.name]
 
     def played(self, presented: PresentedStimulus) -> SlotPlayback:
-        """Return the drive of a presented stimulus, at its level and gain.
+        """Return the drive of a presented stimulus, at its level and gain; its stream in a study that streams.
 
         Raises
         ------
@@ -86,7 +99,9 @@ class StudyStimuli:
             return SlotPlayback(None, hashlib.sha256(b"").hexdigest(), "", self.study.display)
         key = (stimulus.name, presented.gain_db)
         if key not in self._drives:
-            self._drives[key] = self._rendered(stimulus, presented.gain_db)
+            streams = self.study.played_by == "stream"
+            make = self._streamed if streams else self._rendered
+            self._drives[key] = make(stimulus, presented.gain_db)
         return self._drives[key]
 
     def image(self, stimulus: Stimulus) -> Image | None:
@@ -122,7 +137,9 @@ class StudyStimuli:
         """
         for stimulus in self.study.made_stimuli:
             try:
-                if stimulus.is_played:
+                if stimulus.is_played and self.study.played_by == "stream":
+                    check_streams(self.display(stimulus))
+                elif stimulus.is_played:
                     self.display(stimulus)
                 if stimulus.simulated:
                     _surface(stimulus.simulated)
@@ -169,6 +186,35 @@ class StudyStimuli:
         except TactogramError as error:
             raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         return SlotPlayback(drive, drive.signal.sha256, text, drive.report.display, gain_db)
+
+    def _streamed(self, stimulus: Stimulus, gain_db: float) -> SlotPlayback:
+        text, display = stimulus.level or self.study.level, self.display(stimulus)
+        # A surface is fitted as a whole, at every gain; of a vibration the gain is a weight.
+        fitted_db = gain_db if display_family(display.family).stream_surface is not None else 0.0
+        key = (stimulus.name, fitted_db)
+        if key not in self._streams:
+            settings = texture_settings(display, stimulus.axes, seed=stimulus.seed)
+            level, texture = parse_level(text), self._texture_of_run(stimulus, settings)
+            if texture is None:
+                level, signal = stronger(level, self.signal(stimulus), fitted_db)
+            try:
+                if texture is None:
+                    texture = texture_of_signal(stimulus.name, signal, settings, stimulus.speed_mm_s)
+                self._streams[key] = stimulus_stream(texture, display, level, settings.most)
+            except TactogramError as error:
+                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+        made = self._streams[key].stronger(gain_db - fitted_db)
+        return SlotPlayback(None, made.sha256, text, display.name, gain_db, made)
+
+    def _texture_of_run(self, stimulus: Stimulus, settings: TextureSettings) -> StreamingTexture | None:
+        if not stimulus.run:
+            return None
+        from tactogram.workflows.training.loaded_run import load_run
+
+        try:
+            return texture_of_run(load_run(self._path(stimulus.run)), stimulus.material, settings)
+        except TactogramError as error:
+            raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
     def _make_signal(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:

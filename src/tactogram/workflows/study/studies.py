@@ -84,6 +84,7 @@ def _facts(study: Study) -> dict[str, Any]:
         "seed": study.seed,
         "languages": list(study.languages),
         "display": study.display,
+        "played_by": study.played_by,
         "level": study.level,
         "source": study.source,
     }

@@ -1,15 +1,20 @@
-/** Two areas under the finger, a target that moves in each, and sound only while a finger strokes. */
+/** Areas under the finger, a target that moves in each, and stimuli only while a finger strokes. */
 
 import { make } from "./dom.js";
-import { pxPerMm, twoAreas } from "./millimetres.js";
+import { sampleOf } from "./finger.js";
+import { areasIn, pxPerMm } from "./millimetres.js";
 import { Drawn, Stroke, targetAt } from "./stroking.js";
 import { joined, say } from "./wording.js";
 
 /** Radius of the target, mm: about a fingertip. */
 const TARGET_MM = 6;
+/** Speed at which keys stroke where the study sets no target, mm/s. */
+const KEYS_MM_S = 100;
 /** How long each area is to be stroked before the page goes on, ms. */
 export const ENOUGH_MS = 1000;
 const GAP_PX = 34;
+/** Width and height of an area where the study sets none, mm. */
+const AREA_MM = [120, 25];
 
 /**
  * Return the areas of a page.
@@ -18,9 +23,10 @@ const GAP_PX = 34;
 export function areas(scene) {
   const { page, language, room } = scene;
   const scale = pxPerMm();
-  const placed = twoAreas(page.layout.area_mm, room, scale, GAP_PX);
+  const { image_mm: image, area_mm: asked = image ? [image, image] : AREA_MM } = page.layout;
+  const placed = areasIn(asked, room, scale, GAP_PX, page.slots.length);
   const size = { width: placed.width, height: placed.height, way: placed.width - 2 * TARGET_MM };
-  const speed = page.layout.target_speed_mm_s;
+  const speed = page.layout.target_speed_mm_s ?? KEYS_MM_S;
   const clock = { start: performance.now(), now: () => performance.now() };
   const pads = page.slots.map((slot) => padOf(slot, scene, { ...size, scale, speed, clock }));
   const drawn = new Drawn();
@@ -37,11 +43,12 @@ export function areas(scene) {
   };
   frame = requestAnimationFrame(draw);
   const element = make("div", { class: placed.beside ? "areas beside" : "areas" }, ...pads.map((pad) => pad.element));
-  if (!placed.whole) element.append(areaNote(language, page.layout.area_mm, placed));
+  if (!placed.whole) element.append(areaNote(language, asked, placed));
   return {
     element,
     missing: () => {
       const names = pads.filter((pad) => pad.needed()).map((pad) => pad.name);
+      if (names.length === 1 && names[0] === "") return say(language, "need_stroke_one");
       return names.length ? say(language, "need_stroke", { names: joined(language, names) }) : null;
     },
     facts: () => measuredBy(pads, drawn, size, placed),
@@ -71,14 +78,17 @@ function noteOf(language, asked, drawn, widest) {
 function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
   const { language, sounds } = scene;
   const name = slot.slot;
-  const target = make("div", { class: "target" });
+  // Without a speed nothing is to be followed; keys still stroke as the target would.
+  const target = make("div", { class: "target", hidden: !scene.page.layout.target_speed_mm_s });
   const pad = make("div", { class: "pad", role: "button", tabindex: "0", "aria-label": say(language, "area_label", { name }), "data-area": name }, target);
+  if (slot.picture) pad.style.background = `center / 100% 100% url("${scene.images.get(name)}")`;
   pad.style.width = `${width * scale}px`;
   pad.style.height = `${height * scale}px`;
   target.style.width = target.style.height = `${2 * TARGET_MM * scale}px`;
   target.style.marginLeft = target.style.marginTop = `${-TARGET_MM * scale}px`;
-  const label = make("div", { class: "area-name" }, say(language, "area", { name }), make("span", { class: "state" }));
-  const element = make("div", { class: "area" }, label, pad);
+  const label = make("div", { class: "area-name" }, name ? say(language, "area", { name }) : "", make("span", { class: "state" }));
+  const todo = slot.text ? [make("p", { class: "to-do", text: slot.text })] : [];
+  const element = make("div", { class: "area" }, label, ...todo, pad);
   const stroke = new Stroke();
   let voice = null;
   let pointer = null;
@@ -117,6 +127,11 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
     const y = (event.clientY - box.top - pad.clientTop) / scale;
     return { x, y, inside: x >= 0 && y >= 0 && x <= width && y <= height };
   };
+  const strokedByKey = (x, ms) => {
+    const box = pad.getBoundingClientRect();
+    const clientX = box.left + (TARGET_MM + x) * scale;
+    return sampleOf({ clientX, clientY: box.top + box.height / 2, timeStamp: ms }, true);
+  };
   const goal = (ms) => TARGET_MM + targetAt(ms - clock.start, speed, way);
 
   pad.addEventListener("pointerdown", (event) => {
@@ -128,15 +143,18 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
     begin();
     const place = at(event);
     stroke.down(event.timeStamp, place.x, place.y);
+    voice.moved?.([sampleOf(event, place.inside)]);
   });
   pad.addEventListener("pointermove", (event) => {
     if (event.pointerId !== pointer) return;
     const all = event.getCoalescedEvents?.() ?? [];
-    for (const one of all.length ? all : [event]) {
+    const reports = all.length ? all : [event];
+    for (const one of reports) {
       const place = at(one);
       if (place.inside) stroke.moved(one.timeStamp, place.x, place.y, goal(one.timeStamp));
       else stroke.up();
     }
+    voice.moved?.(reports.map((one) => sampleOf(one, at(one).inside)));
     sound(stroke.stroking, event.timeStamp);
   });
   for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
@@ -165,9 +183,13 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
     draw: (x, ms) => {
       target.style.transform = `translateX(${(TARGET_MM + x) * scale}px)`;
       if (pointer === "key") {
+        voice.moved?.([strokedByKey(x, ms)]);
         sound(true, ms);
         scene.changed();
-      } else if (since !== null && !stroke.strokes(ms)) sound(false, ms);
+        return;
+      }
+      voice?.beat?.(ms);
+      if (since !== null && !stroke.strokes(ms)) sound(false, ms);
     },
   };
 }

@@ -50,16 +50,17 @@ export function fitting(asked, room, scale) {
 const LOWEST_MM = 14;
 
 /**
- * Return the layout of two areas: one above the other if they fit, else side by side, else smaller.
+ * Return the layout of areas, two by default: one above the other if they fit, else side by side, else smaller.
  * @param {[number, number]} area width and height, mm
  * @param {[number, number]} room width and height, CSS pixels
  * @param {number} scale CSS pixels for each mm
  * @param {number} gap CSS pixels between them, also for a label above each
+ * @param {number} count
  * @returns {{beside: boolean, width: number, height: number, whole: boolean}} sizes in mm
  */
-export function twoAreas(area, room, scale, gap) {
-  const above = sized(area, [room[0], room[1] / 2 - gap], scale, false);
-  const beside = sized(area, [(room[0] - gap) / 2, room[1] - gap], scale, true);
+export function areasIn(area, room, scale, gap, count = 2) {
+  const above = sized(area, [room[0], room[1] / count - gap], scale, false);
+  const beside = sized(area, [(room[0] - (count - 1) * gap) / count, room[1] - gap], scale, true);
   if (above.whole || above.width * above.height >= beside.width * beside.height) return above;
   return beside;
 }

@@ -43,7 +43,7 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
   };
   const room = [Math.min(stage.clientWidth, WIDEST_PX) - SIDES_PX, stage.clientHeight];
   const scene = { page, language, sounds, images, changed, room: [room[0], room[1] - AROUND_PX - QUESTION_PX * page.questions.length] };
-  const way = page.slots.length ? presentationOf(page) : "";
+  const way = page.slots.length ? presentationOf(page, sounds) : "";
   const shown = way ? PRESENTATIONS[way](scene) : null;
   const matrix = page.questions.length >= ROWS && page.questions.every((one) => IN_ROWS.includes(one.kind) && one.kind === page.questions[0].kind);
   const asked = page.questions.map((question) =>
@@ -101,9 +101,10 @@ export function showPage({ page, language, sounds, images, stage, draft, send })
 
 const PRESENTATIONS = { areas, intervals, players };
 
-/** Return how stimuli are presented: two areas to stroke, two intervals in sequence, or a button each. */
-function presentationOf(page) {
+/** Return how stimuli are presented: areas to stroke, two intervals in sequence, or a button each. */
+function presentationOf(page, sounds) {
   const played = page.slots.every((slot) => slot.played);
+  if (sounds.streamed && played) return "areas";
   if (page.layout.area_mm && page.slots.length === 2 && played) return "areas";
   return page.layout.presentation === "intervals" ? "intervals" : "players";
 }

@@ -3,6 +3,7 @@
 import { calibrate } from "./calibration.js";
 import { deviceFacts } from "./device.js";
 import { holdStill, make, tell } from "./dom.js";
+import { FingerSounds } from "./finger.js";
 import { measured } from "./millimetres.js";
 import { showMoment, showPage } from "./page_view.js";
 import { Outbox, Refused, ask, bytes, insist, passes } from "./server.js";
@@ -54,6 +55,9 @@ async function start() {
 }
 
 function soundsOf(playedBy) {
+  if (playedBy === "stream") {
+    return new FingerSounds(() => `${base}/finger?token=${encodeURIComponent(now.state.page.token)}`, tell);
+  }
   if (playedBy !== "server") {
     const fetched = (slot) => insist(() => bytes(address("sound", slot)), tellAway);
     return new BrowserSounds(fetched, (silent) => tell(silent ? say(language(), "no_sound") : ""));
@@ -127,7 +131,7 @@ function showWelcome() {
     await startSteps();
   };
   const code = make("div", { class: "code-block" }, make("span", { class: "quiet", text: say(l, "code") }), make("strong", { class: "code", text: now.state.code }), make("p", { text: say(l, "note_code") }), make("p", { class: "quiet", text: say(l, "no_names") }));
-  const possible = now.state.played_by === "server" || BrowserSounds.possible;
+  const possible = now.state.played_by !== "browser" || BrowserSounds.possible;
   const more = [code, ...(possible ? [] : [make("p", { class: "feedback wrong", text: say(l, "no_audio") })])];
   const label = document.fullscreenEnabled ? "start" : "start_plain";
   showMoment(stage, { title: say(l, first ? "welcome" : "welcome_back"), text: document.title, go: say(l, label), press: go, more });
@@ -277,6 +281,7 @@ function deadEnd(error) {
 function showEnd() {
   showHead();
   tell("");
+  now.sounds?.clear();
   const key = ["declined", "aborted"].includes(now.state.state) ? now.state.state : "done";
   showMoment(stage, { title: say(language(), key), text: say(language(), `${key}_text`), more: [make("p", { class: "code", text: now.state.code })] });
   if (document.fullscreenElement) document.exitFullscreen().catch(() => null);

@@ -78,6 +78,7 @@ const TEXTS = {
   need_play: { ja: "先に{names}を再生してください。", en: "Play {names} first." },
   need_play_one: { ja: "先に再生してください。", en: "Play it first." },
   need_stroke: { ja: "先に{names}をなぞってください。", en: "Stroke {names} first." },
+  need_stroke_one: { ja: "先になぞってください。", en: "Stroke it first." },
   need_answer: { ja: "回答を選んでください。", en: "Choose an answer first." },
   need_answers: { ja: "あと{count}個の回答が必要です。", en: "{count} questions left to answer." },
   need_mark: { ja: "線に印をつけてください。", en: "Set a mark on each line first." },
