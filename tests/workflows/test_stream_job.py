@@ -270,3 +270,24 @@ def test_a_tablet_of_strings_follows_the_position_of_the_finger(grating, tmp_pat
 def test_a_display_in_volts_needs_the_full_scale_of_the_amplifier(grating):
     with pytest.raises(ParameterError, match="give `full_scale`"):
         stream(grating("a.wav", 150), backend="audio", display="voice-coil", level="gain=1")
+
+
+def test_the_carrier_of_a_stream_is_tracked(grating, tmp_path):
+    log = tmp_path / "track.csv"
+    result = stream(
+        grating("a.wav", 150),
+        backend="digilent",
+        device="simulated",
+        track={"every_s": 0.05, "timing.settle_s": 0.01, "bench.drift_hz_per_s": 5, "log": str(log)},
+        display="ultrasonic-envelope",
+        level="peak=0.5",
+        seconds=0.8,
+    )
+    tracking = result["device"]["tracking"]
+    assert tracking["error"] is None
+    assert tracking["steps"] >= 1
+    assert result["device"]["simulated"]
+    assert abs(tracking["carrier_hz"] - result["device"]["resonance_hz"]) < 47  # half the width at Q 300
+    assert "track," in log.read_text()
+    with pytest.raises(ParameterError, match="got the backend file"):
+        to_file(grating("a.wav", 150), track={})

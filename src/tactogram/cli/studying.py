@@ -46,6 +46,10 @@ class _RunRequest(ServerOptions):
     full_scale: Annotated[
         float | None, Option("the device's full scale, in the unit of the display's drive", "X")
     ] = None
+    track: Annotated[
+        Mapping[str, Any] | None,
+        Option("keep a Digilent's carrier at the transducer's resonance, as of `stream`", "KEY=VALUE"),
+    ] = None
     participants: Annotated[
         tuple[str, ...],
         Option("codes to enrol beforehand; otherwise people get one as they join", "CODE,CODE,…"),
@@ -105,6 +109,7 @@ def _run(request: _RunRequest, show: Printer) -> None:
             open_browser=request.open_browser,
             device=request.device,
             full_scale=request.full_scale,
+            track=request.track,
             ready=ready,
         )
     sys.stderr.write("tactogram: the study's server ended; all answers are stored\n")

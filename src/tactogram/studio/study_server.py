@@ -28,6 +28,7 @@ def run_study(
     open_browser: bool = True,
     device: str = "audio",
     full_scale: float | None = None,
+    track: Mapping[str, Any] | None = None,
     ready: Callable[[dict[str, Any]], None] = lambda facts: None,
 ) -> None:
     """Begin or continue a study session, and serve it until interrupted.
@@ -50,6 +51,9 @@ def run_study(
         with ``"stream"`` also ``digilent[:SERIAL]``, ``osc:HOST:PORT`` or ``udp:HOST:PORT``.
     full_scale : float, optional
         Drive that a device value of 1.0 stands for, in the drive unit of the display.
+    track : mapping, optional
+        Keeps a Digilent's carrier at the transducer's resonance while a study streams: values of
+        `workflows.rendering.carrier_tracking.FollowingSettings`, by key.
     ready : callable
         Called once the server accepts connections, with ``experimenter`` (address of that page, with the token if one
         is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
@@ -62,7 +66,7 @@ def run_study(
     """
     for code in codes:
         checked_code(code)
-    display = ServerDisplay(device, full_scale)
+    display = ServerDisplay(device, full_scale, track)
     folder = _session_folder(study, out, changes, display)
     studio = Studio.at(folder.parent, study_only=True)
     opened = studio.sessions.open(folder)
@@ -71,6 +75,8 @@ def run_study(
         studio.sessions.display = display
         for driven in opened.stimuli.displays:
             display.check(driven, streams=played_by == "stream")
+            if played_by == "stream":
+                display.lock(driven)
     opened.stimuli.start()  # prepared while the first participants read the consent page
     enrolled = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:

@@ -340,7 +340,7 @@ def test_a_stimulus_that_fails_is_named_to_the_experimenter_only(tmp_path, opene
 def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkeypatch, until):
     _, session, client = opened(tmp_path)
     made, asked, all_asked = Counter(), [], threading.Event()
-    original, at = StudyStimuli._rendered, stimulus_routes._current_page
+    original, at = StudyStimuli._rendered, stimulus_routes.current_page
 
     def counted(self, stimulus, gain_db):
         made[stimulus.name] += 1
@@ -355,7 +355,7 @@ def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkey
         return found
 
     monkeypatch.setattr(StudyStimuli, "_rendered", counted)
-    monkeypatch.setattr(stimulus_routes, "_current_page", noted)
+    monkeypatch.setattr(stimulus_routes, "current_page", noted)
     one = person(client, session.join_path)
     page = one.go_to("abx")
     found = at_once(6, lambda n: one.get("sound", token=page["token"], slot="ABX"[n % 3]).status_code)

@@ -96,7 +96,7 @@ def test_the_language_of_a_participant_can_change(store):
 def test_a_folder_of_another_version_is_refused(store, version):
     store._connection.execute(f"PRAGMA user_version = {version}")
     with pytest.raises(
-        DataError, match=f"is of version {version}, this program reads version 3; open it with"
+        DataError, match=f"is of version {version}, this program reads version 4; open it with"
     ):
         SessionStore(store.path.parent)
 

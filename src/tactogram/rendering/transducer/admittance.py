@@ -26,6 +26,10 @@ ATTEMPTS = 3
 """Number of measurements before lost samples count as a lost measurement."""
 
 
+class NoVoltageError(DeviceError):
+    """The drive is off, or too weak to measure with."""
+
+
 class Carrier(Protocol):
     """Generator of a carrier."""
 
@@ -74,7 +78,10 @@ class MeasurementTiming(BaseModel):
 
 
 class MeasuredAdmittance:
-    """Measurement of the admittance at a frequency: a `resonance_tracking.MeasureAdmittance`."""
+    """Measurement of the admittance at a frequency: a `resonance_tracking.MeasureAdmittance`.
+
+    With less than ``least_v`` at the transducer (amplitude, V) nothing is measured.
+    """
 
     def __init__(
         self,
@@ -82,16 +89,18 @@ class MeasuredAdmittance:
         recorder: Recorder,
         probes: ProbeSettings,
         timing: MeasurementTiming | None = None,
+        *,
+        least_v: float = 0.0,
     ) -> None:
-        self.probes, self.timing = probes, timing or MeasurementTiming()
+        self.probes, self.timing, self.least_v = probes, timing or MeasurementTiming(), least_v
         self.measured = self.repeated = self.lost = 0
         self._carrier, self._recorder = carrier, recorder
 
     def __call__(self, frequency: float) -> complex:
         """Return the admittance at ``frequency`` in Hz, S; NaN if samples were lost in every attempt.
 
-        Raises `ParameterError` if the converter is too slow; `DeviceError` if a channel reaches its full scale, there
-        is no voltage, or a device is gone.
+        Raises `ParameterError` if the converter is too slow; `NoVoltageError` if there is too little voltage;
+        `DeviceError` if a channel reaches its full scale, or a device is gone.
         """
         recorder, probes = self._recorder, self.probes
         if recorder.rate < LEAST_RATIO * frequency:
@@ -116,10 +125,12 @@ class MeasuredAdmittance:
                     f"{recorder.name}: the {name} reaches its full scale of {limit:g} V: choose a wider range or "
                     "less drive"
                 )
+        if np.sqrt(2) * float(voltage.std()) * probes.volts_per_volt < self.least_v:
+            raise NoVoltageError(f"{recorder.name}: less than {self.least_v:.3g} V at the transducer")
         try:
             ratio = lock_in(voltage, current, rate=recorder.rate, frequency_hz=frequency)
         except ParameterError as error:
-            raise DeviceError(f"{recorder.name}: {error}; check the amplifier and the probes") from None
+            raise NoVoltageError(f"{recorder.name}: {error}; check the amplifier and the probes") from None
         self.measured += 1
         turn = np.exp(-2j * np.pi * frequency * probes.skew_s)
         return complex(ratio * turn * probes.amps_per_volt / probes.volts_per_volt)

@@ -1,10 +1,16 @@
-"""Simulated transducer and measurement bench, for trying resonance tracking without a device.
+"""Simulated transducer, measurement bench and generator, for trying resonance tracking without a device.
 
 `TransducerSimulation` solves the circuit in a frame that rotates with the carrier: only envelopes are sampled (at some
 10 kHz), nothing is averaged over a carrier's period, and carrier and resonance may change while it runs.
 """
 
 from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +24,10 @@ Array = NDArray[np.float64]
 
 ENVELOPE_HZ = 4000.0
 """Rate at which the bench solves the circuit; the current's amplitude is interpolated linearly in between."""
+KEPT_S = 0.5
+"""Part of what a simulated generator plays that its converter can still measure, s."""
+STALLED_S = 2.0
+"""Time after which a generator that plays nothing more is not waited for, s."""
 
 
 class TransducerSimulation:
@@ -129,14 +139,130 @@ class SimulatedBench:
         steps = settling + int(seconds * ENVELOPE_HZ) + 3
         _, total = self._circuit.process(np.full(steps, s.amplitude_v))
         self.clock_s += steps / ENVELOPE_HZ
+        at = (np.arange(steps) - settling) / ENVELOPE_HZ
+        return self._recorded(at, np.full(steps, s.amplitude_v), total, count)
+
+    def _recorded(
+        self, at: Array, volts: Array, total: NDArray[np.complex128], count: int
+    ) -> tuple[Array, Array]:
+        """Return ``count`` samples from time 0 on, of amplitudes (V and A) at the times ``at`` (s)."""
+        s = self.settings
         t = np.arange(count) / s.rate
-        amplitude = np.interp(t, (np.arange(steps) - settling) / ENVELOPE_HZ, total)
         turn = 2j * np.pi * self._carrier_hz
-        voltage = (s.amplitude_v * np.exp(turn * t)).real
-        current = (amplitude * np.exp(turn * (t + s.skew_s))).real * s.shunt_ohm
+        voltage = (np.interp(t, at, volts) * np.exp(turn * t)).real
+        current = (np.interp(t, at, total) * np.exp(turn * (t + s.skew_s))).real * s.shunt_ohm
         return self._converted(voltage, s.range_v[0]), self._converted(current, s.range_v[1])
 
     def _converted(self, volts: Array, full_scale: float) -> Array:
         step = 2 * full_scale / 2**self.settings.bits
         noisy = volts + self.settings.noise * full_scale * self._rng.standard_normal(len(volts))
         return np.asarray(np.clip(np.round(noisy / step) * step, -full_scale, full_scale))
+
+
+class SimulatedGenerator(SimulatedBench):
+    """A generator behind an amplifier that plays envelopes on a simulated transducer, and the converter beside it.
+
+    It has the methods of `digilent.AnalogDiscovery`; its clock, on which the resonance drifts, is that of the samples
+    that it was sent. ``gain`` is the amplifier's. A measurement waits for the samples it needs, unless ``waits`` is
+    false: then it is made of the last ones.
+    """
+
+    def __init__(
+        self,
+        settings: BenchSettings,
+        *,
+        gain: float,
+        transducer: Transducer | None = None,
+        rng: np.random.Generator,
+        waits: bool = True,
+    ) -> None:
+        super().__init__(settings, transducer=transducer, rng=rng)
+        self.gain, self._waits = gain, waits
+        self.sent = 0
+        self._news = threading.Condition()
+        self._played: deque[tuple[Array, NDArray[np.complex128]]] = deque()
+        self._playing: TransducerSimulation | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stop()
+
+    @property
+    def carrier_hz(self) -> float:
+        """Frequency of the carrier, Hz."""
+        return self._carrier_hz
+
+    def hold(self, amplitude_v: float, *, longest_s: float) -> None:
+        """Hold the carrier at an amplitude of the generator, V."""
+        self.settings = self.settings.model_copy(update={"amplitude_v": self.gain * amplitude_v})
+
+    def start(self, rate: float) -> None:
+        """Begin to play envelopes at ``rate``, Hz."""
+        with self._news:
+            self._played.clear()
+            self._playing = TransducerSimulation(self.transducer, rate=rate, carrier_hz=self._carrier_hz)
+
+    def advance(self, envelope: NDArray[np.floating]) -> NDArray[np.complex128]:
+        """Play a block (V, shape (time,)) and return the amplitude of the motional current, A, of the same shape."""
+        with self._news:
+            if self._playing is None:
+                raise ParameterError("the simulated generator was not started")
+            self._playing.change(transducer=self.transducer, carrier_hz=self._carrier_hz)
+            volts = self.gain * np.asarray(envelope, np.float64)
+            motional, total = self._playing.process(volts)
+            self._played.append((volts, total))
+            self.sent += len(volts)
+            self.clock_s += len(volts) / self._playing.rate
+            while sum(len(v) for v, _ in self._played) > KEPT_S * self._playing.rate + len(volts):
+                self._played.popleft()
+            self._news.notify_all()
+        return motional
+
+    def play(
+        self, envelope: Iterator[NDArray[np.floating]], *, rate: float, longest_s: float = 600.0
+    ) -> None:
+        """Play blocks as they come."""
+        self.start(rate)
+        try:
+            for block in envelope:
+                self.advance(block)
+        finally:
+            self.stop()
+
+    def stop(self) -> None:
+        """End playing; a measurement that waits is lost."""
+        with self._news:
+            self._playing = None
+            self._news.notify_all()
+
+    def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
+        """Return the voltage and the voltage across the shunt, V, of what is being played or held."""
+        with self._news:
+            playing = self._playing
+            if playing is None:
+                return super().take(seconds, after_s=after_s)
+            ready_s = self.clock_s + after_s + seconds
+            if self._waits:
+                self._news.wait_for(
+                    lambda: self._playing is not playing or self.clock_s >= ready_s, timeout=STALLED_S
+                )
+            count, steps = round(seconds * self.settings.rate), int(seconds * playing.rate) + 2
+            volts, total = (np.concatenate(parts)[-steps:] for parts in zip(*self._played, strict=True))
+            if self._playing is not playing or len(volts) < steps:
+                lost = np.full(count, np.nan)
+                return lost, lost
+            return self._recorded(np.arange(steps) / playing.rate, volts, total, count)
+
+    def facts(self) -> dict[str, Any]:
+        """Return what was sent, and where the resonance is now, as JSON values."""
+        return {
+            "device": self.name,
+            "simulated": True,
+            "carrier_hz": self._carrier_hz,
+            "resonance_hz": self.transducer.resonance_hz,
+            "sent_samples": self.sent,
+        }

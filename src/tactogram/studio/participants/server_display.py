@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -11,8 +11,9 @@ from typing import Any, Protocol
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
+from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
 from tactogram.workflows.rendering.playback import Playback, full_scale_of
-from tactogram.workflows.streaming.session import Backend
+from tactogram.workflows.streaming.session import Backend, carrier_of
 from tactogram.workflows.study.streams import FingerStream
 
 PATIENCE_S = 2.0
@@ -33,11 +34,14 @@ class ServerDisplay:
 
     ``device`` is ``audio``, ``audio:NAME``, or ``null`` (no actuator connected, same timing); for streams also
     ``digilent``, ``osc:HOST:PORT`` or ``udp:HOST:PORT``. ``full_scale`` as of
-    `workflows.rendering.playback.full_scale_of`.
+    `workflows.rendering.playback.full_scale_of`. With ``track`` the carrier of a Digilent follows the transducer's
+    resonance (`workflows.rendering.carrier_tracking`).
     """
 
     device: str = "audio"
     full_scale: float | None = None
+    track: Mapping[str, Any] | None = None
+    _trackings: dict[str, CarrierTracking] = field(default_factory=dict, repr=False)
     _turn: threading.Lock = field(default_factory=threading.Lock, repr=False)
     _guard: threading.Lock = field(default_factory=threading.Lock, repr=False)
     _owner: str = field(default="", repr=False)
@@ -46,7 +50,7 @@ class ServerDisplay:
     def check(self, display: Display, *, streams: bool = False) -> None:
         """Refuse a display that the device cannot drive, by a file or by a stream: `ParameterError`."""
         if streams:
-            Backend.for_display(self.device, display, full_scale=self.full_scale)
+            self._backend(display)
             return
         full_scale_of(display, self.device.partition(":")[0], self.full_scale)
 
@@ -71,9 +75,35 @@ class ServerDisplay:
         output = streaming.stream.output
         if output is None:
             raise ParameterError("a stream to a display needs one")
-        backend = Backend.for_display(self.device, output.display, full_scale=self.full_scale)
+        backend = self._backend(output.display)
         with self._taken(owner, streaming):
             return {"device_address": self.device, **streaming.run(backend, began=began)}
+
+    def lock(self, display: Display) -> None:
+        """Find the resonance before anybody touches the display, if it is tracked.
+
+        Raises
+        ------
+        TactogramError
+            If there is none, or a device is missing.
+        """
+        tracking = self._backend(display).tracking
+        if tracking is not None:
+            with tracking.generator():
+                pass
+
+    def _backend(self, display: Display) -> Backend:
+        tracking = None
+        if self.track is not None:
+            kind, _, serial = self.device.partition(":")
+            if kind != "digilent":
+                raise ParameterError(f"the carrier of a Digilent is tracked, got the device {self.device}")
+            if display.name not in self._trackings:
+                self._trackings[display.name] = CarrierTracking(
+                    carrier_of(display), self.track, serial=serial
+                )
+            tracking = self._trackings[display.name]
+        return Backend.for_display(self.device, display, full_scale=self.full_scale, tracking=tracking)
 
     @contextmanager
     def _taken(self, owner: str, playing: _Stoppable) -> Iterator[None]:

@@ -64,7 +64,7 @@ def track(request: TrackRequest) -> dict[str, Any]:
         raise ParameterError(
             f"{display}: its generator must make the carrier: choose a display with a resonance and output = 'envelope'"
         )
-    tables = _tables(request.changes or {})
+    tables = tables_of(request.changes or {})
     low, high = known.carrier_hz * (1 - BAND), known.carrier_hz * (1 + BAND)
     tracking = validated(TrackingSettings, {"low_hz": low, "high_hz": high, **tables[""]}, where="tracking")
     timing = validated(MeasurementTiming, tables["timing"], where="timing")
@@ -159,7 +159,7 @@ def _longest_s(request: TrackRequest, tracking: TrackingSettings, timing: Measur
     return 10 + 2 * (measured * each + request.steps * request.every_s)
 
 
-def _tables(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def tables_of(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Return changes by table, the prefix of their keys; those of tracking have none."""
     tables: dict[str, dict[str, Any]] = {"": {}, "timing": {}, "bench": {}, "scope": {}}
     for key, value in changes.items():

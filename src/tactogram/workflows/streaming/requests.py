@@ -74,6 +74,14 @@ class StreamRequest(SignalOptions):
     ] = None
     tap_gain: Annotated[float, Option("gain of a landing's transient, 0 for none", "GAIN", "--tap")] = 4.0
     realtime: Annotated[bool, Option("ask the system for real-time priority")] = False
+    track: Annotated[
+        Mapping[str, Any] | None,
+        Option(
+            "keep a Digilent's carrier at the transducer's resonance, e.g. amps_per_volt=0.1,every_s=0.5; further keys "
+            "as of `track --set`",
+            "KEY=VALUE",
+        ),
+    ] = None
     seed: Annotated[int, Option("seed of noise and simulated hand", least=0)] = 0
     out: Annotated[Path | str | None, Option("file of the blocks sent: .wav, .csv, .npz …", "F")] = None
     figure: Annotated[Path | str | None, Option("its spectrogram under the finger's speed, as .png", "F")] = (
@@ -101,6 +109,8 @@ class StreamRequest(SignalOptions):
             raise ParameterError(
                 f"the {self.backend} backend moves an actuator: give its `display`, and `level`"
             )
+        if self.track is not None and self.backend != "digilent":
+            raise ParameterError(f"the carrier of a Digilent is tracked, got the backend {self.backend}")
         if self.backend == "file" and self.motion in (*NETWORK, "mouse"):
             raise ParameterError(
                 f"backend file is not in real time, so motion cannot come from {self.motion}: use clock"

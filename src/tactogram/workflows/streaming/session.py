@@ -26,6 +26,8 @@ from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotio
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.transducer.digilent import PREFILL_S, AnalogDiscovery, generator
+from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
+from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTracking
 from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.streaming.requests import StreamRequest
 
@@ -38,6 +40,7 @@ DEVICES = "null, audio, audio:NAME, digilent, digilent:SERIAL, osc:HOST:PORT or 
 class Backend:
     """Destination of a stream's blocks.
 
+    ``tracking`` keeps a Digilent's carrier at the transducer's resonance.
     ``device`` names a sound card or the serial number of a Digilent; ``to`` is the address for osc and udp, by default
     that of the motion's sender; ``full_scale`` the drive at a sound card's 1.0; ``opened`` opens a Digilent.
     """
@@ -48,9 +51,17 @@ class Backend:
     full_scale: float = 1.0
     realtime: bool = False
     opened: Callable[..., AnalogDiscovery] = AnalogDiscovery
+    tracking: CarrierTracking | None = None
 
     @classmethod
-    def for_display(cls, device: str, display: Display, *, full_scale: float | None = None) -> Self:
+    def for_display(
+        cls,
+        device: str,
+        display: Display,
+        *,
+        full_scale: float | None = None,
+        tracking: CarrierTracking | None = None,
+    ) -> Self:
         """Return the backend for a device that plays ``display``; null keeps time without a device.
 
         Raises
@@ -68,14 +79,14 @@ class Backend:
                 parse_address(name)
                 return cls("osc" if kind == "osc" else "udp", to=name)
             case "digilent":
-                _carrier_of(display)
-                return cls("digilent", device=name)
+                carrier_of(display)
+                return cls("digilent", device=name, tracking=tracking)
         raise ParameterError(f"device must be {DEVICES}, got {device!r}")
 
     @property
     def simulated(self) -> bool:
         """Whether no device receives the blocks."""
-        return self.kind in ("null", "file", "clock")
+        return self.kind in ("null", "file", "clock") or (self.kind, self.device) == ("digilent", SIMULATED)
 
 
 def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
@@ -148,19 +159,32 @@ def _run_digilent(
     """Send the envelope to a Digilent as it is due; the device is a silence of `PREFILL_S` behind."""
     if running.output is None:
         raise ParameterError("a Digilent plays the envelope of a display: give `display` and `level`")
-    settings = _carrier_of(running.output.display)
+    settings = carrier_of(running.output.display)
     running.engine.latency.queued_s = PREFILL_S
 
     def envelope() -> Iterator[NDArray[np.float32]]:
         for block, _ in clocked_blocks(running, seconds=seconds, clock=clock, status=status):
             yield block[0]
 
+    rate, tracking = running.engine.rate, backend.tracking
+    if tracking is not None:
+        with tracking.generator() as tracked:
+            with tracking.following(tracked):
+                tracked.play(envelope(), rate=rate, longest_s=seconds)
+            return tracked.facts() | {"tracking": tracking.facts()}
+    if backend.device == SIMULATED:
+        bench = SimulatedGenerator(
+            BenchSettings(), gain=settings.amplifier_gain, rng=np.random.default_rng(0)
+        )
+        bench.play(envelope(), rate=rate)
+        return bench.facts()
     with backend.opened(generator(settings, serial=backend.device)) as device:
-        device.play(envelope(), rate=running.engine.rate, longest_s=seconds)
+        device.play(envelope(), rate=rate, longest_s=seconds)
         return device.facts()
 
 
-def _carrier_of(display: Display) -> CarrierSettings:
+def carrier_of(display: Display) -> CarrierSettings:
+    """Return the carrier of a display whose generator makes it; raises `ParameterError` for others."""
     settings = display.settings
     if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
         raise ParameterError(

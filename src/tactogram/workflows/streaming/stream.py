@@ -24,11 +24,12 @@ from tactogram.rendering.transducer.digilent import AnalogDiscovery
 from tactogram.signal import Signal
 from tactogram.signal.io.files import WRITABLE
 from tactogram.signal.io.writable import check_writable
+from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
 from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.request import takes
 from tactogram.workflows.streaming.report import write_sent
 from tactogram.workflows.streaming.requests import StreamRequest
-from tactogram.workflows.streaming.session import Backend, motion_of, run, status_lines
+from tactogram.workflows.streaming.session import Backend, carrier_of, motion_of, run, status_lines
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 
 PLAIN_RATE = 8000.0
@@ -136,6 +137,14 @@ def _backend(request: StreamRequest, display: Display | None) -> Backend:
     full_scale = 1.0
     if request.backend == "audio" and display is not None:
         full_scale = full_scale_of(display, "audio", request.full_scale)
+    tracking = None
+    if request.track is not None and display is not None:
+        tracking = CarrierTracking(
+            carrier_of(display),
+            request.track,
+            serial=request.device or "",
+            opened=request.opened or AnalogDiscovery,
+        )
     return Backend(
         request.backend,
         device=request.device or "",
@@ -143,6 +152,7 @@ def _backend(request: StreamRequest, display: Display | None) -> Backend:
         full_scale=full_scale,
         realtime=request.realtime,
         opened=request.opened or AnalogDiscovery,
+        tracking=tracking,
     )
 
 

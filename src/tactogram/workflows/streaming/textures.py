@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import ParameterError
 from tactogram.model import TextureMapModel
@@ -15,8 +15,9 @@ from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
-from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+
+if TYPE_CHECKING:
+    from tactogram.workflows.training.loaded_run import LoadedRun
 
 MOST_TEXTURES = 16
 """Largest number of textures streamed together without a mix."""
@@ -73,6 +74,9 @@ def textures_of(
     ParameterError
         If a name is in no source, or no names are given and there are too many textures.
     """
+    # With torch, which surfaces do without.
+    from tactogram.workflows.training.loaded_run import load_run
+
     textures: list[StreamingTexture] = []
     simulated = False
     known: list[str] = []
@@ -105,6 +109,8 @@ def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -
     """Return one material of a run: its own models where it is autoregressive, else a signal that it generates."""
     if isinstance(run.model, TextureMapModel):
         return mapped_texture(run, run.model, name, settings, number)
+    from tactogram.workflows.generation.generate import generate
+
     condition: dict[str, Any] = {"material": {name: 1.0}}
     if settings.speed_mm_s is not None and "speed_mm_s" in (*run.facts.needs, *run.facts.takes):
         condition["speed_mm_s"] = settings.speed_mm_s

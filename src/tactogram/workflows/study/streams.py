@@ -15,7 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import ParameterError
 from tactogram.model import TextureMapModel
@@ -35,7 +35,9 @@ from tactogram.signal import Signal
 from tactogram.workflows.streaming.session import Backend, run
 from tactogram.workflows.streaming.stream import rehearsal
 from tactogram.workflows.streaming.textures import TextureSettings, mapped_texture, surface_of
-from tactogram.workflows.training.loaded_run import LoadedRun
+
+if TYPE_CHECKING:
+    from tactogram.workflows.training.loaded_run import LoadedRun
 
 FORCE_N = 0.5
 """Force of a finger that touches the page, N: a screen reports contact only. Our choice."""

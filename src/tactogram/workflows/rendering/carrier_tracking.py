@@ -1,0 +1,215 @@
+"""Resonance tracking while a generator plays: a lock before, and steps in a thread meanwhile."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram.capture.catalogue import open_source
+from tactogram.capture.stream.axis_pair import PairRecorder
+from tactogram.errors import DeviceError, ParameterError, TactogramError
+from tactogram.rendering.displays.carrier import CarrierSettings
+from tactogram.rendering.transducer.admittance import (
+    MeasuredAdmittance,
+    MeasurementTiming,
+    NoVoltageError,
+    ProbeSettings,
+    Recorder,
+)
+from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
+from tactogram.rendering.transducer.digilent_scope import DigilentRecorder, ScopeSettings
+from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
+from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
+from tactogram.signal.io.writable import check_writable
+from tactogram.validation import validated
+from tactogram.workflows.rendering.resonance import BAND, tables_of
+
+SIMULATED = "simulated"
+"""Name of the generator that is simulated, with its transducer and its converter."""
+MOST_HZ = 5.0
+"""Longest step while somebody feels it, Hz: at Q 300 it changes the amplitude by less than 1 %."""
+LEAST_SHARE = 0.05
+"""Share of the largest voltage below which nothing is measured: the display is at rest."""
+NEVER_LOST = 1e-9
+"""No new sweep while somebody feels it, however low the conductance."""
+ENDING_S = 5.0
+"""Wait for the last measurement, s."""
+
+
+class FollowingSettings(BaseModel):
+    """Probes, converter and pace of the tracking while something is played."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    amps_per_volt: float | None = Field(default=None, gt=0)
+    """1 over the resistance of the shunt in ohm; known of the simulated generator."""
+    volts_per_volt: float = Field(default=1.0, gt=0)
+    skew_s: float = 0.0
+    source: str = "scope"
+    """``scope`` is the generator's own inputs; else an address of `capture`."""
+    share: float = Field(default=0.25, gt=0, le=1)
+    """Of the largest voltage, for the lock."""
+    every_s: float = Field(default=0.25, ge=0.05, le=3600)
+    """From step to step."""
+    log: Path | None = None
+    """CSV file of all measurements."""
+
+
+class CarrierTracking:
+    """Carrier of one display, kept at its transducer's resonance from one stream to the next.
+
+    ``changes`` are values of `FollowingSettings`, and those of `TrackRequest`, by key. A ``simulated`` generator
+    replaces the device of ``serial``, which ``opened`` opens.
+
+    Raises
+    ------
+    ParameterError
+        If the display has no resonance, its generator does not make the carrier, or a value is wrong.
+    """
+
+    def __init__(
+        self,
+        known: CarrierSettings,
+        changes: Mapping[str, Any],
+        *,
+        serial: str = "",
+        opened: Callable[..., AnalogDiscovery] = AnalogDiscovery,
+        simulated: SimulatedGenerator | None = None,
+    ) -> None:
+        if not known.resonant or known.output != "envelope":
+            raise ParameterError(
+                "tracking needs a generator that makes the carrier: choose a display with a resonance and "
+                "output = 'envelope'"
+            )
+        own = {key: value for key, value in changes.items() if key in FollowingSettings.model_fields}
+        tables = tables_of({key: value for key, value in changes.items() if key not in own})
+        self.settings = validated(FollowingSettings, own, where="tracking")
+        low, high = known.carrier_hz * (1 - BAND), known.carrier_hz * (1 + BAND)
+        band = {"low_hz": low, "high_hz": high, "most_hz": MOST_HZ, "lost_share": NEVER_LOST}
+        tracking = validated(TrackingSettings, {**band, **tables[""]}, where="tracking")
+        self._timing = validated(MeasurementTiming, tables["timing"], where="timing")
+        self._scope = validated(ScopeSettings, tables["scope"], where="scope")
+        bench = validated(BenchSettings, tables["bench"], where="bench")
+        self._known, self._serial, self._opened = known, serial, opened
+        self._simulated = simulated
+        if serial == SIMULATED and simulated is None:
+            self._simulated = SimulatedGenerator(
+                bench, gain=known.amplifier_gain, rng=np.random.default_rng(0)
+            )
+        amps = self.settings.amps_per_volt
+        if self._simulated is not None and amps is None:
+            amps = 1 / self._simulated.settings.shunt_ohm
+        if amps is None:
+            raise ParameterError("amps_per_volt must be known: 1 over the resistance of the shunt, in ohm")
+        if self.settings.log is not None:
+            check_writable(self.settings.log)
+        self._probes = ProbeSettings(
+            amps_per_volt=amps, volts_per_volt=self.settings.volts_per_volt, skew_s=self.settings.skew_s
+        )
+        self.tracker = ResonanceTracker(self._measured, tracking)
+        self._measure: MeasuredAdmittance | None = None
+        self.skipped = 0
+        """Steps without enough voltage to measure: the display was at rest."""
+        self.error: str | None = None
+        """Why the tracking ended while it played; the carrier stays where it was."""
+
+    @contextmanager
+    def generator(self) -> Iterator[AnalogDiscovery | SimulatedGenerator]:
+        """Open the generator at the tracked frequency; the first time it locks before anything is played.
+
+        Raises
+        ------
+        TrackingError, DeviceError, MissingExtraError
+            If there is no resonance, or a device fails or is missing.
+        """
+        with ExitStack() as stack:
+            device: AnalogDiscovery | SimulatedGenerator
+            recorder: Recorder
+            if self._simulated is not None:
+                device = recorder = stack.enter_context(self._simulated)
+            else:
+                device = stack.enter_context(self._opened(generator(self._known, serial=self._serial)))
+                if self.settings.source == "scope":
+                    recorder = DigilentRecorder(*device.opened_device, self._scope, name=device.name)
+                else:
+                    recorder = PairRecorder(stack.enter_context(open_source(self.settings.source)), None)
+            self._measure = MeasuredAdmittance(
+                device,
+                recorder,
+                self._probes,
+                self._timing,
+                least_v=LEAST_SHARE * self._known.peak_v * self._known.amplifier_gain,
+            )
+            if self.tracker.fitted is None:
+                device.hold(self.settings.share * self._known.peak_v, longest_s=self._longest_lock_s)
+                self.tracker.lock()
+            device.retune(self.tracker.frequency_hz)
+            try:
+                yield device
+            finally:
+                self._measure = None
+                if self.settings.log is not None:
+                    self.tracker.write_log(self.settings.log)
+
+    @contextmanager
+    def following(self, device: AnalogDiscovery | SimulatedGenerator) -> Iterator[None]:
+        """Take a step every ``every_s`` in a thread, while the open generator plays."""
+        ended = threading.Event()
+
+        def follow() -> None:
+            while not ended.wait(self.settings.every_s):
+                try:
+                    self.step(device)
+                except TactogramError as error:
+                    self.error = str(error)
+                    return
+
+        thread = threading.Thread(target=follow, name="tracking", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            ended.set()
+            thread.join(ENDING_S)
+
+    def step(self, device: AnalogDiscovery | SimulatedGenerator) -> None:
+        """Measure once and move the carrier; without voltage nothing is measured."""
+        try:
+            self.tracker.step()
+        except NoVoltageError:
+            self.skipped += 1
+            return
+        device.retune(self.tracker.frequency_hz)
+
+    def facts(self) -> dict[str, Any]:
+        """Return where the carrier was and is, and how often it was measured, as JSON values."""
+        followed = [point for point in self.tracker.log if point.state in ("lock", "track")]
+        visited = [point.next_hz for point in followed]
+        found = self.tracker.fitted
+        return {
+            "locked_hz": followed[0].next_hz if followed else None,
+            "carrier_hz": None if math.isnan(self.tracker.frequency_hz) else self.tracker.frequency_hz,
+            "lowest_hz": min(visited, default=None),
+            "highest_hz": max(visited, default=None),
+            "q": None if found is None else found.q,
+            "steps": sum(point.state == "track" for point in followed),
+            "skipped": self.skipped,
+            "error": self.error,
+        }
+
+    @property
+    def _longest_lock_s(self) -> float:
+        each = self._timing.settle_s + self._timing.window_s + 0.05
+        return 10 + 6 * (self.tracker.settings.sweep_points + 1) * each
+
+    def _measured(self, frequency: float) -> complex:
+        if self._measure is None:
+            raise DeviceError("the generator is not open")
+        return self._measure(frequency)
