@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from scipy.special import expit
@@ -114,38 +114,6 @@ TWO_WORDS = {"design.words": ["rough", "dry"]}
 DIFFERING = {"d_prime_sd": 0.4}
 """With an effect, d' differs between people; without one it is 0 for everybody."""
 
-TWO_AREA = StudyCase(
-    {"d_prime": 1.5, "shift": {"generated": -10.0}},
-    (
-        ExpectedFinding("Which", "all", "GEE", share_two_area, "share correct", 0.5),
-        ExpectedFinding("Realism", "all", GAP, shifted("generated"), "mm"),
-    ),
-    CoverageCase(
-        {"d_prime": AtMargin(0, "which", 5.0), "shift.generated": AtMargin(1, "realism", 50.0)},
-        (
-            ExpectedFinding("Which", "all", MIXED, typical_share(two_alternatives), "share", 0.5),
-            ExpectedFinding(
-                "Which",
-                "cloth",
-                "GEE",
-                share_two_area,
-                "share",
-                0.5,
-                others=_without("all", "side"),
-                tied=True,
-            ),
-            ExpectedFinding("Which", "cloth", EXACT, share_two_area, "share", 0.5, others=_every, tied=True),
-            ExpectedFinding("Realism", "all", "linear mixed model", shifted("generated"), "mm"),
-            ExpectedFinding(
-                "Realism", "cloth", GAP, shifted("generated"), "mm", others=_without("all"), tied=True
-            ),
-        ),
-        changes={"grid.items": ["cloth", "tile", "carpet", "cork-sheet"], "design.repeats": 2},
-        effect={"d_prime": 1.5, "shift": {"generated": -10.0}, **DIFFERING},
-    ),
-    changes={"design.repeats": 1},
-)
-
 STUDIES: Mapping[str, StudyCase] = {
     "plate-words": StudyCase(
         {"shift": {"plate01": 1.5}},
@@ -227,10 +195,29 @@ STUDIES: Mapping[str, StudyCase] = {
             (ExpectedFinding("Magnitude", "all", GAP, lambda e, *_: e.exponent - 1, "exponent", math.nan),),
         ),
     ),
-    "two-area": TWO_AREA,
-    "smooth-textures": replace(
-        TWO_AREA, changes={**TWO_AREA.changes, "played_by": "browser", "display": "audio", "level": "gain=0.01"}
-    ),  # streamed, the one display would play to one participant at a time
+    "two-area": StudyCase(
+        {"d_prime": 1.5, "shift": {"generated": -10.0}},
+        (
+            ExpectedFinding("Which", "all", "GEE", share_two_area, "share correct", 0.5),
+            ExpectedFinding("Realism", "all", GAP, shifted("generated"), "mm"),
+        ),
+        CoverageCase(
+            {"d_prime": AtMargin(0, "which", 5.0), "shift.generated": AtMargin(1, "realism", 50.0)},
+            (
+                ExpectedFinding("Which", "all", MIXED, typical_share(two_alternatives), "share", 0.5),
+                ExpectedFinding(
+                    "Which", "cloth", "GEE", share_two_area, "share", 0.5,
+                    others=_without("all", "side"), tied=True,
+                ),
+                ExpectedFinding("Which", "cloth", EXACT, share_two_area, "share", 0.5, others=_every, tied=True),
+                ExpectedFinding("Realism", "all", "linear mixed model", shifted("generated"), "mm"),
+                ExpectedFinding("Realism", "cloth", GAP, shifted("generated"), "mm", others=_without("all"), tied=True),
+            ),
+            changes={"grid.items": ["cloth", "tile", "carpet", "cork-sheet"], "design.repeats": 2},
+            effect={"d_prime": 1.5, "shift": {"generated": -10.0}, **DIFFERING},
+        ),
+        changes={"design.repeats": 1},
+    ),
     "preference": StudyCase(
         {"shift": {"carpet": 1.5}},
         (

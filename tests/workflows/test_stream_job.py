@@ -11,10 +11,14 @@ import tactogram
 from tactogram.cli import main
 from tactogram.datasets import create_store
 from tactogram.errors import ParameterError
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
+from tactogram.study.study_file import Study
+from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.streaming.report import latency_lines, underrun_line
 from tactogram.workflows.streaming.stream import stream
+from tactogram.workflows.study.stimuli import StudyStimuli
 from tactogram.workflows.training.train import train
 
 
@@ -291,3 +295,30 @@ def test_the_carrier_of_a_stream_is_tracked(grating, tmp_path):
     assert "track," in log.read_text()
     with pytest.raises(ParameterError, match="got the backend file"):
         to_file(grating("a.wav", 150), track={})
+
+
+def test_a_material_of_a_run_is_streamed_in_a_study_over_speed_and_force(textures, tmp_path):
+    study = Study.of(
+        {
+            "name": "streamed",
+            "title": "Streamed",
+            "languages": ["en"],
+            "consent": "Do you agree?",
+            "display": "voice-coil",
+            "played_by": "stream",
+            "level": "gain=0.5",
+            "design": {"kind": "staircase"},
+            "stimuli": [{"name": "cork", "run": str(textures), "material": "cork"}],
+        }
+    )
+    stimuli = StudyStimuli(study, tmp_path)
+    [cork] = study.all_stimuli
+    plain = stimuli.played(PresentedStimulus("A", cork))
+    weaker = stimuli.played(PresentedStimulus("B", cork, gain_db=-20))
+    assert isinstance(plain.stream.texture, AutoregressiveTexture)
+    assert plain.drive is None
+    assert weaker.stream.output is plain.stream.output  # one rehearsal for all gains
+    assert weaker.stream.weight == pytest.approx(0.01)  # of the power
+    assert (plain.sha256, plain.level, plain.display) == (weaker.sha256, "gain=0.5", "voice-coil")
+    with pytest.raises(ParameterError, match="stimulus cork: phone: .* cannot be streamed to"):
+        StudyStimuli(study.model_copy(update={"display": "phone"}), tmp_path).check_names()
