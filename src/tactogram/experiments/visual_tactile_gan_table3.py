@@ -164,7 +164,11 @@ def _surfaces(
     for place, (title, surface, dot) in enumerate(
         (
             ("published: LPIPS, LMT-108", published, best),
-            (f"ours: {measure.replace('_', ' ')}, {store.name}, {kind}", heights, chosen),
+            (
+                f"ours: {measure.removesuffix('_unseen').replace('_', ' ')}, {store.name}, {kind}",
+                heights,
+                chosen,
+            ),
         ),
         1,
     ):
@@ -181,6 +185,7 @@ def _surfaces(
         )
         axes.scatter(dot[1], dot[0], surface[dot], color="red", s=50, depthshade=False)
         axes.set(xlabel="downsampling layers (L)", ylabel="discriminators (D)", xticks=layers, yticks=counts)
+        axes.set_box_aspect(None, zoom=0.85)
         axes.set_title(title, fontsize=9)
     return figure
 
