@@ -21,6 +21,8 @@ from tactogram.nn.weight_files import VGG19, read_weights, weight_file
 
 SLICES = (2, 7, 12, 21, 30)
 """Ends of relu1_1, relu2_1, relu3_1, relu4_1 and relu5_1 among VGG-19's features."""
+OMITTED = f"the perceptual loss is omitted: set config.vgg_weights to {VGG19.file_name}, from {VGG19.url}"
+"""What a training without the file says."""
 WEIGHTS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1.0)
 
 

@@ -123,6 +123,11 @@ class PictureLearner(Generic[ConfigT]):
         """Pairs that one `update` takes."""
         return self.config.batch_size
 
+    @property
+    def omitted(self) -> str:
+        """Loss that the training does without for want of weights, one line; none by default."""
+        return ""
+
     def conditioning(self, photo: Tensor) -> tuple[Tensor, ...]:
         """Return the generator's further inputs for photographs, (batch, 1, row, column); none by default."""
         return ()
@@ -141,7 +146,7 @@ class PictureLearner(Generic[ConfigT]):
         self.validation_examples = examples
         self.translation.unseen(examples)  # refuses unusable examples now, not after the first epoch
         self.gan.chosen_by, self.gan.distance = choice.name, choice.distance
-        return str(choice.note)
+        return "; ".join(note for note in (choice.note, self.omitted) if note)
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         """Return ``fit``, ``label predictor`` if there is one, and ``gan``; loads the trunk's weights.

@@ -13,7 +13,7 @@ from tactogram.models.pix2pixhd.config import Config
 from tactogram.models.pix2pixhd.networks import GlobalGenerator, discriminator, generator
 from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_loss
 from tactogram.nn.patch_discriminator import MultiScaleDiscriminator, scores
-from tactogram.nn.perceptual_loss import PerceptualLoss
+from tactogram.nn.perceptual_loss import OMITTED, PerceptualLoss
 from tactogram.training.picture_learner import VARIATION, PictureLearner
 
 
@@ -26,6 +26,10 @@ class Pix2PixHDLearner(PictureLearner[Config]):
 
     def networks(self) -> tuple[GlobalGenerator, MultiScaleDiscriminator]:
         return generator(self.config), discriminator(self.config)
+
+    @property
+    def omitted(self) -> str:
+        return "" if self.config.vgg_weights else OMITTED
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if self.config.vgg_weights and self.perceptual is None:  # only a training needs the file

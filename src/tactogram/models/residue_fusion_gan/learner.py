@@ -16,7 +16,7 @@ from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.gradient_penalty import gradient_penalty
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.patch_discriminator import PatchDiscriminator
-from tactogram.nn.perceptual_loss import PerceptualLoss
+from tactogram.nn.perceptual_loss import OMITTED, PerceptualLoss
 from tactogram.nn.unet import UNet
 from tactogram.signal import Image
 from tactogram.training.picture_learner import VARIATION, PictureLearner
@@ -41,6 +41,10 @@ class ResidueFusionLearner(PictureLearner[Config]):
     @property
     def pairs_per_step(self) -> int:
         return self.config.batch_size * self.config.critic_updates
+
+    @property
+    def omitted(self) -> str:
+        return "" if self.config.vgg_weights else OMITTED
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if self.config.vgg_weights and self.perceptual is None:  # only a training needs the file

@@ -51,5 +51,13 @@ def test_weights_of_vgg_are_asked_for_by_a_training_alone(tmp_path):
     config = facts.config(Recipe.load(facts.recipe("tiny"), changes=changes).config)
     made = facts.build(config, SignalKind(1000.0, "m/s^2", ("z",), ("a", "b")), seed=0)
     made.load_state(made.state())  # as a finished run is loaded, wherever the file went
+    assert made.omitted == ""
     with pytest.raises(DataError, match=r"gone\.pth: no weights of VGG-19 there"):
         made.stages(())
+
+
+def test_a_training_without_vgg_says_that_it_has_no_perceptual_loss():
+    facts = models.find("pix2pixhd")
+    config = facts.config(Recipe.load(facts.recipe("tiny")).config)
+    made = facts.build(config, SignalKind(1000.0, "m/s^2", ("z",), ("a", "b")), seed=0)
+    assert "perceptual loss is omitted" in made.set_validation(())
