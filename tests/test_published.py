@@ -3,7 +3,12 @@
 import pytest
 
 from tactogram import models
-from tactogram.experiments import stroke_cnn_table2, visual_tactile_gan_table3, visual_tactile_gan_table4
+from tactogram.experiments import (
+    frictgan_figure3,
+    stroke_cnn_table2,
+    visual_tactile_gan_table3,
+    visual_tactile_gan_table4,
+)
 from tactogram.recipe import Recipe
 from tactogram.workflows.table import table
 
@@ -125,5 +130,6 @@ def test_tables_3_and_4_of_neshov_et_al(rows):
 
 
 def test_frictgans_average_is_a_sum(rows):
+    assert frictgan_figure3.PUBLISHED == FABRICS
     assert set(published(rows, "frictgan", "sum over fabrics")) == {round(sum(FABRICS), 6)}
     assert set(published(rows, "frictgan", "mean over fabrics")) == {round(sum(FABRICS) / 5, 6)}

@@ -69,12 +69,14 @@ def test_every_method_has_every_measure_and_mixes_lie_between(tmp_path, fabrics,
     assert len(found["mixes"]) == 2
     assert "0.006" in found["text"]
     assert (found["simulated"], found["data"]) == (True, "two fabrics")
-    for name in ("figure3.png", "mixing.png"):
+    for name in found["figures"]:
         assert (tmp_path / "out" / name).stat().st_size > 10_000
     json.dumps(found)
 
 
 def test_fabrics_are_those_of_the_store(tmp_path, fabrics, asked):
-    for names in ("coarse", "coarse,felt"):
-        with pytest.raises(ParameterError, match="fabrics must be at least two of coarse, fine"):
+    for names, message in (("coarse", "at least two of coarse, fine"), ("coarse,felt", "among coarse, fine")):
+        with pytest.raises(ParameterError, match=f"fabrics must be {message}"):
             figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), fabrics=names)
+    with pytest.raises(ParameterError, match="ablations must be among without critic, without L1"):
+        figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), ablations="noise")

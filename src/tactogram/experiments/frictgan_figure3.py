@@ -35,8 +35,8 @@ from tactogram.workflows.training.loaded_run import load_run, part_examples, tes
 PUBLISHED = (0.006, 0.005, 0.014, 0.005, 0.005)
 """Sec. 4: mean squared error of the fabrics of Figure 3, from top to bottom; "averagely 0.035" is their sum."""
 FABRICS = 5
-TRAINED: Mapping[str, Mapping[str, Any]] = {
-    "frictgan": {},
+PROPOSED = "frictgan"
+ABLATIONS: Mapping[str, Mapping[str, Any]] = {
     "without critic": {"config.adversarial": 0.0},
     "without L1": {"config.l1": 0.0},
 }
@@ -76,6 +76,7 @@ def run(
     progress: ProgressCallback,
     data: str = "",
     fabrics: str = "",
+    ablations: str = ",".join(ABLATIONS),
     trainings: int = 3,
 ) -> dict[str, Any]:
     """Return figures of FrictGAN, of its ablations and of texture-free models; draw Figure 3 and the mixes.
@@ -88,13 +89,16 @@ def run(
         Store of friction with photographs; default: simulated fabrics.
     fabrics : str
         Materials, separated by commas; default: the first five.
+    ablations : str
+        Names of `ABLATIONS`, separated by commas; may be empty.
     trainings : int
         Seeds of each model.
     """
     store = find_or_simulate(folder / "data", "fabrics", given=data, progress=progress)
     names = _fabrics(store, fabrics)
     methods: dict[str, list[dict[str, Any]]] = {}
-    for method, changes in TRAINED.items():
+    for method in (PROPOSED, *_listed(ablations, tuple(ABLATIONS), "ablations")):
+        changes = ABLATIONS.get(method, {})
         for seed in range(trainings):
             run = folder / "runs" / f"{method.replace(' ', '-')}-{seed}"
             trained_run(
@@ -107,17 +111,16 @@ def run(
                 split="all",
                 progress=progress,
             )
-            for name in (method, *(MODELS if method == "frictgan" else ())):
+            for name in (method, *(MODELS if method == PROPOSED else ())):
                 methods.setdefault(name, []).append(_cell(folder, run, name, seed))
     learner, examples = _loaded(folder / "runs" / "frictgan-0")
     windows = fabric_windows(learner, examples, "test")
     said = f"{store.name}, {learner.config.protocol}"
-    figure = save_figure(folder / "figure3.png", _figure3(learner, windows, said))
-    mixing = save_figure(folder / "mixing.png", _mixing_figure(learner, windows, said))
-    cells = methods["frictgan"]
+    save_figure(folder / "figure3.png", _figure3(learner, windows, said))
+    save_figure(folder / "mixing.png", _mixing_figure(learner, windows, said))
+    cells = methods[PROPOSED]
     result: dict[str, Any] = {
-        "figure": str(figure),
-        "mixing_figure": str(mixing),
+        "figures": ["figure3.png", "mixing.png"],
         "simulated": store.simulated,
         "data": store.name,
         "data_sha256": store.sha256,
@@ -146,9 +149,16 @@ def run(
 
 def _fabrics(store: Store, text: str) -> list[str]:
     known = sorted({str(info.material) for info in store.index if info.material})
-    names = [name.strip() for name in text.split(",") if name.strip()] or known[:FABRICS]
-    if len(names) < 2 or not set(names) <= set(known):
+    names = _listed(text, known, "fabrics") or known[:FABRICS]
+    if len(names) < 2:
         raise ParameterError(f"fabrics must be at least two of {', '.join(known)}, got {text!r}")
+    return names
+
+
+def _listed(text: str, known: Sequence[str], what: str) -> list[str]:
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if not set(names) <= set(known):
+        raise ParameterError(f"{what} must be among {', '.join(known)}, got {text!r}")
     return names
 
 
@@ -297,7 +307,7 @@ def _text(result: Mapping[str, Any]) -> str:
         cells = (name, stated or "", text_of(row["mse"]), text_of(row["distance_db"], digits=2))
         lines.append("".join(f"{cell:>24}" for cell in cells))
     lines.append("".join(f"{cell:>24}" for cell in ("mean", f"{result['published_mse_mean']:.3f}")))
-    names = [name for name in MEASURES if name in result["methods"]["frictgan"]]
+    names = [name for name in MEASURES if name in result["methods"][PROPOSED]]
     lines.append(f"{'':16}" + "".join(f"{MEASURES[name]:>20}" for name in names))
     for method, row in result["methods"].items():
         lines.append(f"{method:16}" + "".join(f"{text_of(row[name], digits=3):>20}" for name in names))
