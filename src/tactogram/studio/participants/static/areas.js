@@ -135,7 +135,7 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
   const goal = (ms) => TARGET_MM + targetAt(ms - clock.start, speed, way);
 
   pad.addEventListener("pointerdown", (event) => {
-    if (pointer !== null || event.button) return;
+    if (pointer !== null || event.button || !slot.played) return;
     event.preventDefault();
     pad.setPointerCapture(event.pointerId);
     pointer = event.pointerId;
@@ -163,7 +163,7 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
   pad.addEventListener("keydown", (event) => {
     if (event.key !== " " && event.key !== "Enter") return;
     event.preventDefault();
-    if (event.repeat || pointer !== null) return;
+    if (event.repeat || pointer !== null || !slot.played) return;
     pointer = "key";
     kind = "keyboard";
     begin();
@@ -176,7 +176,7 @@ function padOf(slot, scene, { width, height, way, scale, speed, clock }) {
     name,
     stroke,
     kind: () => kind,
-    needed: () => sounded + (since === null ? 0 : clock.now() - since) < ENOUGH_MS,
+    needed: () => slot.played && sounded + (since === null ? 0 : clock.now() - since) < ENOUGH_MS,
     sounded: () => sounded,
     stop: end,
     /** @param {number} x mm, of the target */

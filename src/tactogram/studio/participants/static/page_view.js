@@ -104,7 +104,7 @@ const PRESENTATIONS = { areas, intervals, players };
 /** Return how stimuli are presented: areas to stroke, two intervals in sequence, or a button each. */
 function presentationOf(page, sounds) {
   const played = page.slots.every((slot) => slot.played);
-  if (sounds.streamed && played) return "areas";
+  if (sounds.streamed && page.slots.some((slot) => slot.played)) return "areas";
   if (page.layout.area_mm && page.slots.length === 2 && played) return "areas";
   return page.layout.presentation === "intervals" ? "intervals" : "players";
 }
