@@ -15,7 +15,12 @@ def made_up(monkeypatch):
         names = (
             {"data": "strokes", "data_sha256": "a1"} if data else {"images": {"name": "i", "sha256": "b2"}}
         )
-        return {"simulated": not data, **names, "text": f"{folds} folds, paper {paper}"}
+        return {
+            "simulated": not data,
+            **names,
+            "figures": [str(folder / "a.png")],
+            "text": f"{folds} folds, paper {paper}",
+        }
 
     monkeypatch.setattr(stroke_cnn_table2, "run", run)
 
@@ -32,6 +37,7 @@ def test_a_result_states_its_origin(made_up, tmp_path):
         "data": [{"name": "strokes", "sha256": "a1", "simulated": False}],
     }
     assert found["text"] == "2 folds, paper True"
+    assert found["figures"] == ["a.png"]
     found = reproduce("stroke_cnn_table2", out=tmp_path)
     assert found["header"]["data"] == [{"name": "i", "sha256": "b2", "simulated": True}]
 

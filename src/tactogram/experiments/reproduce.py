@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib import import_module
@@ -50,7 +51,7 @@ def reproduce(
     dict
         The experiment's figures; ``text``: its table, with published figures beside ours; and ``header``:
         ``experiment``, ``recipe``, ``options`` (those given), ``data`` (of each store ``name``, ``sha256`` and
-        ``simulated``), ``finished`` (UTC) and ``version``.
+        ``simulated``), ``finished`` (UTC) and ``version``. Paths are relative to ``out``.
 
     Raises
     ------
@@ -86,9 +87,18 @@ def reproduce(
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         "version": version("tactogram"),
     }
-    result = {"header": header, **result}
+    result = {"header": header, **_relative(result, f"{folder}{os.sep}")}
     write_text(folder / "result.json", json.dumps(result, indent=1) + "\n")
     return result
+
+
+def _relative(value: Any, folder: str) -> Any:
+    """Return a result with its paths relative to its folder, so that it does not depend on the machine."""
+    if isinstance(value, Mapping):
+        return {key: _relative(inner, folder) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_relative(inner, folder) for inner in value]
+    return value.removeprefix(folder) if isinstance(value, str) else value
 
 
 def _data_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
