@@ -44,7 +44,8 @@ ITERATIONS = 1500
 PEOPLE = 20
 """Simulated people who took no part in the training data, as in Sec. V-A."""
 UNSEEN = 200
-"""Display signals that no training has, and as many of the training, for what a discriminator knows by heart."""
+"""Display signals that no training has, and at most as many of the training, for what a discriminator knows by heart.
+They are drawn; the first 39 of each training are the study's, so that with 40 they also differ in kind."""
 VARIED = ("seed", "config.clusters", "config.discriminator")
 VALIDATED = ("told_apart_unseen", "to_nearest_display", "between_surfaces")
 """Of `tactogram.models.ultrasonic_cgan.cluster_evaluation`."""
