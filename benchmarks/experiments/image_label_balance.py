@@ -28,9 +28,8 @@ DISCRIMINATORS: dict[str, dict[str, Any]] = {
     "normalised": {"image_weight": 1.0, "label_input": "normalised"},
     "projection": {"image_weight": 1.0, "label_input": "projection"},
     "regression": {"image_weight": 1.0, "label_input": "none", "regression_weight": 1.0},
-    "both": {"image_weight": 1.0, "label_input": "projection", "regression_weight": 1.0},
 }
-"""Changes of the configuration; ``both`` are projection and regression."""
+"""Changes of the configuration."""
 VARIANTS = {
     name + suffix: {**changes, **more}
     for suffix, more in (("", {}), (", rated", {"fake_scores": "rated"}))
