@@ -295,18 +295,16 @@ def _spectrograms(
 
 
 def _text(result: Mapping[str, Any]) -> str:
-    reference = result["reference"]
+    stated = ", ".join(f"{value:g}" for value in PUBLISHED)
     lines = [
-        f"Figure 3 and Sec. 4 on {result['data']}, {result['trainings']} training(s), {result['protocol']}; published: "
-        "five fabrics of HapTex, overlapping windows",
-        NOTES.format(**reference),
-        "".join(f"{title:>24}" for title in ("fabric", "published MSE", "MSE", "distance, dB")),
+        f"Figure 3 and Sec. 4 on {result['data']}, {result['trainings']} training(s), {result['protocol']}",
+        f"published MSE: {stated}, mean {result['published_mse_mean']:.3f}, for five fabrics of HapTex that are not "
+        "named, in overlapping windows",
+        NOTES.format(**result["reference"]),
+        f"{'fabric':16}{'MSE':>20}{'distance, dB':>20}",
     ]
-    published = [*PUBLISHED, *[None] * len(result["fabrics"])]
-    for stated, (name, row) in zip(published, result["fabrics"].items(), strict=False):
-        cells = (name, stated or "", text_of(row["mse"]), text_of(row["distance_db"], digits=2))
-        lines.append("".join(f"{cell:>24}" for cell in cells))
-    lines.append("".join(f"{cell:>24}" for cell in ("mean", f"{result['published_mse_mean']:.3f}")))
+    for name, row in result["fabrics"].items():
+        lines.append(f"{name:16}{text_of(row['mse']):>20}{text_of(row['distance_db'], digits=2):>20}")
     names = [name for name in MEASURES if name in result["methods"][PROPOSED]]
     lines.append(f"{'':16}" + "".join(f"{MEASURES[name]:>20}" for name in names))
     for method, row in result["methods"].items():
