@@ -248,7 +248,7 @@ def test_a_killed_import_leaves_no_process_behind(source, tmp_path):
     children = psutil.Process(process.pid).children(recursive=True)
     process.send_signal(signal.SIGKILL)
     process.communicate()
-    _, alive = psutil.wait_procs(children, timeout=30)
+    _, alive = psutil.wait_procs(children, timeout=60)
     assert len(children) >= 2
     assert alive == []
 

@@ -69,7 +69,7 @@ def served_here(app, limits=None, context=None):
         server = LimitedServer(app, listener, context=context, limits=limits, ready=started.set)
         thread = threading.Thread(target=server.serve_until_ended, daemon=True)
         thread.start()
-        assert started.wait(20)
+        assert started.wait(60)
         yield f"{'http' if context is None else 'https'}://127.0.0.1:{listener.getsockname()[1]}"
         server.should_exit = True
         thread.join(5)
@@ -80,7 +80,7 @@ def serving(sessions, settings=SETTINGS, limits=None):
     """Give a browser's client to sessions that are served behind the guard."""
     with (
         served_here(RequestGuard(make_participant_app(sessions), settings), limits) as address,
-        httpx.Client(base_url=address, timeout=20) as client,
+        httpx.Client(base_url=address, timeout=60) as client,
     ):
         yield client
 
@@ -94,7 +94,7 @@ class InProcess:
 
     def request(self, method, path, **options):
         asked = self._client.request(method, path, **options)
-        return asyncio.run_coroutine_threadsafe(asked, self._loop).result(20)
+        return asyncio.run_coroutine_threadsafe(asked, self._loop).result(60)
 
     def get(self, path, **options):
         return self.request("GET", path, **options)

@@ -74,7 +74,7 @@ def raw(client, text, *, wait_s=5.0, then=b""):
 
 def connection_to(address):
     parts = urlsplit(str(address))
-    return socket.create_connection((parts.hostname, parts.port), timeout=20)
+    return socket.create_connection((parts.hostname, parts.port), timeout=60)
 
 
 def hung_up(connection, *, after=b""):
@@ -468,7 +468,7 @@ def test_half_requests_do_not_block_others(under_attack):
     halves = ["GET /take/x HTTP/1.1\r\nHost: 127.", f"{head}Content-Length: 500\r\n\r\n" + '{"token"']
     connections = []
     for n in range(60):
-        connection = socket.create_connection((client.base_url.host, client.base_url.port), timeout=5)
+        connection = socket.create_connection((client.base_url.host, client.base_url.port), timeout=60)
         connection.sendall(halves[n % 2].encode())
         connections.append(connection)
     for _ in range(5):
@@ -489,7 +489,7 @@ def test_idle_connections_do_not_shut_people_out(under_attack, person, serving):
                 connection.sendall(b"GET /take/x HTTP/1.1\r\nHost: 127.")
         # Who sits here goes on, and who comes finds a place.
         assert sitting.page()["token"] == "consent"
-        with httpx.Client(base_url=client.base_url, timeout=20) as other:
+        with httpx.Client(base_url=client.base_url, timeout=60) as other:
             assert person(other, session.join_path).page()["token"] == "consent"
         assert hung_up(idle[0])
 
@@ -539,7 +539,7 @@ def test_answers_that_nobody_takes_are_given_up(served_here):
 
     with served_here(long, ConnectionLimits(write_s=0.1)) as address, connection_to(address) as connection:
         connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
-        assert done.wait(20)
+        assert done.wait(60)
     assert told == ["http.request", "http.disconnect"]
 
 
@@ -554,7 +554,7 @@ def test_what_is_no_tls_and_handshakes_that_never_end(under_attack, person, serv
         with suppress(OSError):  # closed already
             plain.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
             half.sendall(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03")
-        with httpx.Client(base_url=address, timeout=20, verify=trusting) as client:
+        with httpx.Client(base_url=address, timeout=60, verify=trusting) as client:
             assert person(client, session.join_path).page()["token"] == "consent"
         for connection in (silent, plain, half, *more[:30]):
             assert hung_up(connection)
@@ -579,7 +579,7 @@ def test_who_sleeps_or_stops_on_the_way_is_not_waited_for_at_the_end(served_here
                 for _ in range(2)
             )
             half.sendall(b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 50\r\n\r\n{")
-            assert begun.wait(20)
+            assert begun.wait(60)
         assert told == ["http.request", "http.disconnect"]
     assert capsys.readouterr().err == ""
 
@@ -767,7 +767,7 @@ def asking(study_server, laboratory_s):
     """Give a client to the whole server that checks its certificate, without a cookie."""
     base = study_server[1]["join"].partition("/join/")[0].replace(TABLET, "127.0.0.2")
     trusting = ssl.create_default_context(cafile=laboratory_s.file)
-    with httpx.Client(base_url=base, timeout=20, verify=trusting) as client:
+    with httpx.Client(base_url=base, timeout=60, verify=trusting) as client:
         yield client
 
 

@@ -62,7 +62,7 @@ def outputs(monkeypatch):
     def run(running, backend, *, seconds, clock):
         left, stop = threading.Event(), running.stop
         running.stop = lambda: (stop(), left.set())
-        assert running.stopped or left.wait(20)
+        assert running.stopped or left.wait(60)
         running.stopped = False
         samples = [sample for _, sample in running.engine.motion._waiting]
         running.engine.motion = Replay(samples)

@@ -552,7 +552,7 @@ def test_a_kill_at_any_instant_loses_no_acknowledged_answer_and_stores_none_twic
     for life in range(3):
         with process_over(tmp_path, study, folder) as (process, address):
             base, _, key = address.partition("/join/")
-            with httpx.Client(base_url=base, timeout=20) as client:
+            with httpx.Client(base_url=base, timeout=60) as client:
                 people = people or [person(client, f"/join/{key}") for _ in range(3)]
                 for one in people:
                     one.client = client

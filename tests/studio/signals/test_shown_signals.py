@@ -103,7 +103,7 @@ def test_the_loop_goes_on_while_pictures_are_worked_out(page, tmp_path, monkeypa
     """Working out waits for the loop: in the loop it would wait for ever, here it is told so and fails."""
     monkeypatch.setattr(view, "SHOWN", ShownSignals())
     ticked = threading.Event()
-    monkeypatch.setattr(holding, "traits_of", lambda signal: traits_of(signal) if ticked.wait(20) else None)
+    monkeypatch.setattr(holding, "traits_of", lambda signal: traits_of(signal) if ticked.wait(60) else None)
     places, fill = cards(
         [view.SignalEntry(saved(tmp_path / "a.npz", tone(0.1)), "A"), view.SignalEntry(tone(0.4), "B")]
     )

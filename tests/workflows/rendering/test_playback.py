@@ -148,7 +148,7 @@ def test_an_interrupted_playback_is_waited_for_until_it_has_faded(tmp_path, monk
     def run(playing):
         threading.Event().wait(0.05)
         os.kill(os.getpid(), signal.SIGINT)
-        assert playing._stop.wait(10)
+        assert playing._stop.wait(60)
         threading.Event().wait(0.02)
         return {"faded": True}
 

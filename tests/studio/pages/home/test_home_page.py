@@ -80,10 +80,10 @@ def test_the_page_says_why_the_preparation_failed(tmp_path):
 
 def test_an_unknown_page_is_not_found(server):
     with pytest.raises(urllib.error.HTTPError, match="404"):
-        urllib.request.urlopen(f"{server}/nothing", timeout=10)
+        urllib.request.urlopen(f"{server}/nothing", timeout=60)
 
 
 def test_an_interrupt_ends_the_server(running):  # the last: the others need it
     process, _ = running
     process.send_signal(signal.SIGINT)
-    assert process.wait(timeout=20) == 0
+    assert process.wait(timeout=60) == 0

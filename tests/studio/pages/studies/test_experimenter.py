@@ -194,7 +194,7 @@ def test_ctrl_c_ends_it_in_a_line_and_run_again_it_goes_on(page, served, lab):
         known = [one.code for one in store.participants()]
     page.goto("about:blank")
     page.process.send_signal(signal.SIGINT)
-    assert page.process.wait(timeout=20) == 0
+    assert page.process.wait(timeout=60) == 0
     said = (lab / "server.log").read_text().splitlines()
     assert said[-1] == "tactogram: the study's server ended; all answers are stored"
     assert not [line for line in said if "Traceback" in line or "Error" in line]
