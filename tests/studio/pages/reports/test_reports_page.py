@@ -1,4 +1,5 @@
 import json
+import re
 
 import pytest
 
@@ -52,7 +53,7 @@ def test_published_figures_can_be_searched_and_experiments_read(tab):
     panel = tab.get_by_role("region", name="Published and ours")
     panel.get_by_role("table").wait_for()
     panel.get_by_label("Search").fill("stroke_cnn 30 classes 100 mm/s")
-    panel.get_by_role("status").get_by_text("1 of ").wait_for()
+    panel.get_by_role("status").get_by_text(re.compile(r"^1 of ")).wait_for()
     row = panel.get_by_role("row").nth(1).inner_text()
     assert "89" in row
     assert "Table II" in row
