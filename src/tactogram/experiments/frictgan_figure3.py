@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import torch
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from torch import Tensor
 
 from tactogram.datasets import Store
@@ -270,7 +271,8 @@ def _spectrograms(
     unit, length = ("mm", pixels * learner.mm_per_pixel) if learner.mm_per_pixel else ("window", 1.0)
     extent = (0, length, 0, learner.windows.samples / length / 2)
     columns = 1 + len(titles)
-    figure = Figure(figsize=(1 + 1.7 * columns, 1 + 1.5 * len(rows)), layout="constrained")
+    layout = ConstrainedLayoutEngine(w_pad=0.15)  # inch; names of fabrics at the edge would be cut
+    figure = Figure(figsize=(1.3 + 1.7 * columns, 1 + 1.5 * len(rows)), layout=layout)
     grid = figure.subplots(len(rows), columns, squeeze=False)
     high = max(20 * float(x.max().log10()) for *_, pictures in rows for x in pictures)
     for axes, (name, photo, pictures) in zip(grid, rows, strict=True):

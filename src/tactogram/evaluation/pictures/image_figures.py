@@ -143,7 +143,7 @@ def trade_off_figure(
             va="bottom",
             transform=curve.get_yaxis_transform(),
         )
-    curve.margins(x=0.2, y=0.15)
+    curve.margins(x=0.3, y=0.15)
     curve.set(
         xlabel=f"{distance} (lower: more like real images)",
         ylabel="correlation of predicted with requested scores",
