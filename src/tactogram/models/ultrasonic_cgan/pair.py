@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,16 @@ class ClusterNetworks:
         generator, discriminator = self._initial(0)
         self.generator: Any = generator.to(device)
         self.discriminator: Any = discriminator.to(device)
-        self.optimisers: list[Any] = [
+        self.backward: Callable[[Tensor], None] = Tensor.backward
+        self.rule = SelectionRule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
+        self.begin(0)
+
+    @cached_property
+    def optimisers(self) -> list[Any]:
+        """Adam for each network. Made for training only: a process's first optimiser imports torch's compiler."""
+        config = self.config
+        rates = (config.learning_rate, config.discriminator_learning_rate or config.learning_rate)
+        made: list[Any] = [
             torch.optim.Adam(
                 network.parameters(),
                 lr=rate,
@@ -37,15 +47,10 @@ class ClusterNetworks:
                 eps=config.epsilon,
                 fused=True,  # one pass over the weights instead of a dozen: 3 ms in place of 13 on one core
             )
-            for network, rate in (
-                (generator, config.learning_rate),
-                (discriminator, config.discriminator_learning_rate or config.learning_rate),
-            )
+            for network, rate in zip((self.generator, self.discriminator), rates, strict=True)
         ]
-        self.initial_optimisers = [optimiser.state_dict() for optimiser in self.optimisers]
-        self.backward: Callable[[Tensor], None] = Tensor.backward
-        self.rule = SelectionRule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
-        self.begin(0)
+        self.initial_optimisers = [optimiser.state_dict() for optimiser in made]
+        return made
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
@@ -59,8 +64,9 @@ class ClusterNetworks:
         for network, fresh in zip(self._bare, self._initial(cluster), strict=True):
             network.load_state_dict(fresh.state_dict())
             network.train()
-        for optimiser, initial in zip(self.optimisers, self.initial_optimisers, strict=True):
-            optimiser.load_state_dict(initial)
+        if "optimisers" in vars(self):
+            for optimiser, initial in zip(self.optimisers, self.initial_optimisers, strict=True):
+                optimiser.load_state_dict(initial)
         self.selector = IterationSelector(self.rule)
         self.best: tuple[dict[str, Tensor], ...] = ()
         self.curves: list[NDArray[np.float32]] = []
