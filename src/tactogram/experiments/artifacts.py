@@ -54,3 +54,8 @@ def cached_result(
     file.parent.mkdir(parents=True, exist_ok=True)
     write_text(file, json.dumps(found, indent=1) + "\n")
     return found
+
+
+def kind_of(store: Store) -> str:
+    """Return the name of the store's signals in a table."""
+    return "simulated strokes" if store.simulated else f"recorded strokes ({store.name})"

@@ -38,8 +38,3 @@ def materials_of(store: Store) -> dict[str, str]:
             + ", ".join(f"{name} or {IN_RECORDINGS[name]}" for name in missing)
         )
     return found
-
-
-def kind_of(store: Store) -> str:
-    """Return the name of the store's signals in a table."""
-    return "simulated strokes" if store.simulated else f"recorded strokes ({store.name})"

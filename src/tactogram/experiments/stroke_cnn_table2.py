@@ -12,8 +12,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments.artifacts import find_or_simulate
-from tactogram.experiments.nine_textures import kind_of
+from tactogram.experiments.artifacts import find_or_simulate, kind_of
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.progress import ProgressCallback
 

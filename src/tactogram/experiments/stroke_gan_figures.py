@@ -18,8 +18,8 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import find_or_simulate, trained_run
-from tactogram.experiments.nine_textures import kind_of, materials_of
+from tactogram.experiments.artifacts import find_or_simulate, kind_of, trained_run
+from tactogram.experiments.nine_textures import materials_of
 from tactogram.signal import Image, Signal
 from tactogram.training.run import Run
 from tactogram.workflows.evaluation.mixing_ladder import recorded

@@ -17,8 +17,8 @@ from statistics import mean, stdev
 from typing import Any
 
 from tactogram.evaluation.mixing.placement import IndistinctEndsError
-from tactogram.experiments.artifacts import find_or_simulate, trained_run
-from tactogram.experiments.nine_textures import kind_of, materials_of
+from tactogram.experiments.artifacts import find_or_simulate, kind_of, trained_run
+from tactogram.experiments.nine_textures import materials_of
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.progress import ProgressCallback
 

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from tactogram.models.ultrasonic_cgan.config import Config
+from tactogram.nn.label_projection import LabelProjection
 
 
 class Generator(nn.Module):
@@ -59,20 +60,17 @@ class Discriminator(nn.Module):
 
 
 class ProjectionDiscriminator(Discriminator):
-    """Table 3's layers on the spectrum alone; the logit adds the inner product of the last hidden layer and the words.
-
-    Miyato & Koyama 2018, "cGANs with Projection Discriminator", Eq. (4), with the words' scores in place of a class.
-    """
+    """Table 3's layers on the spectrum alone; the logit adds the product of the last hidden layer with the words."""
 
     def __init__(self, config: Config, *, words: int) -> None:
         super().__init__(config, words=0)
         self.bins = config.bins
-        self.projection = nn.Linear(words, config.discriminator_widths[-1], bias=False)
+        self.projection = LabelProjection(config.discriminator_widths[-1], words)
 
     def forward(self, x: Tensor) -> Tensor:
         """Return the logit of "training data", (batch, 1), of spectra with scores, (batch, bin + word)."""
         h = self.layers[:-1](x[:, : self.bins])  # B, width
-        y: Tensor = self.layers[-1](h) + (h * self.projection(x[:, self.bins :])).sum(1, keepdim=True)  # B, 1
+        y: Tensor = self.layers[-1](h) + self.projection(h, x[:, self.bins :])[:, None]  # B, 1
         return y
 
 

@@ -63,7 +63,7 @@ def test_projection_sees_words_only_in_an_inner_product_with_the_last_hidden_lay
     spectrum, words = x[:, :1000], x[:, 1000:]
     hidden = network.layers[:-1](spectrum)
     by_hand = network.layers[-1](hidden)[:, 0] + torch.einsum(
-        "bh,hw,bw->b", hidden, network.projection.weight, words
+        "bh,hw,bw->b", hidden, network.projection.embedding.weight, words
     )
     torch.testing.assert_close(network(x)[:, 0], by_hand)
     torch.testing.assert_close(network(torch.cat((spectrum, 0 * words), 1)), network.layers(spectrum))
