@@ -34,7 +34,7 @@ from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
 
 STORE = "studio/first/surfaces"
-STEPS = 300
+STEPS = 150
 ARGUMENTS = ["--set", f"config.steps={STEPS}", "--set", "training.checkpoint_every=100000", "--split", "all"]
 
 
@@ -70,7 +70,7 @@ def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_w
     with pytest.raises(ParameterError, match="runs/one: in use by a training"):
         trainings.begin("train", command("runs/one"), "runs/one")
     run = workspace / "runs/one"
-    until(lambda: len(read_metrics(run)) > 4)
+    until(lambda: len(read_metrics(run)) > 2)
     assert trainings.status(first).state == "running"
     with pytest.raises(ParameterError, match="in use by a training; wait for it, or stop it first"):
         trainings.delete_run(run)
