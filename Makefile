@@ -30,12 +30,9 @@ $(STAMP): pyproject.toml constraints.txt
 demo: install ## simulate, classify, search and generate surfaces; writes runs/demo/report.html
 	$(BIN)/tactogram demo
 
-# Four processes for two cores: the tests of pages wait for their server and browser half of the time. Memory of large
-# arrays is kept for the next ones; giving it back each time takes a tenth of the time of a simulation.
-test: export MALLOC_MMAP_THRESHOLD_ := 1073741824
-test: export MALLOC_TRIM_THRESHOLD_ := 4294967296
+# Three processes for two cores: the tests of pages wait for their server and browser half of the time.
 test: install ## run the tests (COVERAGE=yes also measures their coverage, which must not fall)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
 
 check: install ## style, types, layers
 	$(BIN)/ruff check .
