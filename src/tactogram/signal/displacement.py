@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.resampling import resample
@@ -172,14 +172,13 @@ def _over_time_of(signal: Signal, speed: Signal) -> NDArray[np.float64]:
     return np.asarray(1e3 * np.interp(at, np.arange(len(speed)) / speed.rate, speed.samples[0]))
 
 
-def _integral(speed: Signal) -> CubicSpline:
+def _integral(speed: Signal) -> scipy.interpolate.CubicSpline:
     """Return the position over time, mm: the integral of a cubic spline through the speed."""
     v = 1e3 * speed.samples[0].astype(np.float64)
     t = np.arange(len(v)) / speed.rate
     if len(v) == 1:
-        return CubicSpline([0, 1 / speed.rate], [0, v[0] / speed.rate])
-    place: CubicSpline = CubicSpline(t, v).antiderivative()
-    return place
+        return scipy.interpolate.CubicSpline([0, 1 / speed.rate], [0, v[0] / speed.rate])
+    return scipy.interpolate.CubicSpline(t, v).antiderivative()
 
 
 def _runs(moving: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -193,9 +192,10 @@ def _travelled(
 ) -> NDArray[np.float64]:
     """Return an interval without standstill on the grid of its slowest part, for which no detail is too fine."""
     time = np.arange(len(speed))
-    place = (
-        CubicSpline(time, speed / rate).antiderivative()(time) if len(time) > 2 else time * speed[0] / rate
-    )
+    if len(time) > 2:
+        place = scipy.interpolate.CubicSpline(time, speed / rate).antiderivative()(time)
+    else:
+        place = time * speed[0] / rate
     place = np.maximum.accumulate(place)
     step = least / rate
     count = max(1, math.floor(place[-1] / step))
@@ -212,4 +212,4 @@ def _interpolated(samples: NDArray[np.float32], at: NDArray[np.float64]) -> NDAr
         return np.repeat(samples.astype(np.float64), len(at), axis=1)
     fine = resample(Signal(samples, 1.0, "1", tuple(map(str, range(len(samples))))), OVERSAMPLED)
     grid = np.arange(len(fine)) / OVERSAMPLED
-    return np.asarray(CubicSpline(grid, fine.samples.astype(np.float64), axis=1)(at))
+    return np.asarray(scipy.interpolate.CubicSpline(grid, fine.samples.astype(np.float64), axis=1)(at))

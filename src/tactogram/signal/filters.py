@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import fft
-from scipy import signal as dsp
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.signal import Signal
@@ -45,15 +45,15 @@ def butterworth(
     warped_low = np.tan(np.pi * low / rate)
     if np.isinf(high):
         edge = rate / np.pi * np.arctan(warped_low / widened)
-        return np.asarray(dsp.butter(order, edge, "highpass", fs=rate, output="sos"))
+        return np.asarray(scipy.signal.butter(order, edge, "highpass", fs=rate, output="sos"))
     warped_high = np.tan(np.pi * high / rate)
     if low == 0:
         edge = rate / np.pi * np.arctan(warped_high * widened)
-        return np.asarray(dsp.butter(order, edge, "lowpass", fs=rate, output="sos"))
+        return np.asarray(scipy.signal.butter(order, edge, "lowpass", fs=rate, output="sos"))
     half_width = widened * (warped_high - warped_low) / 2
     centre = np.sqrt(half_width**2 + warped_low * warped_high)
     edges = rate / np.pi * np.arctan([warped_low * warped_high / (centre + half_width), centre + half_width])
-    return np.asarray(dsp.butter(order, edges, "bandpass", fs=rate, output="sos"))
+    return np.asarray(scipy.signal.butter(order, edges, "bandpass", fs=rate, output="sos"))
 
 
 def dft321(signal: Signal) -> Signal:
@@ -127,4 +127,4 @@ def _forward_backward(sos: NDArray[np.float64], signal: Signal, slowest: float) 
     """Filter both ways, with the ends mirrored for three periods of the ``slowest`` edge or as far as they go."""
     pad = min(len(signal) - 1, int(np.ceil(3 * signal.rate / slowest)))
     x = signal.samples.astype(np.float64)
-    return np.asarray(dsp.sosfiltfilt(sos, x, axis=1, padtype="even" if pad else None, padlen=pad))
+    return np.asarray(scipy.signal.sosfiltfilt(sos, x, axis=1, padtype="even" if pad else None, padlen=pad))

@@ -18,8 +18,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import correlate
 
 from tactogram.errors import ParameterError
 from tactogram.signal.signal import Signal
@@ -155,7 +155,7 @@ def _best_lag(before: Array, after: Array) -> int:
     if after.shape[1] == n:
         return 0
     before, after = (x - x.mean(axis=1, keepdims=True) for x in (before, after))
-    products = sum(correlate(a, b, mode="valid") for a, b in zip(after, before, strict=True))
+    products = sum(scipy.signal.correlate(a, b, mode="valid") for a, b in zip(after, before, strict=True))
     energy = np.concatenate(([0.0], np.cumsum((after**2).sum(axis=0))))
     window = energy[n:] - energy[:-n]
     return int(np.argmax(products / np.sqrt(np.maximum(window, 1e-12 * energy[-1] + 1e-30))))

@@ -16,9 +16,9 @@ Sources
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
-from scipy import signal as dsp
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.signal import Signal
@@ -100,7 +100,7 @@ def sensation_level_db(signal: Signal, *, band: tuple[float, float] = FELT_HZ) -
     _check(signal, band)
     x = signal.samples.astype(np.float64)
     length = min(len(signal), int(np.ceil(signal.rate)))
-    frequency, power = dsp.welch(
+    frequency, power = scipy.signal.welch(
         x, signal.rate, nperseg=length, scaling="density", detrend="constant", axis=1
     )
     weight = _weight(frequency, signal.unit, band)

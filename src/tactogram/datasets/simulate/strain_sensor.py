@@ -10,8 +10,8 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal as dsp
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import Contactor, feel
@@ -121,5 +121,5 @@ def _fine_force(
 def _through(layer: Layer, force: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
     """Return a force as the gauges of a layer sense it, of gain 1 at rest."""
     w = 2 * np.pi * layer.resonance_hz
-    b, a = dsp.bilinear([w**2], [1, 2 * layer.damping * w, w**2], rate)
-    return np.asarray(dsp.lfilter(b, a, force, zi=force[0] * dsp.lfilter_zi(b, a))[0])
+    b, a = scipy.signal.bilinear([w**2], [1, 2 * layer.damping * w, w**2], rate)
+    return np.asarray(scipy.signal.lfilter(b, a, force, zi=force[0] * scipy.signal.lfilter_zi(b, a))[0])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import BPoly, CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 LENGTH_MM = 80.0
@@ -81,22 +81,26 @@ def slow_noise(rng: np.random.Generator, n: int, rate: float, below_hz: float) -
     knots = int(seconds * 4 * below_hz) + 8
     points = gaussian_filter1d(rng.standard_normal(knots + 8), 1.0, mode="constant")[4:-4]
     points *= np.sqrt(2 * np.sqrt(np.pi))
-    grid = CubicSpline(np.arange(knots) / (4 * below_hz), points)
+    grid = scipy.interpolate.CubicSpline(np.arange(knots) / (4 * below_hz), points)
     return np.asarray(grid(np.arange(n) / rate))
 
 
-def _one_way(rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float) -> BPoly:
+def _one_way(
+    rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float
+) -> scipy.interpolate.BPoly:
     """Return the position over time, mm: speed up, slide, slow down."""
     turn = min(0.15, seconds / 4)
     ramp = speed * turn / 2
     far = 2 * ramp + speed * (seconds - 2 * turn)
-    return BPoly.from_derivatives(
+    return scipy.interpolate.BPoly.from_derivatives(
         [-_AHEAD_S, 0, turn, seconds - turn, seconds, seconds + _AHEAD_S],
         [[0, 0, 0], [0, 0, 0], [ramp, speed, 0], [far - ramp, speed, 0], [far, 0, 0], [far, 0, 0]],
     )
 
 
-def _there_and_back(rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float) -> BPoly:
+def _there_and_back(
+    rng: np.random.Generator, seconds: float, speed: float, unsteadiness: float
+) -> scipy.interpolate.BPoly:
     """Return the position over time, mm: straight passes with minimum-jerk turns.
 
     Fifth-order polynomials through position, speed and acceleration have minimum jerk (Flash & Hogan 1985). Each pass
@@ -115,4 +119,4 @@ def _there_and_back(rng: np.random.Generator, seconds: float, speed: float, unst
         times += [t, t + max(abs(end - place), 1.0) / v]
         states += [[place, side * v, 0], [end, side * v, 0]]
         t, place, side = times[-1] + turn, end, -side
-    return BPoly.from_derivatives(times, states)
+    return scipy.interpolate.BPoly.from_derivatives(times, states)

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal as dsp
 from scipy.fft import rfft2
 
 from tactogram.datasets.simulate.contact import FINGER, feel
@@ -101,8 +101,8 @@ def display_touched(drive: Signal) -> FingerSlide:
     # The ends of the resampled signal are not part of the loop, and the skin settles in its first second.
     x = resample(thrice, RATE).samples[0, count // 2 :][: 2 * count].astype(np.float64)
     corner = 2 * np.pi * CARRIER_HZ / (2 * QUALITY)
-    b, a = dsp.bilinear([corner], [1, corner], RATE)
-    envelope = np.clip(dsp.lfilter(b, a, (1 + x) / 2, zi=[(1 + x[0]) / 2 * (1 - b[0])])[0], 0, 1)
+    b, a = scipy.signal.bilinear([corner], [1, corner], RATE)
+    envelope = np.clip(scipy.signal.lfilter(b, a, (1 + x) / 2, zi=[(1 + x[0]) / 2 * (1 - b[0])])[0], 0, 1)
     gone = LUBRICATED * envelope**2 / (envelope**2 + HALF**2)
     drag = HORN_FRICTION * (1 - gone)
     forces = np.stack([FORCE_N * drag, np.full(len(drag), FORCE_N)])
@@ -113,9 +113,9 @@ def display_touched(drive: Signal) -> FingerSlide:
 def _skin(forces: Array) -> Array:
     """Return the displacement of the skin, m, by forces (axis, time), N: m x'' + b x' + k x = F."""
     mass, damping, stiffness = SKIN
-    b, a = dsp.bilinear([1.0], [mass, damping, stiffness], RATE)
-    rest = dsp.lfilter_zi(b, a)
-    return np.stack([dsp.lfilter(b, a, row, zi=row[0] * rest)[0] for row in forces])
+    b, a = scipy.signal.bilinear([1.0], [mass, damping, stiffness], RATE)
+    rest = scipy.signal.lfilter_zi(b, a)
+    return np.stack([scipy.signal.lfilter(b, a, row, zi=row[0] * rest)[0] for row in forces])
 
 
 def _moved(skin: Array) -> Signal:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
-from scipy.interpolate import PchipInterpolator
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
@@ -104,8 +104,8 @@ class TabulatedResponse(_Source):
         """Return the response at ``frequency`` in Hz, complex128, of the same shape; constant outside of its range."""
         f, gain, phase = np.array(self.points, np.float64).reshape(-1, 3).T
         place = np.log(np.clip(np.asarray(frequency, np.float64), f[0], f[-1]))
-        level = PchipInterpolator(np.log(f), np.log(gain))(place)
-        turn = PchipInterpolator(np.log(f), phase)(place)
+        level = scipy.interpolate.PchipInterpolator(np.log(f), np.log(gain))(place)
+        turn = scipy.interpolate.PchipInterpolator(np.log(f), phase)(place)
         response: NDArray[np.complex128] = np.exp(level + 1j * turn)
         return response
 

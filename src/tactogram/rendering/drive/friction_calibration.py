@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy
 import tomli_w
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy import optimize, stats
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
@@ -134,7 +134,7 @@ def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> Fric
     residual = mu - design @ np.array([mu_0, slope])
     variance = float(residual @ residual) / (len(v) - 2)
     covariance = np.asarray(variance * inverse, np.float64)
-    t = float(stats.t.ppf((1 + confidence) / 2, len(v) - 2))
+    t = float(scipy.stats.t.ppf((1 + confidence) / 2, len(v) - 2))
     half = t * math.sqrt(covariance[0, 0])
     if mu_0 - half <= 0:
         raise ParameterError(
@@ -245,10 +245,12 @@ def _exponent(
 
     bounds = ([-np.inf, 0, 0.1], [np.inf, np.inf, 8])
     try:
-        found, covariance = optimize.curve_fit(law, v, mu, p0=(mu_0, slope * top**2, 2.0), bounds=bounds)
+        found, covariance = scipy.optimize.curve_fit(
+            law, v, mu, p0=(mu_0, slope * top**2, 2.0), bounds=bounds
+        )
     except (RuntimeError, ValueError):
         return None, None
-    half = float(stats.t.ppf((1 + confidence) / 2, len(v) - 3)) * math.sqrt(float(covariance[2, 2]))
+    half = float(scipy.stats.t.ppf((1 + confidence) / 2, len(v) - 3)) * math.sqrt(float(covariance[2, 2]))
     if not math.isfinite(half):
         return None, None
     return float(found[2]), (float(found[2]) - half, float(found[2]) + half)

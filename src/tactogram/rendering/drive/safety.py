@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
@@ -168,7 +168,7 @@ class DriveGuard:
         self._gain = float(gain[-1])
         self._held = x[:, -1:]
         if self._pole:
-            x, self._state = dsp.lfilter([1.0, -1.0], [1.0, -self._pole], x, axis=1, zi=self._state)
+            x, self._state = scipy.signal.lfilter([1.0, -1.0], [1.0, -self._pole], x, axis=1, zi=self._state)
         rest = self.display.rest
         y = rest + (x - rest) * np.sin(np.pi / 2 * gain) ** 2
         sent: NDArray[np.float32] = np.clip(y.astype(np.float32), self._low, self._high)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy import signal as dsp
 
 from tactogram.errors import UnitError
 from tactogram.rendering.displays.display import Display
@@ -125,7 +125,7 @@ def _amplitude(signal: Signal, smoothing_ms: float) -> NDArray[np.float64]:
     length = max(1, round(smoothing_ms / 1e3 * signal.rate))
     window = np.hanning(length + 2)[1:-1]
     power = np.sum(signal.samples.astype(np.float64) ** 2, axis=0)
-    around = dsp.fftconvolve(power, window / window.sum(), mode="same")
+    around = scipy.signal.fftconvolve(power, window / window.sum(), mode="same")
     amplitude: NDArray[np.float64] = np.sqrt(2 * np.maximum(around, 0.0))
     # The convolution leaves rounding where there is silence.
     return np.where(amplitude > 1e-7 * amplitude.max(initial=0.0), amplitude, 0.0)

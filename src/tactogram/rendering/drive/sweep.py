@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import fft
-from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
@@ -138,9 +138,9 @@ def _impulse_response(
     lead = round(LEAD_S * rate)
     ringing = round(ringing_s * rate)
     around = np.take(impulse, np.arange(place - lead, place + ringing), mode="wrap")
-    window = np.concatenate([dsp.windows.hann(2 * lead)[:lead], np.ones(ringing // 2)])
+    window = np.concatenate([scipy.signal.windows.hann(2 * lead)[:lead], np.ones(ringing // 2)])
     window = np.concatenate(
-        [window, dsp.windows.hann(2 * (ringing - ringing // 2))[ringing - ringing // 2 :]]
+        [window, scipy.signal.windows.hann(2 * (ringing - ringing // 2))[ringing - ringing // 2 :]]
     )
     h = around * window
     delay = (place if place < size / 2 else place - size) / rate

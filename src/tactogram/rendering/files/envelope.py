@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from scipy import fft
-from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import sample_count
@@ -243,8 +243,8 @@ def _averaged(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
         return x
     if len(x) < n:
         window = window[(n - 1) // 2 - (len(x) - 1) // 2 :][: len(x)]
-    total = dsp.oaconvolve(np.ones(len(x)), window, mode="same")
-    return np.asarray(np.maximum(dsp.oaconvolve(x, window, mode="same") / total, 0))
+    total = scipy.signal.oaconvolve(np.ones(len(x)), window, mode="same")
+    return np.asarray(np.maximum(scipy.signal.oaconvolve(x, window, mode="same") / total, 0))
 
 
 def _at(x: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -261,7 +261,7 @@ def _frequency(
     width = FREQUENCY_WINDOW_S * rate
     n = max(1, min(len(lag), 2 * round(width / 2) - 1))
     window = np.hanning(n + 2)[1:-1]
-    smooth = dsp.oaconvolve(lag, window, mode="same") if n > 1 else lag
+    smooth = scipy.signal.oaconvolve(lag, window, mode="same") if n > 1 else lag
     turning = np.maximum(np.angle(smooth), 0) * rate / (2 * np.pi)
     frequency = _at(turning, times * rate)
     return np.asarray(np.interp(times, times[loud], frequency[loud]))
@@ -284,7 +284,7 @@ def _pulses(
     coarse = np.interp(at, times, amplitude)
     missing = fine - coarse
     # A pulse may be the very first moment, which is a peak only after silence.
-    peaks, _ = dsp.find_peaks(
+    peaks, _ = scipy.signal.find_peaks(
         np.concatenate([[0.0], missing, [0.0]]),
         height=least,
         distance=max(1, round(PULSE_DISTANCE_S / FINE_STEP_S)),

@@ -13,9 +13,9 @@ from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, ConfigDict, Field
-from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.transducer.circuit import PRESETS, Transducer
@@ -77,7 +77,7 @@ class TransducerSimulation:
             second = (growth - 1 - a) / a**2
             first = (growth - 1) / a - second
             b = gain * step * np.array([second, first])
-            part, _ = dsp.lfilter(b, [1, -growth], v, zi=[b[1] * self._last + growth * start - 0j])
+            part, _ = scipy.signal.lfilter(b, [1, -growth], v, zi=[b[1] * self._last + growth * start - 0j])
             parts.append(part)
         states = self._basis @ np.array(parts)  # 2, time
         self._state, self._last = states[:, -1], complex(v[-1])

@@ -1,4 +1,4 @@
-"""XLSX: one row per sample, as in a text table, read row by row by openpyxl."""
+"""XLSX: one row per sample, as in a text table, read row by row by openpyxl, which is imported when one is met."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
-import openpyxl
-from openpyxl.utils.exceptions import InvalidFileException
 
 from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.signal.io.archives import check_archive
@@ -80,6 +78,8 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
         raise ParameterError(
             f"a worksheet holds at most {MOST_ROWS - 1} samples, got {len(signal)}; write .csv"
         )
+    import openpyxl
+
     book = openpyxl.Workbook(write_only=True)
     sheet = book.create_sheet(SHEET)
     sheet.append(heading(signal))
@@ -103,6 +103,9 @@ def _opened(path: Path) -> Iterator[Any]:
         raise DataError(f"{path}: truncated or not an XLSX file: {one_line(error)}") from error
     if damaged is not None:
         raise DataError(f"{path}: damaged: checksum of {damaged} is wrong")
+    import openpyxl
+    from openpyxl.utils.exceptions import InvalidFileException
+
     with path.open("rb") as file:
         try:
             book = openpyxl.load_workbook(file, read_only=True, data_only=True)

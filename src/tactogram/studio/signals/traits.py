@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal as dsp
 
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ, sensation_level_db
@@ -195,7 +195,7 @@ def spectrogram_db(
     if width < 2:
         x, width = np.pad(x, ((0, 0), (0, 1))), 2
     hop = max(1, width // 4)
-    window = dsp.get_window("hann", width) if width > 3 else np.ones(width)
+    window = scipy.signal.get_window("hann", width) if width > 3 else np.ones(width)
     pad = width // 2
     x = np.pad(x, ((0, 0), (pad, pad + hop)), mode="symmetric")  # a cut to silence would be a click
     starts = np.arange(0, x.shape[1] - width + 1, hop)

@@ -8,9 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal as dsp
-from scipy.stats import kurtosis
 
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate.touch import RATE, FingerSlide
@@ -44,13 +43,13 @@ class TouchCues:
 def touch_cues(touched: FingerSlide) -> TouchCues:
     """Return the cues of a touch."""
     felt = weighted(touched.skin, band=PACINIAN_HZ).samples.astype(np.float64)
-    frequency, power = dsp.periodogram(felt, RATE)
+    frequency, power = scipy.signal.periodogram(felt, RATE)
     total = power.sum(0)
     share = total / max(float(total.sum()), 1e-12)
     lines = float(np.exp(-(share * np.log(share + 1e-12)).sum()))
     mean_hz = float((share * frequency).sum())
     slow, drag = (_slow(x) for x in (touched.skin.samples.astype(np.float64), touched.drag[None]))
-    jolts = float(kurtosis(felt[0])) if felt[0].std() > 0 else 0.0
+    jolts = float(scipy.stats.kurtosis(felt[0])) if felt[0].std() > 0 else 0.0
     return TouchCues(
         level_db=float(10 * np.log10(max(2 * np.mean(felt**2, axis=1).sum(), 1e-10))),
         fine=float(1 / (1 + np.exp(-(mean_hz - 150) / 35))),
@@ -95,7 +94,7 @@ def touch_words(cues: TouchCues, *, sensitivity_db: float = 0.0) -> NDArray[np.f
 
 def _slow(x: NDArray[np.float64]) -> float:
     """Return the rms in `FLUTTER_HZ` of all rows together."""
-    frequency, power = dsp.periodogram(x, RATE)
+    frequency, power = scipy.signal.periodogram(x, RATE)
     kept = (frequency >= FLUTTER_HZ[0]) & (frequency < FLUTTER_HZ[1])
     return float(np.sqrt(power[:, kept].sum() * (frequency[1] - frequency[0])))
 

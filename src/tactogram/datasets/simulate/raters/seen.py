@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 from scipy.ndimage import black_tophat, gaussian_filter, white_tophat
-from scipy.stats import skew
 
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate.raters.felt import clip
@@ -108,7 +108,7 @@ def _gloss(rgb: NDArray[np.float64], light: NDArray[np.float64], thin: float) ->
     pale = (high - low) < 0.5 * np.maximum(high, 0.05)
     spots = float(np.mean(pale & (soft > soft.mean() + 0.2)))
     detail = soft - gaussian_filter(light, 6.0)
-    lopsided = max(float(skew(detail.ravel())), 0.0) if detail.std() > 0.01 else 0.0
+    lopsided = max(float(scipy.stats.skew(detail.ravel())), 0.0) if detail.std() > 0.01 else 0.0
     return clip((0.35 * lopsided + 5 * spots) * (1 - 0.7 * thin))
 
 
