@@ -1,8 +1,13 @@
 """The promises that every model keeps. A new model's folder is met here without an edit."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import replace
 from functools import cache
 from itertools import islice
+from threading import Event
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -384,6 +389,31 @@ def test_a_folder_is_a_model(tmp_path):
     assert models.find("model_in_a_folder", [tmp_path / "model_in_a_folder"]) == facts
 
 
+@pytest.mark.parametrize("package", ["", "package_of_slow_models"])
+def test_a_model_that_another_thread_imports_is_waited_for(tmp_path, monkeypatch, package):
+    gate = SimpleNamespace(entered=Event(), opened=Event())
+    monkeypatch.setitem(sys.modules, "gate", gate)
+    place = elsewhere(tmp_path / package, "slowly_imported")
+    slowly = "import gate\ngate.entered.set()\ngate.opened.wait(60)\n"
+    (place / "__init__.py").write_text(
+        slowly + CODE.format(name=f"{package}.slowly_imported".lstrip(".")), encoding="utf-8"
+    )
+    facts = models.available([place])["slowly_imported"]
+    if package:
+        monkeypatch.syspath_prepend(tmp_path)
+        facts = facts.model_copy(update={"package": f"{package}.slowly_imported"})
+    with ThreadPoolExecutor(2) as pool:
+        first = pool.submit(facts.config_class)
+        assert gate.entered.wait(60)
+        second = pool.submit(facts.config_class)
+        try:
+            with pytest.raises(FutureTimeout):
+                second.result(0.2)
+        finally:
+            gate.opened.set()
+        assert second.result(60) is first.result(60)
+
+
 def test_environment_names_folders_of_models(tmp_path, monkeypatch):
     elsewhere(tmp_path, "model_of_the_environment")
     monkeypatch.setenv(models.FOLDERS_VARIABLE, str(tmp_path))
@@ -404,7 +434,6 @@ def test_installed_packages_bring_models(tmp_path, monkeypatch):
 
 def test_listing_models_imports_none_of_them():
     import subprocess
-    import sys
 
     code = "import sys; from tactogram import models; models.available(); sys.exit('torch' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

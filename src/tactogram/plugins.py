@@ -13,6 +13,7 @@ from importlib.metadata import entry_points
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from pkgutil import iter_modules
+from threading import RLock
 from types import ModuleType
 from typing import Protocol, TypeVar
 
@@ -29,6 +30,8 @@ class Named(Protocol):
 
 
 T = TypeVar("T", bound=Named)
+_IMPORTING = RLock()
+"""Held while a path is imported: another thread must not get a module that is still being executed."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +139,11 @@ def import_path(path: Path) -> ModuleType:
 
     It must lie outside of every package; another module of its name is a `ParameterError`.
     """
+    with _IMPORTING:
+        return _import_path(path)
+
+
+def _import_path(path: Path) -> ModuleType:
     name, file = path.stem, path / "__init__.py" if path.is_dir() else path
     loaded = sys.modules.get(name)
     if loaded is not None and loaded.__file__ and Path(loaded.__file__).resolve() == file.resolve():

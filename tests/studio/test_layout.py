@@ -1,5 +1,6 @@
 import asyncio
 import logging
+from pathlib import Path
 
 import pytest
 
@@ -52,3 +53,9 @@ def test_a_number_out_of_range_is_refused_and_not_altered(value, bounds, message
 
 def test_an_attribute_keeps_no_quotes_backslashes_or_line_breaks():
     assert layout.attribute('rubber "soft"\nC:\\x') == "rubber 'soft' C:/x"
+
+
+def test_a_page_may_take_long_on_its_first_visit():
+    assert layout.route("/slow").response_timeout >= 60
+    pages = (Path(layout.__file__).parent / "pages").rglob("*.py")
+    assert [file for file in pages if "ui.page(" in file.read_text(encoding="utf-8")] == []

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
 from importlib.machinery import PathFinder
@@ -118,14 +117,13 @@ class ModelInfo(ModelDescription):
         return learner
 
     def _module(self) -> ModuleType:
-        module = sys.modules.get(self.package)
-        if module is None and "." not in self.package:
+        if "." not in self.package:
             if not (self.folder / "__init__.py").is_file():
                 raise ParameterError(
                     f"{self.folder}: expected an __init__.py with Config and build, found none"
                 )
             return import_path(self.folder)
-        module = module or import_module(self.package)
+        module = import_module(self.package)  # waits while another thread imports it
         if Path(str(module.__file__)).parent.resolve() != self.folder.resolve():
             raise ParameterError(f"{self.folder}: rename it, {self.package!r} is the name of another module")
         return module

@@ -37,7 +37,17 @@ CHOOSER = """<div class="chooser">
 <span hidden><q-uploader-add-trigger /></span>
 </div>"""
 """Replaces the button of Quasar's uploader, which is a link around an input, without an accessible name."""
+RESPONSE_TIMEOUT_S = 120.0
 HEAD = '<link rel="stylesheet" href="/static/studio.css"><script type="module" src="/static/sliders.js"></script>'
+
+
+def route(address: str) -> ui.page:
+    """Return the decorator of a function that draws the page at ``address``.
+
+    NiceGUI answers with an error after 3 s, too early for a first visit on a busy machine: it imports what the page
+    needs.
+    """
+    return ui.page(address, response_timeout=RESPONSE_TIMEOUT_S)
 
 
 @contextmanager

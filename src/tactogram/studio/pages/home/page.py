@@ -7,7 +7,7 @@ from pathlib import Path
 from nicegui import ui
 
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import PAGES, heading, hint, page
+from tactogram.studio.layout import PAGES, heading, hint, page, route
 
 DESCRIPTIONS = {
     "Make": "Generate touch signals from materials, photographs or words; view, play and compare them.",
@@ -26,7 +26,7 @@ def add(studio: Studio) -> None:
     if not studio.workspace.finished_runs():
         studio.starter.make()
 
-    @ui.page("/")
+    @route("/")
     def show() -> None:
         with page("Studio"):
             _draw_starter(studio)

@@ -10,7 +10,7 @@ from nicegui.events import KeyEventArguments
 
 from tactogram.errors import ParameterError
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import heading, hint, in_background, page, report_errors
+from tactogram.studio.layout import heading, hint, in_background, page, report_errors, route
 from tactogram.studio.pages.live.choices import session_state
 from tactogram.studio.pages.live.form import LiveForm
 from tactogram.studio.pages.live.runner import LiveRequest, LiveRunner
@@ -52,7 +52,7 @@ def add(studio: Studio) -> None:
 
     app.on_shutdown(runner.stop)
 
-    @ui.page("/live")
+    @route("/live")
     def show(data: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/live.css">')

@@ -14,7 +14,7 @@ from nicegui import app, ui
 
 from tactogram.errors import DataError, FailedTrainingError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import heading, hint, page, report_errors
+from tactogram.studio.layout import heading, hint, page, report_errors, route
 from tactogram.studio.pages.make.form import GenerationRequest
 from tactogram.studio.pages.make.form_view import draw_form
 from tactogram.studio.pages.make.results_view import draw_results
@@ -32,7 +32,7 @@ def add(studio: Studio) -> None:
     signal_view.add_routes()
     _add_routes(studio)
 
-    @ui.page("/make")
+    @route("/make")
     def show(run: str = "") -> None:
         storage = app.storage.user.setdefault("make", {})
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)

@@ -21,6 +21,7 @@ from tactogram.studio.layout import (
     in_background,
     page,
     report_errors,
+    route,
     upload,
 )
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
@@ -37,7 +38,7 @@ def add(context: MaterialsContext) -> None:
     """Register ``/materials/drop``."""
     add_routes()
 
-    @ui.page("/materials/drop")
+    @route("/materials/drop")
     async def show(file: str = "", set: str = "", unit: str = "", rate: str = "", axes: str = "") -> None:
         ui.add_head_html(HEAD)
         with page("Materials"):

@@ -11,7 +11,7 @@ from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import NumberField, heading, hint, in_background, page, report_errors
+from tactogram.studio.layout import NumberField, heading, hint, in_background, page, report_errors, route
 from tactogram.studio.pages.materials import drop, recording, store
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, add_routes
 from tactogram.studio.pages.materials.overview import StoreOverview
@@ -29,7 +29,7 @@ def add(studio: Studio) -> None:
     recording.add(context)
     drop.add(context)
 
-    @ui.page("/materials")
+    @route("/materials")
     async def show() -> None:
         ui.add_head_html(HEAD)
         with page("Materials"):

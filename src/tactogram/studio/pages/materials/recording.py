@@ -7,7 +7,7 @@ from PIL import Image as Pillow
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
-from tactogram.studio.layout import attribute, heading, in_background, page
+from tactogram.studio.layout import attribute, heading, in_background, page, route
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
 from tactogram.studio.pages.materials.neighbours import draw_similar
 from tactogram.studio.pages.materials.recordings import describe_recording, picture_of, stream_of
@@ -18,7 +18,7 @@ def add(context: MaterialsContext) -> None:
     """Register ``/materials/recording``."""
     add_routes()
 
-    @ui.page("/materials/recording")
+    @route("/materials/recording")
     async def show(set: str = "", id: str = "", stream: str = "") -> None:
         ui.add_head_html(HEAD)
         with page("Materials"):

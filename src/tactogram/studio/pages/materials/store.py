@@ -11,7 +11,7 @@ from nicegui import ui
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
-from tactogram.studio.layout import heading, hint, in_background, page, report_errors
+from tactogram.studio.layout import heading, hint, in_background, page, report_errors, route
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address, draw_recording, picture
 from tactogram.studio.pages.materials.recordings import (
     FIELDS,
@@ -30,7 +30,7 @@ SHOWN_MATERIALS = 60
 def add(context: MaterialsContext) -> None:
     """Register ``/materials/set``."""
 
-    @ui.page("/materials/set")
+    @route("/materials/set")
     async def show(set: str = "", q: str = "", material: str = "", more: str = "", number: int = 1) -> None:
         ui.add_head_html(HEAD)
         with page("Materials"):

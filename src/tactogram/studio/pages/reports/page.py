@@ -14,7 +14,7 @@ from nicegui import app, ui
 from tactogram.errors import TactogramError
 from tactogram.experiments.catalogue import data_text
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import heading, hint, page, report_errors
+from tactogram.studio.layout import heading, hint, page, report_errors, route
 from tactogram.studio.pages.reports.catalogue import (
     ReportFile,
     experiments_with_results,
@@ -43,7 +43,7 @@ def add(studio: Studio) -> None:
             return JSONResponse({"error": str(error)}, status_code=404)
         return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
 
-    @ui.page("/reports")
+    @route("/reports")
     def show(of: str = "", tab: str = "reports") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')

@@ -12,7 +12,7 @@ from nicegui.events import UploadEventArguments
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal.io import write_signal
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import confirm, heading, in_background, page, report_errors, upload
+from tactogram.studio.layout import confirm, heading, in_background, page, report_errors, route, upload
 from tactogram.studio.pages.send.display import DisplayCards
 from tactogram.studio.pages.send.files import FileCards
 from tactogram.studio.pages.send.sending import SendService
@@ -47,7 +47,7 @@ def add(studio: Studio) -> None:
             return JSONResponse({"error": str(error)}, status_code=404)
         return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
 
-    @ui.page("/send")
+    @route("/send")
     def show(of: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         with page("Send"):

@@ -14,7 +14,7 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 from tactogram.errors import TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import busy, confirm, heading, hint, in_background, page, report_errors
+from tactogram.studio.layout import busy, confirm, heading, hint, in_background, page, report_errors, route
 from tactogram.studio.pages.studies.catalogue import split_commas
 from tactogram.studio.pages.studies.experiment_view import (
     ParticipantRow,
@@ -43,7 +43,7 @@ ALL = {"": "the whole study"}
 def add(studio: Studio) -> None:
     """Register the page and its report."""
 
-    @ui.page("/experiment/{session}")
+    @route("/experiment/{session}")
     async def show(session: str, request: Request) -> None:
         opened: OpenSession | None = None
         message = ""

@@ -9,7 +9,7 @@ from nicegui import events, ui
 
 from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import busy, heading, hint, in_background, page, report_errors, upload
+from tactogram.studio.layout import busy, heading, hint, in_background, page, report_errors, route, upload
 from tactogram.studio.pages.studies.catalogue import (
     STUDIES,
     SessionEntry,
@@ -29,7 +29,7 @@ from tactogram.workflows.study.studies import check_study
 def add(studio: Studio) -> None:
     """Register the page."""
 
-    @ui.page("/studies")
+    @route("/studies")
     async def show() -> None:
         with page("Studies"):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')

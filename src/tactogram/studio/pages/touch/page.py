@@ -15,7 +15,7 @@ from nicegui import app, events, ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import in_background, page, report_errors, upload
+from tactogram.studio.layout import in_background, page, report_errors, route, upload
 from tactogram.studio.pages.touch.offers import TextureOrigin, texture_choices
 from tactogram.studio.pages.touch.pictures import picture_of
 from tactogram.studio.pages.touch.sources import TextureLayout, TextureRequest, TouchSources
@@ -32,7 +32,7 @@ def add(studio: Studio) -> None:
     sources = TouchSources(studio.workspace, studio.shelf)
     _add_routes(studio, sources)
 
-    @ui.page("/touch")
+    @route("/touch")
     def show() -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/touch.css">')
         with page("Touch", wide=True):

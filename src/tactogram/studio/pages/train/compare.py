@@ -11,7 +11,7 @@ from fastapi import Query
 from nicegui import ui
 
 from tactogram.errors import ParameterError
-from tactogram.studio.layout import heading, in_background, page
+from tactogram.studio.layout import heading, in_background, page, route
 from tactogram.studio.pages.train.log import loss_curves, read_metrics
 from tactogram.studio.pages.train.run_summary import RunSummary, run_summary
 from tactogram.studio.pages.train.widgets import TrainContext, loss_options
@@ -23,7 +23,7 @@ Curves = dict[str, list[tuple[int, float]]]
 def add(context: TrainContext) -> None:
     """Register ``/train/compare``."""
 
-    @ui.page("/train/compare")
+    @route("/train/compare")
     async def show(run: Annotated[list[str], Query()] = []) -> None:  # noqa: B006 - read only
         with page("Train"):
             ui.link("All runs", "/train").classes("small")

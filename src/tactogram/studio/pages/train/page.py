@@ -8,7 +8,7 @@ from urllib.parse import quote
 from nicegui import ui
 
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import heading, in_background, page, report_errors
+from tactogram.studio.layout import heading, in_background, page, report_errors, route
 from tactogram.studio.pages.train import compare, form, watch
 from tactogram.studio.pages.train.run_summary import RunSummary, run_summary
 from tactogram.studio.pages.train.trainings import StudioTask, TaskStatus, trainings_of
@@ -29,7 +29,7 @@ def add(studio: Studio) -> None:
     watch.add(context)
     compare.add(context)
 
-    @ui.page("/train")
+    @route("/train")
     async def show(model: str = "", data: str = "") -> None:
         with page("Train"), ui.element("div").classes("grid-2"):
             with ui.element("section").classes("card").props('aria-label="Start a training"'):

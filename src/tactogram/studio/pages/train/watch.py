@@ -22,6 +22,7 @@ from tactogram.studio.layout import (
     in_background,
     page,
     report_errors,
+    route,
 )
 from tactogram.studio.pages.train.log import checkpoint_position, loss_curves, read_metrics, thinned
 from tactogram.studio.pages.train.run_summary import run_summary
@@ -36,7 +37,7 @@ def add(context: TrainContext) -> None:
     """Register ``/train/watch``."""
     add_routes()
 
-    @ui.page("/train/watch")
+    @route("/train/watch")
     async def show(run: str = "") -> None:
         with page("Train"):
             ui.link("All runs", "/train").classes("small")
