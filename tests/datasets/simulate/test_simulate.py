@@ -25,7 +25,7 @@ def steady(speed, seconds=2.0, force=0.7):
     return Stroke(RATE, np.arange(n) * speed / RATE, np.zeros(n), np.full(n, force))
 
 
-@settings(deadline=None, max_examples=8)
+@settings(deadline=None, max_examples=15)
 @given(st.sampled_from([1.0, 1.6, 2.4, 4.0]), st.floats(40, 300), st.sampled_from([FINGER, PEN]))
 def test_spatial_frequency_times_speed_is_what_is_felt(period, speed, contactor):
     ridges = Surface(f"ridges-{period}", (Grating(period, 0.02),), 0.4, 1.0)
@@ -293,7 +293,7 @@ def test_surfaces_are_periodic_and_distinct():
 def test_the_classes_are_separable_but_not_trivially():
     features, classes, takes = [], [], []
     for task in tasks("stroking30", seed=0, per_class=3, seconds=6.1, own_images=False):
-        if task.speed_mm_s != 200 or task.surface % 3:  # every third surface, with either contactor
+        if task.speed_mm_s != 200 or task.surface % 2:  # every other surface, with either contactor
             continue
         signal = make(task).stream("acceleration")
         n = len(signal) // 200

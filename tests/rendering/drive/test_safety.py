@@ -1,5 +1,8 @@
 """Limits, fades and DC of drives, whole or block by block."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -127,3 +130,18 @@ def test_a_guarded_stream_has_no_dc_where_it_is_forbidden():
 def test_a_guard_refuses_another_number_of_channels():
     with pytest.raises(ParameterError, match=r"\(2, time\)"):
         DriveGuard(display()).process(np.zeros((3, 5)))
+
+
+def test_a_guard_has_loaded_what_its_first_block_needs():
+    """A device calls it within milliseconds; importing scipy.signal takes a second."""
+    program = (
+        "import sys\n"
+        "from tactogram.rendering.displays.catalogue import open_display\n"
+        "from tactogram.rendering.drive.safety import DriveGuard\n"
+        "display = open_display('electrovibration')\n"
+        "assert 'scipy.signal' not in sys.modules\n"
+        "DriveGuard(display)\n"
+        "assert 'scipy.signal' in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -123,6 +123,7 @@ class DriveGuard:
         self._low, self._high = bounds(display)
         self._step = 1 / max(1.0, display.fade_ms / 1e3 * display.rate)
         self._pole = 0.0 if display.dc else float(np.exp(-2 * np.pi * highpass_hz / display.rate))
+        self._filter = scipy.signal.lfilter  # imported here, not in the first block of a device's callback
         self.reset()
 
     def reset(self) -> None:
@@ -168,7 +169,7 @@ class DriveGuard:
         self._gain = float(gain[-1])
         self._held = x[:, -1:]
         if self._pole:
-            x, self._state = scipy.signal.lfilter([1.0, -1.0], [1.0, -self._pole], x, axis=1, zi=self._state)
+            x, self._state = self._filter([1.0, -1.0], [1.0, -self._pole], x, axis=1, zi=self._state)
         rest = self.display.rest
         y = rest + (x - rest) * np.sin(np.pi / 2 * gain) ** 2
         sent: NDArray[np.float32] = np.clip(y.astype(np.float32), self._low, self._high)
