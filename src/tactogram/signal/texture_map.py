@@ -15,7 +15,8 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,32 +29,21 @@ Array = NDArray[np.float64]
 NAMES = ("speed_mm_s", "force_n")
 
 
-class TextureMap:
-    """Models of one surface over speed and force.
+class ConditionMap:
+    """Recorded conditions of one surface, and the shares of the nearest of them at any other.
 
     Parameters
     ----------
-    models : sequence of AutoregressiveModel
-        Equal in rate, unit and axes.
-    conditions : array-like, shape (model, 2)
-        Speed in mm/s and force in N of each model; an unknown column is NaN throughout.
+    conditions : array-like, shape (condition, 2)
+        Speed in mm/s and force in N; an unknown column is NaN throughout.
     triangles : int array-like, shape (triangle, 3), optional
-        Of indices into ``models``; by default Delaunay's, over speed and force each divided by its range.
-    level : {"log", "linear"}
-        Interpolation of the power: see `tactogram.signal.autoregressive.mix`.
+        Of indices into ``conditions``; by default Delaunay's, over speed and force each divided by its range.
     """
 
-    def __init__(
-        self,
-        models: Sequence[AutoregressiveModel],
-        conditions: ArrayLike,
-        *,
-        triangles: ArrayLike | None = None,
-        level: Level = "log",
-    ) -> None:
+    def __init__(self, conditions: ArrayLike, *, triangles: ArrayLike | None = None) -> None:
         points = np.array(conditions, np.float64)
-        if not models or points.shape != (len(models), 2):
-            raise ParameterError(f"conditions must be ({len(models)} models, 2), got shape {points.shape}")
+        if points.ndim != 2 or points.shape[1] != 2 or not len(points):
+            raise ParameterError(f"conditions must be (condition, 2), got shape {points.shape}")
         known = ~np.isnan(points)
         if not np.array_equal(known.all(axis=0), known.any(axis=0)):
             raise ParameterError("a speed or force must be known for every model or for none")
@@ -62,8 +52,6 @@ class TextureMap:
             raise ParameterError("speed and force must be finite and >= 0")
         if len(np.unique(filled, axis=0)) < len(filled):
             raise ParameterError("two models have the same speed and force; fit one to both recordings")
-        self.models = tuple(models)
-        self.level: Level = level
         self.conditions = points
         self.conditions.flags.writeable = False
         self.has_conditions = (bool(known[0, 0]), bool(known[0, 1]))
@@ -74,9 +62,9 @@ class TextureMap:
         self._edges, self._triangles = _simplices(self._points, triangles)
 
     def weights(self, speed_mm_s: float | None = None, force_n: float | None = None) -> Array:
-        """Return the share of each model at a condition, float64, shape (model,), >= 0, sum 1.
+        """Return the share of each condition at another, float64, shape (condition,), >= 0, sum 1.
 
-        By default a condition is the median of the models' own; it is clamped to the convex hull. One that is unknown
+        By default it is the median of the recorded ones; it is clamped to the convex hull. One that is unknown
         for this surface, negative or not finite is a `ParameterError`.
         """
         point = np.zeros(2)
@@ -89,12 +77,60 @@ class TextureMap:
                 raise ParameterError(f"{NAMES[place]} must be finite and >= 0, got {value}")
             else:
                 point[place] = value / self._scale[place]
-        shares = np.zeros(len(self.models))
+        shares = np.zeros(len(self.conditions))
         corners, inside = _within(point, self._points, self._triangles)
         if corners is None:
             corners, inside = _nearest(point, self._points, self._edges)
         shares[corners] = inside
         return shares
+
+
+def group_by_condition(
+    conditions: Sequence[Mapping[str, Any]], *, known: bool = True
+) -> tuple[Array, list[NDArray[np.intp]]]:
+    """Return the different speeds and forces of recordings, shape (condition, 2), and the recordings of each.
+
+    A speed or force that any recording lacks, or all if not ``known``, is NaN throughout.
+    """
+    values = np.array(
+        [
+            [np.nan if (value := each.get(name)) is None else float(value) for name in NAMES]
+            for each in conditions
+        ]
+    )
+    has = ~np.isnan(values).any(axis=0) & known
+    points, group = np.unique(np.where(has, values, 0.0), axis=0, return_inverse=True)
+    points[:, ~has] = np.nan
+    return points, [np.flatnonzero(group.ravel() == number) for number in range(len(points))]
+
+
+class TextureMap(ConditionMap):
+    """Autoregressive models of one surface over speed and force.
+
+    Parameters
+    ----------
+    models : sequence of AutoregressiveModel
+        Equal in rate, unit and axes.
+    conditions, triangles
+        As of `ConditionMap`, one for each model.
+    level : {"log", "linear"}
+        Interpolation of the power: see `tactogram.signal.autoregressive.mix`.
+    """
+
+    def __init__(
+        self,
+        models: Sequence[AutoregressiveModel],
+        conditions: ArrayLike,
+        *,
+        triangles: ArrayLike | None = None,
+        level: Level = "log",
+    ) -> None:
+        shape = np.shape(conditions)
+        if not models or shape != (len(models), 2):
+            raise ParameterError(f"conditions must be ({len(models)} models, 2), got shape {shape}")
+        super().__init__(conditions, triangles=triangles)
+        self.models = tuple(models)
+        self.level: Level = level
 
     def at(self, speed_mm_s: float | None = None, force_n: float | None = None) -> AutoregressiveModel:
         """Return the model at a condition, with parameters as `weights`."""

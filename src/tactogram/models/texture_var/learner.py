@@ -1,0 +1,58 @@
+"""Fit of modulated noise per material, speed and force; generation by mixed models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.model import SignalKind
+from tactogram.models.texture_var.config import Config
+from tactogram.signal import Signal
+from tactogram.signal.modulated_noise import ARRAYS, FRAME_S, ModulatedNoise, mix
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
+from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
+from tactogram.training.texture_learner import TextureLearner
+
+if TYPE_CHECKING:
+    import torch
+
+
+class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
+    """One `ModulatedNoise` per material, speed and force."""
+
+    name = "texture_var"
+
+    def __init__(self, config: Config, kind: SignalKind) -> None:
+        super().__init__(kind)
+        self.config, self.by_condition = config, config.by_condition
+
+    def fit(self, signals: Sequence[Signal]) -> ModulatedNoise:
+        return fit_modulated_noise(signals, lags=self.config.lags)
+
+    def mix(self, models: Sequence[ModulatedNoise], weights: ArrayLike) -> ModulatedNoise:
+        return mix(models, weights)
+
+    def synthesise(self, model: ModulatedNoise, seconds: float, *, seed: int) -> Signal:
+        return synthesise_modulated_noise(model, seconds, seed=seed)
+
+    def nll(self, model: ModulatedNoise, signal: Signal) -> float | None:
+        """Return the negative log-likelihood of the gains per frame, nats; None if it is too short."""
+        if signal.seconds <= FRAME_S * (model.lags + 1):
+            return None
+        return -log_likelihood(model, signal)
+
+    def arrays_of(self, model: ModulatedNoise) -> dict[str, NDArray[np.float64]]:
+        return {name: getattr(model, name) for name in ARRAYS}
+
+    def model_of(self, arrays: Mapping[str, NDArray[np.float64]]) -> ModulatedNoise:
+        return ModulatedNoise(**arrays, rate=self.kind.rate, unit=self.kind.unit, axes=self.kind.axes)
+
+
+def build(
+    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+) -> ModulatedNoiseLearner:
+    """Return an untrained model; it has no random weights and always computes on the processor."""
+    return ModulatedNoiseLearner(config, kind)

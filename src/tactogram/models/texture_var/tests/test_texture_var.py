@@ -1,0 +1,133 @@
+"""The texture model: level, fluctuation, conditions and mixes of what it learned, and what it refuses."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter, welch
+
+from tactogram.errors import ParameterError
+from tactogram.evaluation.measures import signal_measures
+from tactogram.model import Example, SignalKind
+from tactogram.models.texture_var import Config, build
+from tactogram.signal import Signal
+
+RATE = 1000.0
+AXES = ("x", "z")
+
+
+def recording(name, frequency, level, seconds=2.0, seed=0, pulse_hz=0.0, **condition):
+    angle = 2 * np.pi * frequency / RATE
+    random = np.random.default_rng(seed)
+    x = lfilter(
+        [1], [1, -1.8 * np.cos(angle), 0.81], random.standard_normal((2, round(seconds * RATE) + 500))
+    )
+    x = x[:, 500:] * (
+        1 + 0.9 * np.sin(2 * np.pi * pulse_hz * np.arange(x.shape[1] - 500) / RATE + random.random())
+    )
+    return Example(f"{name}-{seed}", Signal(level * x / x.std(), RATE, "m/s^2", AXES), name, condition)
+
+
+def trained(examples, **config):
+    kind = SignalKind(RATE, "m/s^2", AXES, tuple(sorted({e.material for e in examples})))
+    learner = build(Config(**config), kind, seed=0)
+    (stage,) = learner.stages(examples)
+    (batch,) = learner.batches(stage, examples, seed=0)
+    learner.step(stage, batch)
+    return learner
+
+
+CORK = [recording("cork", 60, 0.1, seed=s) for s in range(3)]
+TILE = [recording("tile", 250, 2.0, seconds=3.0, seed=s, pulse_hz=4) for s in range(2)]
+STROKED = [
+    recording("felt", v, v * f / 100, seed=i, speed_mm_s=v, force_n=f)
+    for i, (v, f) in enumerate([(50, 0.5), (50, 2), (200, 0.5), (200, 2)])
+]
+LEARNER = trained(CORK + TILE)
+FELT = trained(STROKED)
+
+
+def peak(signal):
+    frequencies, density = welch(signal.samples, signal.rate, nperseg=256)
+    return frequencies[np.argmax(density.sum(axis=0))]
+
+
+@pytest.mark.parametrize(("name", "level", "frequency"), [("cork", 0.1, 60), ("tile", 2.0, 250)])
+def test_level_unit_and_spectrum_are_those_of_the_training_data(name, level, frequency):
+    signals = [LEARNER.generate({"material": name}, seconds=5, seed=seed) for seed in range(4)]
+    assert (signals[0].unit, signals[0].axes, signals[0].rate) == ("m/s^2", AXES, RATE)
+    assert np.mean([s.samples.std() for s in signals]) == pytest.approx(level, rel=0.12)
+    assert peak(signals[0]) == pytest.approx(frequency, abs=15)
+
+
+def test_strength_fluctuates_as_in_the_recordings():
+    distance = signal_measures()["envelope_spectrum_distance_db"].function
+    unseen = [recording("tile", 250, 2.0, seed=s, pulse_hz=4).signal for s in range(20, 24)]
+    made = {
+        m: [LEARNER.generate({"material": m}, seconds=2, seed=s) for s in range(4)] for m in ("tile", "cork")
+    }
+    assert distance(made["tile"], unseen) < 2.5 < distance(made["cork"], unseen)
+
+
+def test_length_is_the_median_of_the_training_recordings():
+    assert LEARNER.generate({"material": "cork"}, seed=0).seconds == 2.0
+
+
+def test_mix_lies_between_its_materials():
+    mixed = LEARNER.generate({"material": {"cork": 0.5, "tile": 0.5}}, seconds=10, seed=0)
+    assert 20 * np.log10(mixed.samples.std()) == pytest.approx(10 * np.log10(0.1 * 2.0), abs=2.5)
+
+
+def test_mix_does_not_depend_on_the_scale_of_its_weights():
+    one, two = (LEARNER.generate({"material": {"cork": w, "tile": 2 * w}}, seed=0).samples for w in (0.5, 4))
+    np.testing.assert_array_equal(one, two)
+
+
+def test_speed_and_force_decide_what_is_felt():
+    slow = FELT.generate({"material": "felt", "speed_mm_s": 50, "force_n": 0.5}, seconds=10, seed=0)
+    fast = FELT.generate({"material": "felt", "speed_mm_s": 200, "force_n": 2}, seconds=10, seed=0)
+    assert (peak(slow), peak(fast)) == (pytest.approx(50, abs=25), pytest.approx(200, abs=25))
+    assert slow.samples.std() == pytest.approx(0.25, rel=0.15)
+    assert fast.samples.std() == pytest.approx(4, rel=0.15)
+
+
+def test_recordings_of_one_condition_are_one_model():
+    assert [len(models) for models in FELT.models] == [4]
+    assert [len(models) for models in trained(STROKED, by_condition=False).models] == [1]
+
+
+def test_condition_that_only_some_recordings_name_is_left_out():
+    learner = trained([*STROKED, recording("felt", 100, 1.0, seed=9, speed_mm_s=100)])
+    assert learner.conditions[0].has_conditions == (True, False)
+    with pytest.raises(ParameterError, match="force_n is unknown"):
+        learner.generate({"material": "felt", "force_n": 1.0}, seed=0)
+
+
+def test_likelihood_prefers_the_right_fluctuation():
+    right = LEARNER.validate([recording("tile", 250, 2.0, seed=50, pulse_hz=4)])
+    wrong = LEARNER.validate([recording("tile", 250, 2.0, seed=50, pulse_hz=15)])
+    assert right["nll"] < wrong["nll"] - 1
+
+
+@pytest.mark.parametrize(
+    ("condition", "message"),
+    [
+        ({}, "'material' is needed"),
+        ({"material": "glass"}, "must be one of cork, tile, got 'glass'"),
+        ({"material": "cork", "words": {"rough": 1}}, "not one this model takes"),
+        ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is unknown"),
+    ],
+)
+def test_condition_it_cannot_meet_is_refused(condition, message):
+    with pytest.raises(ParameterError, match=message):
+        LEARNER.generate(condition, seed=0)
+
+
+def test_untrained_does_not_generate():
+    with pytest.raises(ParameterError, match="has not been trained"):
+        build(Config(), SignalKind(RATE, "m/s^2", AXES, ("cork",)), seed=0).generate(
+            {"material": "cork"}, seed=0
+        )
+
+
+def test_state_of_other_materials_is_refused():
+    with pytest.raises(ParameterError, match="state is of felt; expected cork, tile"):
+        LEARNER.load_state(FELT.state())

@@ -1,0 +1,291 @@
+"""Modulated noise: a texture as band noise whose strength fluctuates as recorded.
+
+Per axis, white noise is split into `BANDS` bands, each with a gain that changes every `FRAME_S`. Their sum is divided
+by its own short-time level and multiplied by the wanted one, `SUBFRAMES` times per frame; a minimum-phase filter gives
+the result the recorded spectrum. The logarithms of all gains are a vector autoregression, transformed value by value to
+their recorded distributions, plus an offset that is drawn once per signal, as recordings differ.
+
+All parameters are means, covariances, quantiles and logarithms, so that a weighted mean of two models is a model:
+distributions are mixed as Wasserstein barycentres, and the autoregression follows from mixed covariances
+(Yule-Walker), hence is always stable. Models are fitted in `tactogram.signal.modulated_noise_fit` and synthesised in
+`tactogram.signal.modulated_noise_synthesis`.
+
+References
+----------
+- Biller, B. & Nelson, B. L. (2003). Modeling and generating multivariate time-series input processes using a vector
+  autoregressive technique. ACM Trans. Model. Comput. Simul. 13(3), 211-237. doi 10.1145/937332.937333 (normal scores of
+  a vector autoregression, transformed to any marginal distributions)
+- Lütkepohl, H. (2005). New Introduction to Multiple Time Series Analysis. Springer. Ch. 2 (Yule-Walker)
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.signal import butter
+from scipy.special import ndtri
+
+from tactogram.errors import ParameterError
+
+Array = NDArray[np.float64]
+
+BANDS = 4
+FRAME_S = 0.01
+"""Duration of a frame; the gains of the bands are given at its end."""
+SUBFRAMES = 4
+"""Values of the short-time level per frame."""
+LEVEL_S = 0.0008
+"""Time constant of the short-time level, s, but at least two samples."""
+LOWEST_HZ, HIGHEST_HZ = 18.0, 1100.0
+"""Range of the bands; the highest is at most 0.46 of the rate."""
+LEAST_RATE = 800.0
+"""Two samples per subframe, Hz."""
+LEVELS = np.concatenate(
+    ([0.0005, 0.002, 0.005, 0.01, 0.02], np.linspace(0.05, 0.95, 19), [0.98, 0.99, 0.995, 0.998, 0.9995])
+)
+"""Quantiles that represent a distribution."""
+SCORES = ndtri(LEVELS)
+"""Their normal scores."""
+RIDGE = 1e-3
+"""Added to the variance of every normal score, 1: nearly constant gains have a singular covariance."""
+TAPS = 512
+"""Of the minimum-phase filter."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModulatedNoise:
+    """One texture. The gains of a frame are, per axis, those of the bands, then those of the subframes.
+
+    Parameters
+    ----------
+    quantiles : float64 array, shape (gain, quantile)
+        Natural logarithms of amplitudes at `LEVELS`, ascending along the last.
+    covariance : float64 array, shape (lag + 1, gain, gain)
+        E z[t] z[t - lag]^T of the normal scores z of the gains, each recording's mean removed.
+    offsets : float64 array, shape (gain, gain)
+        Covariance of the recordings' means.
+    deviation : float64 array, shape (axis,)
+        Natural logarithm of each axis's standard deviation.
+    correlation : float64 array, shape (axis, axis)
+        Of the axes. The gains are those of sources without it, one per axis.
+    coupling : float64 array, shape (band, axis, axis)
+        Correlation of the sources' noise that is left in each band.
+    equaliser : float64 array, shape (axis, frequency)
+        Natural logarithm of the filter's magnitude, from 0 to half the rate.
+    spectrum : float64 array, shape (axis, frequency)
+        Natural logarithm of the recorded amplitude spectrum, which decides the level of a mix.
+    mean : float64 array, shape (axis,)
+        In ``unit``: gravity, or a sensor's offset.
+    rate : float, Hz
+    unit : str
+    axes : tuple of str
+    """
+
+    quantiles: Array
+    covariance: Array
+    offsets: Array
+    deviation: Array
+    correlation: Array
+    coupling: Array
+    equaliser: Array
+    spectrum: Array
+    mean: Array
+    rate: float
+    unit: str
+    axes: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        for name in ARRAYS:
+            array = np.array(getattr(self, name), np.float64)
+            if not np.isfinite(array).all():
+                raise ParameterError(f"{name} must be finite")
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        n, gains, bins = len(self.axes), self.gains, self.equaliser.shape[-1]
+        shapes = {
+            "quantiles": (gains, len(LEVELS)),
+            "covariance": (self.lags + 1, gains, gains),
+            "offsets": (gains, gains),
+            "deviation": (n,),
+            "correlation": (n, n),
+            "coupling": (BANDS, n, n),
+            "equaliser": (n, bins),
+            "spectrum": (n, bins),
+            "mean": (n,),
+        }
+        for name, shape in shapes.items():
+            if getattr(self, name).shape != shape:
+                raise ParameterError(f"{name} must have the shape {shape}, got {getattr(self, name).shape}")
+
+    @property
+    def gains(self) -> int:
+        """Number of gains in a frame."""
+        return len(self.axes) * (BANDS + SUBFRAMES)
+
+    @property
+    def lags(self) -> int:
+        """Order of the autoregression, frames."""
+        return len(self.covariance) - 1
+
+    @cached_property
+    def regression(self) -> tuple[Array, Array]:
+        """Coefficients (gain, lag x gain), the latest frame first, and a root of the innovations' covariance."""
+        return _yule_walker(self.covariance)
+
+    @cached_property
+    def offset_root(self) -> Array:
+        """A root of `offsets`, shape (gain, gain)."""
+        return root_of(self.offsets)
+
+    @cached_property
+    def coupling_root(self) -> Array:
+        """Roots of `coupling`, shape (band, axis, axis)."""
+        return np.array([root_of(each) for each in self.coupling])
+
+    @cached_property
+    def mixing(self) -> Array:
+        """Matrix (axis, axis) that gives the sources the correlation of the axes: D R^(1/2) D^-1."""
+        deviation = np.exp(self.deviation)
+        return deviation[:, None] * symmetric_root(self.correlation) / deviation
+
+    @cached_property
+    def filter(self) -> Array:
+        """Taps of the minimum-phase filters, shape (axis, `TAPS`)."""
+        return np.array([minimum_phase(row) for row in self.equaliser])
+
+    def log_likelihood(self, frames: ArrayLike) -> float:
+        """Return the mean log-likelihood per frame of normal scores (frame, gain), an offset removed, nats."""
+        z = np.asarray(frames, np.float64)
+        if len(z) <= self.lags:
+            raise ParameterError(f"frames must be more than {self.lags}, got {len(z)}")
+        coefficients, root = self.regression
+        past = np.hstack([z[self.lags - 1 - k : len(z) - 1 - k] for k in range(self.lags)])
+        covariance = root @ root.T
+        error = z[self.lags :] - past @ coefficients.T
+        squares = np.einsum("tg,tg->t", error, np.linalg.solve(covariance, error.T).T)
+        _, log_determinant = np.linalg.slogdet(2 * np.pi * covariance)
+        return float(-0.5 * (log_determinant + squares.mean()))
+
+
+ARRAYS = tuple(field.name for field in fields(ModulatedNoise) if field.name not in ("rate", "unit", "axes"))
+
+
+def mix(models: Sequence[ModulatedNoise], weights: ArrayLike) -> ModulatedNoise:
+    """Return the model between ``models``, of one kind and order; weights >= 0 are scaled to sum to 1.
+
+    Spectra are crossfaded in dB, and so is the power of each axis.
+
+    A `ParameterError` if the models differ in kind or the weights are invalid.
+    """
+    w = np.asarray(weights, np.float64)
+    if not models or w.shape != (len(models),) or not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
+        raise ParameterError(f"weights must be {len(models)} numbers >= 0, not all 0; got {w.tolist()}")
+    first = models[0]
+    for model in models:
+        if (model.rate, model.unit, model.axes, model.lags) != (
+            first.rate,
+            first.unit,
+            first.axes,
+            first.lags,
+        ):
+            raise ParameterError("models of a mix must have one rate, unit, set of axes and order")
+    chosen = [model for model, share in zip(models, w, strict=True) if share > 0]
+    if len(chosen) == 1:
+        return chosen[0]
+    w = w[w > 0] / w.sum()
+    mixed: dict[str, Any] = {name: np.tensordot(w, [getattr(m, name) for m in chosen], 1) for name in ARRAYS}
+    powers = [_log_power(model.spectrum) for model in chosen]
+    missing = (np.tensordot(w, powers, 1) - _log_power(mixed["spectrum"]))[:, None] / 2
+    mixed["spectrum"] = mixed["spectrum"] + missing
+    mixed["equaliser"] = mixed["equaliser"] + missing
+    return replace(first, **mixed)
+
+
+def check_rate_of_noise(rate: float) -> None:
+    """Refuse a ``rate`` (Hz) below `LEAST_RATE`."""
+    if rate < LEAST_RATE:
+        raise ParameterError(f"rate must be at least {LEAST_RATE:g} Hz for modulated noise, got {rate:g}")
+
+
+def band_edges(rate: float) -> Array:
+    """Return the edges of the bands, evenly spaced on a logarithmic scale, Hz, shape (band + 1,)."""
+    return np.geomspace(LOWEST_HZ, min(HIGHEST_HZ, 0.46 * rate), BANDS + 1)
+
+
+@lru_cache(maxsize=32)
+def band_filters(rate: float) -> Array:
+    """Return the band-pass filters, second-order sections (band, 6)."""
+    check_rate_of_noise(rate)
+    edges = band_edges(rate)
+    sections = [
+        butter(1, (low, high), "bandpass", fs=rate, output="sos")[0]
+        for low, high in itertools.pairwise(edges)
+    ]
+    return np.array(sections)
+
+
+def level_factor(rate: float) -> float:
+    """Return the factor of the one-pole average of the short-time level: ``e += factor (x^2 - e)``."""
+    return float(-np.expm1(-1 / (max(LEVEL_S * rate, 2.0))))
+
+
+def frame_ends(count: int, rate: float, *, per_frame: int = 1) -> NDArray[np.int64]:
+    """Return the sample after the end of each of ``count`` frames (or subframes), shape (count,)."""
+    ends = np.floor(np.arange(1, count + 1) * (FRAME_S * rate / per_frame) + 0.5)
+    return np.asarray(ends, np.int64)
+
+
+def root_of(covariance: Array) -> Array:
+    """Return a root R with R R^T = ``covariance``, negative eigenvalues taken as 0."""
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    root: Array = vectors * np.sqrt(np.maximum(values, 0))
+    return root
+
+
+def symmetric_root(covariance: Array, power: float = 0.5) -> Array:
+    """Return the symmetric power of a positive definite matrix: its root, or with -0.5 the inverse of that."""
+    values, vectors = np.linalg.eigh(covariance)
+    root: Array = (vectors * values**power) @ vectors.T
+    return root
+
+
+def minimum_phase(log_magnitude: Array, taps: int = TAPS) -> Array:
+    """Return the minimum-phase filter, shape (taps,), of a magnitude from 0 to half the rate (real cepstrum).
+
+    References
+    ----------
+    A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), Ch. 13.
+    """
+    size = 16 * taps
+    dense = np.interp(np.linspace(0, 1, size // 2 + 1), np.linspace(0, 1, len(log_magnitude)), log_magnitude)
+    cepstrum = np.fft.irfft(dense)
+    cepstrum[1 : size // 2] *= 2
+    cepstrum[size // 2 + 1 :] = 0
+    response = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)))[:taps]
+    fade = taps // 4
+    response[-fade:] *= np.hanning(2 * fade)[fade:]
+    return response
+
+
+def _log_power(spectrum: Array) -> Array:
+    return np.asarray(np.log(np.exp(2 * spectrum).sum(axis=-1)))
+
+
+def _yule_walker(covariance: Array) -> tuple[Array, Array]:
+    lags, gains = len(covariance) - 1, covariance.shape[1]
+    ridge = RIDGE * np.eye(gains)
+    if lags == 0:
+        return np.zeros((gains, 0)), root_of(covariance[0] + ridge)
+    blocks = [
+        [covariance[j - i] if j >= i else covariance[i - j].T for j in range(lags)] for i in range(lags)
+    ]
+    past = np.block(blocks) + RIDGE * np.eye(lags * gains)
+    with_past = np.hstack(list(covariance[1:]))
+    coefficients: Array = np.linalg.solve(past, with_past.T).T
+    return coefficients, root_of(covariance[0] + ridge - coefficients @ with_past.T)

@@ -1,0 +1,150 @@
+"""Learner of textures in closed form: one model per material, speed and force, mixed between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.model import (
+    Condition,
+    Example,
+    SignalKind,
+    Stage,
+    check_condition,
+    check_state,
+    material_weights,
+)
+from tactogram.signal import Signal
+from tactogram.signal.texture_map import NAMES, ConditionMap, group_by_condition
+from tactogram.training.one_step_learner import OneStepLearner
+
+M = TypeVar("M")
+"""Model of one texture."""
+
+
+class TextureLearner(OneStepLearner, Generic[M]):
+    """Fitting, mixing and generation; a model of textures defines the methods that raise `NotImplementedError`."""
+
+    name: str
+    by_condition: bool
+    """Whether there is one model per speed and force if all recordings of a material have them."""
+
+    def __init__(self, kind: SignalKind) -> None:
+        kind.require_materials(self.name)
+        self.kind, self.materials = kind, kind.materials
+        self.conditions: list[ConditionMap] = []
+        """Recorded speeds and forces of each material."""
+        self.models: list[tuple[M, ...]] = []
+        """A model for each of them."""
+        self.seconds = 0.0
+
+    # -- the model of a texture --------------------------------------------------------------------------
+
+    def fit(self, signals: Sequence[Signal]) -> M:
+        """Return the model of recordings of one material, speed and force."""
+        raise NotImplementedError
+
+    def mix(self, models: Sequence[M], weights: ArrayLike) -> M:
+        """Return the model between others."""
+        raise NotImplementedError
+
+    def synthesise(self, model: M, seconds: float, *, seed: int) -> Signal:
+        """Return a signal."""
+        raise NotImplementedError
+
+    def nll(self, model: M, signal: Signal) -> float | None:
+        """Return the negative log-likelihood of a recording, None if it is too short."""
+        raise NotImplementedError
+
+    def arrays_of(self, model: M) -> dict[str, NDArray[np.float64]]:
+        """Return what a checkpoint stores of a model."""
+        raise NotImplementedError
+
+    def model_of(self, arrays: Mapping[str, NDArray[np.float64]]) -> M:
+        """Return the model that `arrays_of` describes."""
+        raise NotImplementedError
+
+    # -- training ----------------------------------------------------------------------------------------
+
+    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        """Fit every model, and return the figures of `validate` on the training data."""
+        examples: Sequence[Example] = batch
+        conditions, models = [], []
+        for members in self.kind.by_material(examples).values():
+            points, groups = group_by_condition([e.condition for e in members], known=self.by_condition)
+            conditions.append(ConditionMap(points))
+            models.append(tuple(self.fit([members[k].signal for k in group]) for group in groups))
+        self.conditions, self.models = conditions, models
+        self.seconds = float(np.median([example.signal.seconds for example in examples]))
+        return self.validate(examples)
+
+    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Return ``nll``, the mean of `nll`."""
+        scores = []
+        for example in examples:
+            if example.material in self.materials:
+                known = {n: value for n in NAMES if (value := example.condition.get(n)) is not None}
+                model = self._model({"material": example.material, **known}, lenient=True)
+                scores.append(self.nll(model, example.signal))
+        found = [score for score in scores if score is not None]
+        return {"nll": float(np.mean(found))} if found else {}
+
+    def state(self) -> dict[str, Any]:
+        """Return the models with their conditions, by material."""
+        return {
+            "seconds": self.seconds,
+            "materials": list(self.materials),
+            "maps": [
+                {"conditions": points.conditions, "models": [self.arrays_of(model) for model in models]}
+                for points, models in zip(self.conditions, self.models, strict=True)
+            ],
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Restore the models of `state`."""
+        check_state(state["materials"], self.materials)
+        self.seconds = float(state["seconds"])
+        self.conditions = [ConditionMap(np.asarray(each["conditions"])) for each in state["maps"]]
+        self.models = [
+            tuple(
+                self.model_of({name: np.asarray(value, np.float64) for name, value in arrays.items()})
+                for arrays in each["models"]
+            )
+            for each in state["maps"]
+        ]
+
+    # -- use ---------------------------------------------------------------------------------------------
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
+        """Return a signal of ``condition``, by default as long as the median of the training recordings."""
+        model = self.model(condition)
+        return self.synthesise(model, self.seconds if seconds is None else seconds, seed=seed)
+
+    def model(self, condition: Condition) -> M:
+        """Return the process behind `generate`."""
+        check_condition(condition, needs=("material",), takes=NAMES)
+        return self._model(condition)
+
+    def _model(self, condition: Condition, *, lenient: bool = False) -> M:
+        """Return the mix over materials, and within each over speed and force, in one step.
+
+        ``lenient`` ignores a speed or force that a material's recordings do not have.
+        """
+        if not self.models:
+            raise ParameterError(f"{self.name} has not been trained")
+        chosen: list[M] = []
+        shares: list[NDArray[np.float64]] = []
+        weights = material_weights(condition, self.materials)
+        for points, models, weight in zip(self.conditions, self.models, weights, strict=True):
+            if weight > 0:
+                point = [
+                    condition.get(name) if known or not lenient else None
+                    for name, known in zip(NAMES, points.has_conditions, strict=True)
+                ]
+                chosen += models
+                shares.append(weight * points.weights(*point))
+        return self.mix(chosen, np.concatenate(shares))
