@@ -10,8 +10,8 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import signal_measures
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive
-from tactogram.signal.modulated_noise import BANDS, frame_ends, minimum_phase, mix
-from tactogram.signal.modulated_noise_fit import fit_modulated_noise
+from tactogram.signal.modulated_noise import BANDS, equaliser_taps, frame_ends, mix
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import (
     ModulatedNoiseSynthesizer,
     synthesise_modulated_noise,
@@ -125,17 +125,20 @@ def test_mix_is_stable_and_of_the_scale_of_its_weights_independent():
 
 
 def test_likelihood_prefers_the_fluctuation_it_was_fitted_to():
-    from tactogram.signal.modulated_noise_fit import log_likelihood
-
     other = fit_modulated_noise([pulsating(seed, frequency=25, depth=0.5) for seed in range(4)])
     assert log_likelihood(MODEL, UNSEEN[0]) > log_likelihood(other, UNSEEN[0]) + 0.5
 
 
+def test_recordings_too_short_for_a_spectrum_are_left_out():
+    short = RECORDED[0].cut(0, 10)
+    assert fit_modulated_noise([*RECORDED, short]).covariance.tolist() == MODEL.covariance.tolist()
+
+
 def test_minimum_phase_filter_has_the_magnitude_asked_for():
     wanted = np.log(1 / np.abs(np.fft.rfft([1, -0.9], 500)))
-    found = np.abs(np.fft.rfft(minimum_phase(wanted), 500))
+    found = np.abs(np.fft.rfft(equaliser_taps(wanted), 500))
     np.testing.assert_allclose(20 * np.log10(found), 20 / np.log(10) * wanted, atol=0.2)
-    energy = np.cumsum(minimum_phase(wanted) ** 2)
+    energy = np.cumsum(equaliser_taps(wanted) ** 2)
     assert energy[20] > 0.98 * energy[-1]
 
 
@@ -151,6 +154,7 @@ def test_frames_end_at_the_nearest_sample():
         (Signal(np.ones(4000), 500.0, "V"), {}, "at least 800 Hz for modulated noise, got 500"),
         (Signal(np.ones(999), 4000.0, "1", domain="displacement"), {}, "over time, not over displacement"),
         (Signal(np.ones(100), RATE, "V"), {}, "at least 0.25 s, got 0.05"),
+        (Signal(np.ones(600), RATE, "V"), {"lags": 0}, "lags must be >= 1, got 0"),
         (Signal(np.ones(600), RATE, "V"), {"lags": 40}, "at least 0.42 s, got 0.3"),
         (
             [Signal(np.ones(999), RATE, "V"), Signal(np.ones(999), RATE, "N")],

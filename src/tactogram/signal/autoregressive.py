@@ -23,6 +23,7 @@ from tactogram.signal.line_spectrum import (
     reflection_of_line_spectrum,
     reflection_of_polynomial,
 )
+from tactogram.signal.mixing import checked_weights
 from tactogram.signal.signal import Signal, check_rate
 
 Array = NDArray[np.float64]
@@ -209,9 +210,7 @@ def mix(
     ParameterError
         If the models differ in kind or the weights are invalid.
     """
-    w = np.asarray(weights, np.float64)
-    if not models or w.shape != (len(models),) or not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
-        raise ParameterError(f"weights must be {len(models)} numbers >= 0, not all 0; got {w.tolist()}")
+    w = checked_weights(weights, len(models))
     for model in models:
         _same(models[0], model)
     chosen = [m for m, share in zip(models, w, strict=True) if share > 0]

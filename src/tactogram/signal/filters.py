@@ -128,3 +128,19 @@ def _forward_backward(sos: NDArray[np.float64], signal: Signal, slowest: float) 
     pad = min(len(signal) - 1, int(np.ceil(3 * signal.rate / slowest)))
     x = signal.samples.astype(np.float64)
     return np.asarray(scipy.signal.sosfiltfilt(sos, x, axis=1, padtype="even" if pad else None, padlen=pad))
+
+
+def minimum_phase(log_magnitude: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the minimum-phase response, shape (time,), to a natural logarithm of magnitude from 0 to half the rate.
+
+    By the real cepstrum; of n + 1 frequencies it has 2 n samples.
+
+    References
+    ----------
+    A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), Ch. 13.
+    """
+    cepstrum = np.fft.irfft(log_magnitude)
+    half = len(cepstrum) // 2
+    cepstrum[1:half] *= 2
+    cepstrum[half + 1 :] = 0
+    return np.asarray(np.fft.irfft(np.exp(np.fft.rfft(cepstrum))))

@@ -32,6 +32,8 @@ from scipy.signal import butter
 from scipy.special import ndtri
 
 from tactogram.errors import ParameterError
+from tactogram.signal.filters import minimum_phase
+from tactogram.signal.mixing import checked_weights, symmetric_root
 
 Array = NDArray[np.float64]
 
@@ -150,14 +152,13 @@ class ModulatedNoise:
 
     @cached_property
     def mixing(self) -> Array:
-        """Matrix (axis, axis) that gives the sources the correlation of the axes: D R^(1/2) D^-1."""
-        deviation = np.exp(self.deviation)
-        return deviation[:, None] * symmetric_root(self.correlation) / deviation
+        """Matrix (axis, axis) that gives the sources the correlation of the axes."""
+        return mixing_matrix(np.exp(self.deviation), self.correlation)
 
     @cached_property
     def filter(self) -> Array:
         """Taps of the minimum-phase filters, shape (axis, `TAPS`)."""
-        return np.array([minimum_phase(row) for row in self.equaliser])
+        return np.array([equaliser_taps(row) for row in self.equaliser])
 
     def log_likelihood(self, frames: ArrayLike) -> float:
         """Return the mean log-likelihood per frame of normal scores (frame, gain), an offset removed, nats."""
@@ -183,9 +184,7 @@ def mix(models: Sequence[ModulatedNoise], weights: ArrayLike) -> ModulatedNoise:
 
     A `ParameterError` if the models differ in kind or the weights are invalid.
     """
-    w = np.asarray(weights, np.float64)
-    if not models or w.shape != (len(models),) or not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
-        raise ParameterError(f"weights must be {len(models)} numbers >= 0, not all 0; got {w.tolist()}")
+    w = checked_weights(weights, len(models))
     first = models[0]
     for model in models:
         if (model.rate, model.unit, model.axes, model.lags) != (
@@ -248,29 +247,19 @@ def root_of(covariance: Array) -> Array:
     return root
 
 
-def symmetric_root(covariance: Array, power: float = 0.5) -> Array:
-    """Return the symmetric power of a positive definite matrix: its root, or with -0.5 the inverse of that."""
-    values, vectors = np.linalg.eigh(covariance)
-    root: Array = (vectors * values**power) @ vectors.T
-    return root
+def mixing_matrix(deviation: Array, correlation: Array) -> Array:
+    """Return D R^(1/2) D^-1, shape (axis, axis), of the axes' standard deviations and correlation."""
+    return deviation[:, None] * symmetric_root(correlation) / deviation
 
 
-def minimum_phase(log_magnitude: Array, taps: int = TAPS) -> Array:
-    """Return the minimum-phase filter, shape (taps,), of a magnitude from 0 to half the rate (real cepstrum).
-
-    References
-    ----------
-    A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, 3rd ed. (2010), Ch. 13.
-    """
-    size = 16 * taps
+def equaliser_taps(log_magnitude: Array) -> Array:
+    """Return the minimum-phase filter, shape (`TAPS`,), of a magnitude from 0 to half the rate, faded at its end."""
+    size = 16 * TAPS
     dense = np.interp(np.linspace(0, 1, size // 2 + 1), np.linspace(0, 1, len(log_magnitude)), log_magnitude)
-    cepstrum = np.fft.irfft(dense)
-    cepstrum[1 : size // 2] *= 2
-    cepstrum[size // 2 + 1 :] = 0
-    response = np.fft.irfft(np.exp(np.fft.rfft(cepstrum)))[:taps]
-    fade = taps // 4
-    response[-fade:] *= np.hanning(2 * fade)[fade:]
-    return response
+    taps = minimum_phase(dense)[:TAPS]
+    fade = TAPS // 4
+    taps[-fade:] *= np.hanning(2 * fade)[fade:]
+    return taps
 
 
 def _log_power(spectrum: Array) -> Array:
@@ -279,13 +268,10 @@ def _log_power(spectrum: Array) -> Array:
 
 def _yule_walker(covariance: Array) -> tuple[Array, Array]:
     lags, gains = len(covariance) - 1, covariance.shape[1]
-    ridge = RIDGE * np.eye(gains)
-    if lags == 0:
-        return np.zeros((gains, 0)), root_of(covariance[0] + ridge)
     blocks = [
         [covariance[j - i] if j >= i else covariance[i - j].T for j in range(lags)] for i in range(lags)
     ]
     past = np.block(blocks) + RIDGE * np.eye(lags * gains)
     with_past = np.hstack(list(covariance[1:]))
     coefficients: Array = np.linalg.solve(past, with_past.T).T
-    return coefficients, root_of(covariance[0] + ridge - coefficients @ with_past.T)
+    return coefficients, root_of(covariance[0] + RIDGE * np.eye(gains) - coefficients @ with_past.T)

@@ -23,8 +23,8 @@ from tactogram.signal.modulated_noise import (
     check_rate_of_noise,
     frame_ends,
     level_factor,
+    mixing_matrix,
     root_of,
-    symmetric_root,
 )
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.signal import Signal
@@ -55,9 +55,9 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
     Parameters
     ----------
     signals : Signal or sequence of Signal
-        Over time; equal in rate, unit and axes; their lengths may differ.
+        Over time; equal in rate, unit and axes; their lengths may differ. Those below 0.25 s are left out.
     lags : int
-        Order of the autoregression, frames of 10 ms, >= 0.
+        Order of the autoregression, frames of 10 ms, >= 1.
 
     Raises
     ------
@@ -68,12 +68,13 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
     _check(members, lags)
     first = members[0]
     rate = first.rate
+    members = tuple(s for s in members if len(s) >= round(SEGMENT_S * rate))
     mean = np.average(
         [s.samples.mean(1, dtype=np.float64) for s in members], axis=0, weights=[len(s) for s in members]
     )
     recordings = [s.samples - s.samples.mean(1, keepdims=True, dtype=np.float64) for s in members]
     deviation, correlation = _correlation(recordings)
-    unmixing = deviation[:, None] * symmetric_root(correlation, -0.5) / deviation
+    unmixing = np.linalg.inv(mixing_matrix(deviation, correlation))
     sources = [unmixing @ x for x in recordings]
     faintest = FAINTEST * deviation.max()
     frames = [gains_of(x, rate, faintest) for x in sources]
@@ -85,8 +86,7 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
     covariance = np.array(
         [sum(z[lag:].T @ z[: len(z) - lag] for z in centred if len(z) > lag) for lag in range(lags + 1)]
     ) / len(every)
-    long = [x for x in recordings if x.shape[1] >= round(SEGMENT_S * rate)]
-    spectrum = _log_amplitude(long, rate)
+    spectrum = _log_amplitude(recordings, rate)
     model = ModulatedNoise(
         quantiles=quantiles,
         covariance=covariance,
@@ -101,7 +101,7 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
         unit=first.unit,
         axes=first.axes,
     )
-    return _with_spectrum(model, long)
+    return _with_spectrum(model, recordings)
 
 
 def log_likelihood(model: ModulatedNoise, signal: Signal) -> float:
@@ -212,6 +212,8 @@ def _log_amplitude(signals: Sequence[NDArray[np.floating]], rate: float) -> Arra
 def _check(signals: Sequence[Signal], lags: int) -> None:
     if not signals:
         raise ParameterError("a fit needs at least one recording")
+    if lags < 1:
+        raise ParameterError(f"lags must be >= 1, got {lags}")
     first = signals[0]
     check_rate_of_noise(first.rate)
     for signal in signals:

@@ -68,10 +68,12 @@ class ModulatedNoiseSynthesizer:
         n, gains = len(model.axes), model.gains
         filters = band_filters(model.rate)
         self._sections = filters / _rms_of_response(filters)[:, None] ** np.array([1, 1, 1, 0, 0, 0])
-        self._offset = random.standard_normal(gains)
-        self._texture = self._parameters(model)
+        offset = model.offset_root @ random.standard_normal(gains)
+        self._texture = _Texture(
+            *model.regression, offset, model.quantiles, model.coupling_root, model.filter, model.mixing
+        )
         self._state = _State(
-            np.zeros((max(1, model.lags), gains)),
+            np.zeros((model.lags, gains)),
             np.zeros(gains),
             np.zeros(gains),
             np.zeros((BANDS, n, 2)),
@@ -82,7 +84,7 @@ class ModulatedNoiseSynthesizer:
         )
         self._done = self._frame = 0
         self._factor = level_factor(model.rate)
-        burn_in = self._innovations.standard_normal((10 * max(1, model.lags), gains))
+        burn_in = self._innovations.standard_normal((10 * model.lags, gains))
         _settle(burn_in, self._texture, self._state)
         self._next(round(SETTLING_S * model.rate) + TAPS)
 
@@ -92,19 +94,6 @@ class ModulatedNoiseSynthesizer:
             raise ParameterError(f"samples must be >= 1, got {samples}")
         x = self._next(samples) + self.model.mean[:, None]
         return Signal(x.astype(np.float32), self.model.rate, self.model.unit, self.model.axes)
-
-    def _parameters(self, model: ModulatedNoise) -> _Texture:
-        coefficients, innovation = model.regression
-        offset = model.offset_root @ self._offset
-        return _Texture(
-            coefficients,
-            innovation,
-            offset,
-            model.quantiles,
-            model.coupling_root,
-            model.filter,
-            model.mixing,
-        )
 
     def _next(self, samples: int) -> Array:
         n, length = len(self.model.axes), FRAME_S * self.model.rate
@@ -151,12 +140,11 @@ def _advance(innovation: Array, texture: _Texture, state: _State) -> None:
     """Draw the gains at the end of the next frame."""
     scores, before, after = state.scores, state.before, state.after
     lags, gains = scores.shape
-    used = texture.coefficients.shape[1] // gains
     new = np.zeros(gains)
     for g in range(gains):
         for h in range(gains):
             new[g] += texture.innovation[g, h] * innovation[h]
-        for k in range(used):
+        for k in range(lags):
             for h in range(gains):
                 new[g] += texture.coefficients[g, k * gains + h] * scores[k, h]
     for k in range(lags - 1, 0, -1):

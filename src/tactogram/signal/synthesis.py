@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.signal.autoregressive import AutoregressiveModel, mix
+from tactogram.signal.mixing import symmetric_root
 from tactogram.signal.signal import Signal
 
 Array = NDArray[np.float64]
@@ -85,7 +86,7 @@ class Synthesizer:
 
     def _draw(self, model: AutoregressiveModel, count: int) -> Array:
         """Draw ladder states: white, variance 1, the axes correlated as the innovations are."""
-        return _root(model.correlation) @ self._random.standard_normal((len(model.axes), count))
+        return symmetric_root(model.correlation) @ self._random.standard_normal((len(model.axes), count))
 
     def _load(self) -> None:
         order = self._state.shape[1]
@@ -94,7 +95,7 @@ class Synthesizer:
             np.array([m.reflection for m in way]),
             np.array([np.sqrt(m.power) for m in way]),
             np.array([m.mean for m in way]),
-            np.array([_root(m.correlation) for m in way]),
+            np.array([symmetric_root(m.correlation) for m in way]),
         )
 
 
@@ -103,13 +104,6 @@ def synthesise(model: AutoregressiveModel, seconds: float, *, seed: int | np.ran
     if not (seconds > 0 and np.isfinite(seconds)):
         raise ParameterError(f"seconds must be > 0, got {seconds}")
     return Synthesizer(model, seed=seed).next(max(1, round(seconds * model.rate)))
-
-
-def _root(correlation: Array) -> Array:
-    """Return the symmetric square root, which also exists for a singular matrix and changes smoothly."""
-    values, vectors = np.linalg.eigh(correlation)
-    root: Array = (vectors * np.sqrt(np.maximum(values, 0))) @ vectors.T
-    return root
 
 
 @numba.njit(cache=True)

@@ -68,6 +68,10 @@ class TextureLearner(OneStepLearner, Generic[M]):
         """Return the model that `arrays_of` describes."""
         raise NotImplementedError
 
+    def map_of(self, conditions: NDArray[np.float64], models: tuple[M, ...]) -> ConditionMap:
+        """Return the map over the speeds and forces of one material's models."""
+        return ConditionMap(conditions)
+
     # -- training ----------------------------------------------------------------------------------------
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
@@ -76,8 +80,8 @@ class TextureLearner(OneStepLearner, Generic[M]):
         conditions, models = [], []
         for members in self.kind.by_material(examples).values():
             points, groups = group_by_condition([e.condition for e in members], known=self.by_condition)
-            conditions.append(ConditionMap(points))
             models.append(tuple(self.fit([members[k].signal for k in group]) for group in groups))
+            conditions.append(self.map_of(points, models[-1]))
         self.conditions, self.models = conditions, models
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
         return self.validate(examples)
@@ -108,13 +112,16 @@ class TextureLearner(OneStepLearner, Generic[M]):
         """Restore the models of `state`."""
         check_state(state["materials"], self.materials)
         self.seconds = float(state["seconds"])
-        self.conditions = [ConditionMap(np.asarray(each["conditions"])) for each in state["maps"]]
         self.models = [
             tuple(
                 self.model_of({name: np.asarray(value, np.float64) for name, value in arrays.items()})
                 for arrays in each["models"]
             )
             for each in state["maps"]
+        ]
+        self.conditions = [
+            self.map_of(np.asarray(each["conditions"]), models)
+            for each, models in zip(state["maps"], self.models, strict=True)
         ]
 
     # -- use ---------------------------------------------------------------------------------------------

@@ -33,10 +33,10 @@ class AutoregressiveLearner(TextureLearner[AutoregressiveModel]):
     @property
     def maps(self) -> list[TextureMap]:
         """One map over speed and force for each material, for streaming."""
-        return [
-            TextureMap(models, points.conditions, level=self.config.level)
-            for points, models in zip(self.conditions, self.models, strict=True)
-        ]
+        return [points for points in self.conditions if isinstance(points, TextureMap)]
+
+    def map_of(self, conditions: NDArray[np.float64], models: tuple[AutoregressiveModel, ...]) -> TextureMap:
+        return TextureMap(models, conditions, level=self.config.level)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         figures = super().step(stage, batch)

@@ -12,7 +12,7 @@ class Config(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    lags: int = Field(default=LAGS, ge=0, le=50)
+    lags: int = Field(default=LAGS, ge=1, le=50)
     """Order of the vector autoregression, frames of 10 ms."""
     by_condition: bool = True
     """One model per speed and force if all recordings of a material have them."""

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError
+from tactogram.signal.filters import minimum_phase
 
 Array = NDArray[np.float64]
 Gain = Callable[[Array], Array]
@@ -162,11 +163,7 @@ class Equaliser:
 
 def _impulse(gain: Array) -> Array:
     floor = gain.max() * 10 ** (-DEEPEST_DB / 20)
-    cepstrum = np.fft.irfft(np.log(np.maximum(gain, floor)))
-    half = len(cepstrum) // 2
-    cepstrum[1:half] *= 2
-    cepstrum[half + 1 :] = 0
-    return np.asarray(np.fft.irfft(np.exp(np.fft.rfft(cepstrum))))
+    return minimum_phase(np.log(np.maximum(gain, floor)))
 
 
 def _cut(impulse: Array, taps: int) -> Array:

@@ -20,6 +20,7 @@ from scipy.linalg import solve_toeplitz
 from tactogram.errors import ParameterError
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.line_spectrum import reflection_of_polynomial
+from tactogram.signal.mixing import symmetric_root
 from tactogram.signal.texture_map import TextureMap
 
 Array = NDArray[np.float64]
@@ -75,7 +76,7 @@ class TextureTable:
             grid_f,
             np.array([[m.reflection for m in row] for row in at]),
             np.array([[0.5 * np.log(np.maximum(m.power, 1e-30)) for m in row] for row in at]),
-            np.array([[_root(m.correlation) for m in row] for row in at]),
+            np.array([[symmetric_root(m.correlation) for m in row] for row in at]),
         )
         self.order = order
         self.rate, self.unit, self.axes = models[0].rate, models[0].unit, models[0].axes
@@ -141,12 +142,6 @@ def _grid(values: Array, least: int) -> Array:
     if len(nodes) > 4 * least:  # a free-hand recording: nearly every sample is a separate condition
         return np.linspace(nodes[0], nodes[-1], least)
     return np.concatenate([*parts, nodes[-1:]])
-
-
-def _root(correlation: Array) -> Array:
-    values, vectors = np.linalg.eigh(correlation)
-    root: Array = (vectors * np.sqrt(np.maximum(values, 0))) @ vectors.T
-    return root
 
 
 @numba.njit(cache=True, nogil=True)
