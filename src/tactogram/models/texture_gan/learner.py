@@ -16,12 +16,12 @@ from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
 from tactogram.models.texture_gan.band_matching import match_bands
 from tactogram.models.texture_gan.config import Config
-from tactogram.models.texture_gan.labels import NUMBERS, Labels
 from tactogram.models.texture_gan.networks import Generator, split_bands
 from tactogram.models.texture_gan.texture_statistics import energy_distance, spread_within, statistics
 from tactogram.models.texture_gan.whitening import Whitening
 from tactogram.nn import MovingAverage, WaveDiscriminator
 from tactogram.nn.bare_and_fixed import bare, fixed
+from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
 from tactogram.signal.band_levels import BandLevels

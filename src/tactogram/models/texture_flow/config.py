@@ -1,0 +1,58 @@
+"""Configuration; no publication has this model, so every number is ours unless it cites one."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Width = Annotated[int, Field(gt=0, multiple_of=8)]
+
+
+class Config(BaseModel):
+    """Spectrogram, network, training and solver."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    window_s: float = Field(default=0.05, ge=0.005, le=0.5)
+    """Length of the spectrogram's window, s, taken as the nearest power of 2 in samples; a hop is a quarter of it."""
+    softness: float = Field(default=0.05, gt=0, le=1)
+    """Added to a magnitude, as a share of its rms, before the logarithm: nothing is felt of the difference between
+    very small magnitudes."""
+    widths: tuple[Width, ...] = Field(default=(32, 64, 96), min_length=1)
+    """Channels of the network's levels, finest first; each further level halves bins and frames."""
+    embedding: int = Field(default=128, ge=4, multiple_of=2)
+    """Numbers that represent flow time and condition."""
+    frames: int = Field(default=128, ge=8, multiple_of=8)
+    """Frames of a training crop."""
+    batch_size: int = Field(default=16, gt=0)
+    steps: int = Field(default=2500, gt=0)
+    learning_rate: float = Field(default=2e-3, gt=0, allow_inf_nan=False)
+    """Of AdamW (Loshchilov & Hutter 2019); rises over `warm_up` steps, then falls to 0 as a cosine."""
+    warm_up: int = Field(default=50, ge=1)
+    moving_average: float = Field(default=0.998, gt=0, lt=1)
+    """Decay of the average of the weights, which generates."""
+    dropped: float = Field(default=0.1, ge=0, lt=1)
+    """Share of crops without their material, and, drawn apart, without speed and force (Ho & Salimans 2021)."""
+    guidance: float = Field(default=1.0, ge=0, allow_inf_nan=False)
+    """Strength of the condition when generating: 1 as learned, above 1 exaggerated, 0 none (Ho & Salimans 2021)."""
+    solver_steps: int = Field(default=8, ge=1)
+    """Steps of Heun's method, each two evaluations of the network but the last, which is one."""
+    iterations: int = Field(default=64, ge=0)
+    """Of phase recovery."""
+    conditions: tuple[Literal["speed_mm_s", "force_n"], ...] = ("speed_mm_s", "force_n")
+    """Numbers in the label, standardised by median and deviation, or 0 throughout unless every training recording has
+    them."""
+
+    @property
+    def multiple(self) -> int:
+        """Bins and frames of the network are multiples of it."""
+        return int(2 ** len(self.widths))
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.frames % self.multiple:
+            raise ValueError(
+                f"frames must be a multiple of {self.multiple} for these widths, got {self.frames}"
+            )
+        return self

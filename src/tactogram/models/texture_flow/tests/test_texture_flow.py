@@ -1,0 +1,276 @@
+"""Texture flow: the spectra and the way back, the flow, the network's reach, and what was learned and is refused."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import torch
+from scipy.signal import csd, lfilter, welch
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example, SignalKind
+from tactogram.models.texture_flow import Config, build
+from tactogram.models.texture_flow.flow import flow_loss, solve
+from tactogram.models.texture_flow.networks import VelocityUNet
+from tactogram.models.texture_flow.whitened_spectra import WhitenedSpectra
+from tactogram.signal import Signal
+from tactogram.training.loop import fit
+
+RATE = 1000.0
+AXES = ("x", "z")
+KIND = SignalKind(RATE, "m/s^2", AXES, ("cork", "tile"), simulated=True)
+SMALL = Config(
+    widths=(16, 16),
+    embedding=16,
+    frames=16,
+    batch_size=4,
+    steps=100,
+    warm_up=5,
+    learning_rate=0.01,
+    solver_steps=2,
+    iterations=8,
+)
+
+
+def recording(name, seed, seconds=3.0, **condition):
+    """Simulated: noise through a filter, its axes correlated, with gravity on z."""
+    angle, level = {"cork": (0.5, 0.1), "tile": (1.6, 1.0)}[name]
+    noise = np.random.default_rng(seed).standard_normal((2, round(seconds * RATE) + 200))
+    x, z = lfilter([1], [1, -1.6 * np.cos(angle), 0.64], noise)[:, 200:]
+    samples = level * np.array([x, 0.8 * x + 0.3 * z]) / x.std() + [[0.0], [9.81]]
+    return Example(f"{name}-{seed}", Signal(samples, RATE, "m/s^2", AXES), name, condition)
+
+
+EXAMPLES = [recording(name, seed) for name in KIND.materials for seed in range(3)]
+STROKED = [
+    recording(name, seed, speed_mm_s=speed)
+    for name in KIND.materials
+    for seed, speed in enumerate((50.0, 100.0, 200.0))
+]
+
+
+@cache
+def trained(stroked=False, **config):
+    learner = build(SMALL.model_copy(update=config), KIND, seed=0)
+    fit(learner, STROKED if stroked else EXAMPLES, seed=0)
+    return learner
+
+
+def spectra():
+    found = WhitenedSpectra(SMALL.model_copy(update={"iterations": 64}), KIND)
+    found.fit([[e.signal for e in EXAMPLES if e.material == name] for name in KIND.materials])
+    return found
+
+
+def coherency(samples):
+    a, b = samples - samples.mean(1, keepdims=True)
+    cross, own, other = (csd(p, q, RATE, nperseg=128)[1] for p, q in ((a, b), (a, a), (b, b)))
+    return cross / np.sqrt(np.abs(own * other))
+
+
+# -- spectra ------------------------------------------------------------------------------------------------
+
+
+def test_sources_of_every_material_are_alike():
+    found = spectra()
+    for place, name in enumerate(KIND.materials):
+        values = torch.cat(
+            [found.encode(e.signal.samples, place) for e in EXAMPLES if e.material == name], -1
+        )
+        assert values.shape[:2] == (2, 32)
+        torch.testing.assert_close(values.mean(-1), torch.zeros(2, 32), atol=1e-3, rtol=0)
+        torch.testing.assert_close(values.std(-1), torch.ones(2, 32), atol=1e-3, rtol=0)
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_decoded_spectra_have_the_level_spectrum_coherence_and_mean_of_the_recording(place):
+    found = spectra()
+    samples = next(e for e in EXAMPLES if e.material == KIND.materials[place]).signal.samples
+    made = found.decode(found.encode(samples, place), np.eye(2)[place], 2400, seed=0)
+    assert made.shape == (2, 2400)
+    assert made.mean(1) == pytest.approx([0.0, 9.81], abs=0.02)
+    assert made.std(1) == pytest.approx(samples.std(1), rel=0.05)
+    ours, theirs = (10 * np.log10(welch(x, RATE, nperseg=128)[1][:, 1:-1]) for x in (made, samples))
+    assert np.abs(ours - theirs).mean() < 1.0
+    assert np.abs(coherency(made) - coherency(samples))[2:-2].mean() < 0.12
+    assert np.abs(coherency(samples)).mean() > 0.9
+
+
+def test_magnitudes_survive_the_way_back():
+    found = spectra()
+    samples = EXAMPLES[0].signal.samples
+    spectrum = found.encode(samples, 0)
+    made = found.decode(spectrum, np.eye(2)[0], 2400, seed=0)
+    again = found.encode(made, 0)
+    # Frame k is centred on hop k; the signal begins 16.5 hops after the first, and its first window is 2 hops later.
+    kept = (spectrum[..., 18 : 18 + again.shape[-1]] + spectrum[..., 19 : 19 + again.shape[-1]]) / 2
+    assert np.corrcoef(again.flatten(), kept.flatten())[0, 1] > 0.8
+
+
+def test_a_mix_lies_between_in_the_logarithm():
+    found = spectra()
+    shape = 2, 32, 48
+    values = torch.randn(shape, generator=torch.Generator().manual_seed(0))
+    rms = [
+        found.decode(values, np.array(weights, float), 2000, seed=0)[0].std()
+        for weights in ((1, 0), (3, 3), (0, 1))
+    ]
+    assert np.log(rms[1]) == pytest.approx((np.log(rms[0]) + np.log(rms[2])) / 2, abs=0.35)
+    assert rms[0] < 0.5 * rms[1] < 0.25 * rms[2]
+
+
+def test_the_faintest_magnitudes_are_silence():
+    found = spectra()
+    made = found.decode(torch.full((2, 32, 50), -20.0), np.array([0.0, 1.0]), 500, seed=0)
+    assert made.std(1) == pytest.approx([0, 0], abs=1e-6)
+
+
+def test_recordings_shorter_than_a_window_are_left_out_and_refused_if_there_are_no_others():
+    found, longer = WhitenedSpectra(SMALL, KIND), EXAMPLES[0].signal
+    found.fit([[longer, longer.cut(0, 63)], [longer]])
+    torch.testing.assert_close(found.centre[0], found.centre[1])
+    with pytest.raises(ParameterError, match="at least 64 samples, got none of cork"):
+        found.fit([[longer.cut(0, 63)], [longer]])
+
+
+def test_windows_with_too_few_bins_are_refused():
+    with pytest.raises(ParameterError, match="have 2 bins at 1000 Hz, which must be a multiple of 4"):
+        build(Config(widths=(16, 16), window_s=0.005), KIND, seed=0)
+
+
+# -- flow ---------------------------------------------------------------------------------------------------
+
+
+def test_the_loss_of_the_true_velocity_is_zero():
+    data = torch.full((64, 2, 3), 1.5)
+
+    def true(x, time):
+        return (data - x) / (1 - time)[:, None, None]
+
+    torch.manual_seed(0)
+    assert flow_loss(true, data).item() == pytest.approx(0, abs=1e-6)
+    assert flow_loss(lambda x, t: true(x, t) + 0.5, data).item() == pytest.approx(0.25, abs=1e-4)
+
+
+def test_the_solver_is_of_second_order_and_asks_no_time_beyond_the_last():
+    """dx/dt = cos(3 t) x has the solution exp(sin(3 t) / 3)."""
+    times = []
+
+    def velocity(x, time):
+        times.append(time[0].item())
+        return torch.cos(3 * time)[:, None] * x
+
+    start = torch.ones(1, 1, dtype=torch.float64)
+    truth = np.exp(np.sin(3.0) / 3)
+    errors = [abs(solve(velocity, start, steps).item() - truth) for steps in (16, 32)]
+    assert errors[0] < 0.02
+    assert errors[1] < 0.4 * errors[0]
+    times.clear()
+    solve(velocity, start, 4)
+    assert times == pytest.approx([0, 1 / 16, 1 / 16, 4 / 16, 4 / 16, 9 / 16, 9 / 16])
+
+
+# -- network ------------------------------------------------------------------------------------------------
+
+
+def test_what_is_far_away_does_not_matter():
+    network = trained().average.network
+    noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
+    changed = noise.clone()
+    changed[..., 160:] = 0
+    time, label = torch.tensor([0.3]), torch.tensor([[1.0, 0, 0, 0, 0, 0]])
+    with torch.no_grad():
+        one, other = network(noise, time, label), network(changed, time, label)
+    torch.testing.assert_close(one[..., :96], other[..., :96], atol=1e-5, rtol=1e-4)
+    assert not torch.allclose(one[..., 159], other[..., 159], atol=1e-3)
+
+
+def test_an_untrained_network_gives_no_velocity():
+    network = VelocityUNet(SMALL, axes=2, labels=3)
+    assert not network(torch.randn(2, 2, 32, 16), torch.rand(2), torch.rand(2, 3)).any()
+
+
+# -- learner ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "level"), [("cork", 0.1), ("tile", 1.0)])
+def test_level_mean_and_peak_are_those_of_the_training_data(name, level):
+    made = trained().generate({"material": name}, seconds=4, seed=1)
+    assert (made.rate, made.unit, made.axes, len(made)) == (RATE, "m/s^2", AXES, 4000)
+    assert made.samples[0].std() == pytest.approx(level, rel=0.25)
+    assert made.samples[1].mean() == pytest.approx(9.81, abs=0.1)
+    frequencies, density = welch(made.samples[0], RATE, nperseg=128)
+    reference = welch(recording(name, 9).signal.samples[0], RATE, nperseg=128)[1]
+    assert frequencies[density.argmax()] == pytest.approx(frequencies[reference.argmax()], abs=16)
+
+
+def test_training_lowers_the_loss():
+    learner, losses = build(SMALL, KIND, seed=0), []
+    fit(learner, EXAMPLES, seed=0, on_step=lambda place, stage, found: losses.append(found.get("loss")))
+    assert losses[1] == pytest.approx(2.0, abs=0.2)  # no velocity yet: data and noise have a variance of 1
+    assert np.mean(losses[-20:]) < np.mean(losses[1:21]) - 0.05
+    assert learner.validate([recording("cork", 8)])["loss_unseen"] < 1.95
+
+
+def test_a_longer_signal_begins_with_the_same_spectrum():
+    learner = trained()
+    label = learner._label(np.array([1.0, 0.0]), {})
+    short, long = (learner._spectrum(label, length, seed=4) for length in (3000, 6000))
+    torch.testing.assert_close(short[..., :64], long[..., :64], atol=1e-3, rtol=1e-3)
+    assert np.corrcoef(long[..., :64].flatten(), long[..., 64:128].flatten())[0, 1] < 0.3
+
+
+def test_weights_are_scaled_to_sum_to_one():
+    one, other = (trained().generate({"material": {"cork": w, "tile": 3 * w}}, seed=0) for w in (1, 2))
+    np.testing.assert_array_equal(one.samples, other.samples)
+
+
+def test_the_average_of_the_weights_generates():
+    learner = build(SMALL, KIND, seed=0)
+    learner.load_state(trained().state())
+    with torch.no_grad():
+        for parameter in learner.network.parameters():
+            parameter.zero_()
+    made = learner.generate({"material": "cork"}, seed=0).samples
+    np.testing.assert_array_equal(made, trained().generate({"material": "cork"}, seed=0).samples)
+
+
+def test_the_default_length_is_that_of_the_recordings():
+    assert len(trained().generate({"material": "cork"}, seed=0)) == 3000
+
+
+def test_guidance_of_zero_ignores_speed_and_material():
+    free = trained(stroked=True, guidance=0.0)
+    label = free._label(np.array([1.0, 0.0]), {"speed_mm_s": 50})
+    other = free._label(np.array([0.0, 1.0]), {"speed_mm_s": 200})
+    torch.testing.assert_close(free._spectrum(label, 500, seed=1), free._spectrum(other, 500, seed=1))
+    strong = trained(stroked=True, guidance=2.0)
+    assert not torch.equal(strong._spectrum(label, 500, seed=1), strong._spectrum(other, 500, seed=1))
+
+
+def test_speed_is_told_from_its_absence_and_limited_to_what_was_recorded():
+    learner = trained(stroked=True)
+    weights = np.array([1.0, 0.0])
+    labels = {v: learner._label(weights, {"speed_mm_s": v}).tolist() for v in (None, 100.0, 200.0, 900.0)}
+    assert labels[100.0][2:] == [0, 0, 1, 0]  # the median; no force
+    assert labels[None][2:] == [0, 0, 0, 0]
+    assert labels[200.0] == labels[900.0]
+    assert labels[200.0][2] > 1
+    with pytest.raises(ParameterError, match="force_n is unknown"):
+        learner.generate({"material": "cork", "force_n": 1.0}, seed=0)
+
+
+def test_conditions_are_dropped_apart():
+    learner = trained(stroked=True, dropped=0.5)
+    label = learner._label(np.array([0.0, 1.0]), {"speed_mm_s": 200}).repeat(2000, 1)
+    torch.manual_seed(0)
+    kept = learner._with_some_dropped(label)
+    material, speed = kept[:, 1] == 1, kept[:, 4] == 1
+    assert material.float().mean() == pytest.approx(0.5, abs=0.05)
+    assert (material & speed).float().mean() == pytest.approx(0.25, abs=0.05)
+    assert torch.equal(kept[:, 2] > 0, speed)
+
+
+def test_frames_that_the_network_cannot_halve_are_refused():
+    with pytest.raises(ValueError, match="multiple of 32"):
+        Config(widths=(8, 8, 8, 8, 8), frames=40)
