@@ -8,8 +8,8 @@ their recorded distributions, plus an offset that is drawn once per signal, as r
 All parameters are means, covariances, quantiles and logarithms, so that a weighted mean of two models is a model:
 distributions are mixed as Wasserstein barycentres, and the autoregression follows from mixed covariances, hence is
 always stable. It is drawn by a normalised lattice, the counterpart of the ladder in `tactogram.signal.synthesis`: one
-rotation per lag, so that its scores keep their variance while a texture changes. Models are fitted in `tactogram.signal.modulated_noise_fit` and synthesised in
-`tactogram.signal.modulated_noise_synthesis`.
+rotation per lag, so that its scores keep their variance while a texture changes. Models are fitted in
+`tactogram.signal.modulated_noise_fit` and synthesised in `tactogram.signal.modulated_noise_synthesis`.
 
 References
 ----------
@@ -139,7 +139,7 @@ class ModulatedNoise:
 
     @cached_property
     def lattice(self) -> tuple[Array, Array]:
-        """Rotations (lag, 3, gain, gain) of the normalised lattice, and the root (gain, gain) of the scores' covariance.
+        """Rotations (lag, 3, gain, gain) of the lattice, and the root (gain, gain) of the scores' covariance.
 
         A rotation is [[S, K], [-K^T, T]], kept as S, K and T: K is the partial autocorrelation of the lag.
         """
@@ -164,6 +164,15 @@ class ModulatedNoise:
     def filter(self) -> Array:
         """Taps of the minimum-phase filters, shape (axis, `TAPS`)."""
         return np.array([equaliser_taps(row) for row in self.equaliser])
+
+    def power_spectrum(self, frequencies: ArrayLike) -> Array:
+        """Return the one-sided power spectral density, unit^2/Hz, float64, shape (axis, frequency).
+
+        ``frequencies`` (Hz, ascending or not) beyond 0 and half the rate get the density there.
+        """
+        hz = np.linspace(0, self.rate / 2, self.spectrum.shape[1])
+        wanted = np.asarray(frequencies, np.float64)
+        return np.asarray(np.exp(2 * np.array([np.interp(wanted, hz, row) for row in self.spectrum])))
 
     def log_likelihood(self, frames: ArrayLike) -> float:
         """Return the mean log-likelihood per frame of normal scores (frame, gain), an offset removed, nats."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import floor
 from typing import NamedTuple
 
@@ -97,8 +98,7 @@ class NoiseProcess:
     def __init__(self, axes: int, lags: int, rate: float, *, seed: int | np.random.Generator) -> None:
         self._innovations, self._noise = np.random.default_rng(seed).spawn(2)
         gains = axes * (BANDS + SUBFRAMES)
-        filters = band_filters(rate)
-        self._sections = filters / _rms_of_response(filters)[:, None] ** np.array([1, 1, 1, 0, 0, 0])
+        self._sections = band_sections(rate)
         self._kind = {"axes": axes, "lags": lags}
         self._ends: list[tuple[Array, NoiseParameters]] = []
         self._state = _State(
@@ -192,14 +192,17 @@ def synthesise_modulated_noise(
     return ModulatedNoiseSynthesizer(model, seed=seed).next(max(1, round(seconds * model.rate)))
 
 
-def _rms_of_response(sections: Array) -> Array:
-    """Return each filter's rms output for white noise of variance 1, by its impulse response."""
+@lru_cache(maxsize=32)
+def band_sections(rate: float) -> Array:
+    """Return `band_filters`, shape (band, 6), that make noise of variance 1 out of white noise of variance 1."""
+    filters = band_filters(rate)
     impulse = np.zeros(1 << 15)
     impulse[0] = 1.0
-    return np.array([np.sqrt(np.sum(sosfilt(row[None], impulse) ** 2)) for row in sections])
+    rms = np.array([np.sqrt(np.sum(sosfilt(row[None], impulse) ** 2)) for row in filters])
+    return np.asarray(filters / rms[:, None] ** np.array([1, 1, 1, 0, 0, 0]))
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
 def _advance(innovation: Array, parameters: NoiseParameters, state: _State) -> None:
     """Draw the scores at the end of the next frame."""
     lattice, scores = state.lattice, state.scores
@@ -208,15 +211,19 @@ def _advance(innovation: Array, parameters: NoiseParameters, state: _State) -> N
     for m in range(lags - 1, -1, -1):
         s, k, t = parameters.rotations[m]
         for g in range(gains):
-            new[g] = 0.0
+            total = 0.0
             for h in range(gains):
-                new[g] += s[g, h] * x[h] + k[g, h] * lattice[m, h]
+                total += s[g, h] * x[h] + k[g, h] * lattice[m, h]
+            new[g] = total
         if m + 1 < lags:
             for g in range(gains):
                 total = 0.0
                 for h in range(gains):
-                    total += t[g, h] * lattice[m, h] - k[h, g] * x[h]
+                    total += t[g, h] * lattice[m, h]
                 lattice[m + 1, g] = total
+            for h in range(gains):
+                for g in range(gains):
+                    lattice[m + 1, g] -= k[h, g] * x[h]
         x, new = new, x
     lattice[0] = x
     scores[0] = scores[1]

@@ -75,8 +75,8 @@ def test_a_packed_table_holds_the_models_that_rendering_plays(surface):
     assert np.array_equal(arrays["speeds"], table.grid.speeds)
     assert np.array_equal(arrays["reflection"], table.grid.reflection.ravel())
     assert np.array_equal(arrays["deviation"], table.grid.deviation.ravel())
-    assert np.array_equal(arrays["kernel"], texture.kernel.ravel())
-    assert (head["half"], head["table_rate"]) == (texture.half, 1000.0)
+    assert np.array_equal(arrays["kernel"], texture.resampler.kernel.ravel())
+    assert (head["half"], head["table_rate"]) == (texture.resampler.half, 1000.0)
     assert head["speeds_mm_s"] == [50.0, 200.0]
     assert head["follows"] == "speed 50 to 200 mm/s and force 0.3 to 1 N"
 
