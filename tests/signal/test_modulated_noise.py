@@ -180,21 +180,45 @@ def test_a_texture_that_changes_all_the_time_keeps_its_strength():
     assert np.abs(blocks).max() < 12 * 0.3
 
 
-def test_parameters_glide_from_those_of_the_block_before():
-    """To another strength: the last sample has the new one, the first hardly any of it."""
-    strong = replace(MODEL, equaliser=MODEL.equaliser + np.log(10))
+STEADY = replace(MODEL, equaliser=np.zeros_like(MODEL.equaliser))
+"""Its filter passes everything as it is."""
+LOUDER = np.log(10) * (np.arange(MODEL.gains) >= BANDS)[:, None]
+"""Of the levels, not of the bands, whose sum is divided by its level."""
+
+
+@pytest.mark.parametrize(
+    ("strong", "ratio"),
+    [
+        (replace(STEADY, equaliser=STEADY.equaliser + np.log(10)), lambda share: 1 + 9 * share),
+        (replace(STEADY, quantiles=STEADY.quantiles + LOUDER), lambda share: 10**share),
+    ],
+    ids=["spectrum", "level"],
+)
+def test_parameters_glide_from_those_of_the_block_before(strong, ratio):
+    """To ten times the strength: the last sample of the block has it, the first hardly any of it."""
     same, turned = (NoiseProcess(1, MODEL.lags, RATE, seed=2) for _ in range(2))
-    x, y = np.empty((1, 40)), np.empty((1, 40))
-    for model in (MODEL, strong, strong):
-        same.next(x, parameters_of(MODEL))
-        turned.next(y, parameters_of(model))
-        if model is MODEL:
-            np.testing.assert_array_equal(x, y)
-            ratio = None
-        elif ratio is None:
-            ratio = y / x
-            np.testing.assert_allclose(ratio[0], 1 + 9 * np.arange(1, 41) / 40, rtol=1e-6)
-    np.testing.assert_allclose(y, 10 * x, rtol=1e-6)
+    x, y = np.empty((3, 1, 40)), np.empty((3, 1, 40))
+    for n, model in enumerate((STEADY, strong, strong)):
+        same.next(x[n], parameters_of(STEADY))
+        turned.next(y[n], parameters_of(model))
+    np.testing.assert_array_equal(y[0], x[0])
+    np.testing.assert_allclose(y[1] / x[1], [ratio(np.arange(1, 41) / 40)], rtol=1e-6)
+    np.testing.assert_allclose(y[2], 10 * x[2], rtol=1e-6)
+
+
+def test_signals_differ_in_level_as_the_recordings_do():
+    """An offset of sd 1 in every normal score: signals are spread like quantiles, and each keeps its own level."""
+    flat = replace(MODEL, covariance=0 * MODEL.covariance, equaliser=STEADY.equaliser)
+    spread = replace(flat, offsets=np.ones_like(MODEL.offsets))
+
+    def levels(model):
+        made = [synthesise_modulated_noise(model, 2.0, seed=seed).samples[0] for seed in range(40)]
+        return np.log([[x[:2000].std(), x[2000:].std()] for x in made])
+
+    found = levels(spread)
+    assert levels(flat).std() < 0.05
+    assert found.std() > 0.3
+    np.testing.assert_allclose(found[:, 0], found[:, 1], atol=0.1)
 
 
 def test_likelihood_prefers_the_fluctuation_it_was_fitted_to():

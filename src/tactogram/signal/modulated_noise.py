@@ -17,7 +17,7 @@ References
   autoregressive technique. ACM Trans. Model. Comput. Simul. 13(3), 211-237. doi 10.1145/937332.937333 (normal scores of
   a vector autoregression, transformed to any marginal distributions)
 - Morf, M., Vieira, A. & Kailath, T. (1978). Covariance characterization by partial autocorrelation matrices. Ann.
-  Statist. 6(3), 643-648. doi 10.1214/aos/1176344208 (the normalised reflection coefficients of several channels)
+  Statist. 6(3), 643-648 (the normalised reflection coefficients of several channels)
 """
 
 from __future__ import annotations
