@@ -156,11 +156,12 @@ def test_lattice_is_the_regression_of_the_covariances():
 
 def test_scores_have_the_covariance_that_was_fitted():
     process = NoiseProcess(1, MODEL.lags, RATE, seed=0)
-    parameters, out, z = parameters_of(MODEL), np.empty((1, round(FRAME_S * RATE))), []
+    parameters, out, scores = parameters_of(MODEL), np.empty((1, round(FRAME_S * RATE))), []
     for _ in range(20_000):
         process.next(out, parameters)
-        z.append(process._state.scores[1].copy())
-    z = np.array(z)
+        scores.append(process._state.scores.copy())
+    before, z = np.array(scores).transpose(1, 0, 2)
+    np.testing.assert_array_equal(before[1:], z[:-1])  # a frame begins where the last one ended
     for lag in (0, 1, 5, 10):
         found = z[lag:].T @ z[: len(z) - lag] / len(z)
         expected = MODEL.covariance[lag] + (RIDGE * np.eye(MODEL.gains) if lag == 0 else 0)
