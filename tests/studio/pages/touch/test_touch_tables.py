@@ -109,6 +109,11 @@ def test_a_packed_table_of_noise_holds_what_rendering_plays(noise):
     assert head["follows"] == "speed 50 to 200 mm/s and force 0.3 to 1 N"
 
 
+def test_several_axes_are_refused(noise):
+    with pytest.raises(ParameterError, match="must combine several axes into one, got 'all'"):
+        table_of_map("noise", noise, rate=RATE, axes="all")
+
+
 def test_a_phone_is_told_the_strength_of_noise_at_each_node(noise):
     """The amplitude of the sine with its power: all of it lies within the felt band."""
     table = table_of_map("noise", noise, rate=RATE, axes="x")

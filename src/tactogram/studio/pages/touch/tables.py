@@ -85,8 +85,15 @@ class TouchTexture:
 def table_of_map(
     name: str, surface: TextureMap | NoiseMap, *, rate: float, axes: str = "dft321", simulated: bool = False
 ) -> TouchTexture:
-    """Return the table of models over speed and force; ``rate`` is that of the browser's audio, Hz."""
+    """Return the table of models over speed and force; ``rate`` is that of the browser's audio, Hz.
+
+    Raises `ParameterError` if the texture is silent, or ``axes`` does not make one of several axes.
+    """
     texture = texture_of_map(name, surface, TextureSettings(rate, QUANTUM, axes))
+    if len(texture.axes) > 1:
+        raise ParameterError(
+            f"axes must combine several axes into one, got {axes!r}; use dft321 or an axis's name"
+        )
     table, grid = texture.table, texture.table.grid
     known_v, known_f = surface.has_conditions
     speeds, forces = grid.speeds if known_v else None, grid.forces if known_f else None
