@@ -2,9 +2,10 @@
 
 Headless Chromium, no sound card. "share": of real time that the page's own worklet takes to render ten seconds at
 48 kHz offline, in its blocks of 128 samples, under a simulated stroke; the median of five. Below 1 is needed, a tenth
-leaves room for the rest of a page. Textures are made up: autoregressive of order 60 on tables of 17 speeds by 9 forces
-at 8 and at 1 kHz, and surfaces of 300 mm at 10 samples per mm. "python": the share that `tactogram.rendering.streaming`
-takes for the same (8 kHz blocks of 40 samples where the browser makes 48 kHz), in the same run.
+leaves room for the rest of a page. Textures are made up: autoregressive of order 60 on tables of 17 speeds by 9 forces,
+and modulated noise on 9 by 5, at 8 and at 1 kHz, and surfaces of 300 mm at 10 samples per mm. "python": the share that
+`tactogram.rendering.streaming` takes for the same (8 kHz blocks of 40 samples where the browser makes 48 kHz), in the
+same run.
 
 "latency": from the time stamps of mouse events, made by the test driver at about 60 Hz, to the output of the first
 block that follows, as `getOutputTimestamp` tells it: with a browser that plays to nobody this is its own buffering,
@@ -26,16 +27,15 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import sync_playwright
 
-from benchmarks.bench_streaming import made_up
+from benchmarks.bench_streaming import made_up, made_up_noise
 from tactogram.rendering.streaming.backends import run_unpaced
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
-from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.studio.pages.touch.tables import table_of_map, table_of_signal
+from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
 
 RATE, SECONDS, REPETITIONS = 48_000.0, 10.0, 5
 COUNTS = (1, 2, 5, 10)
@@ -88,6 +88,8 @@ def costs(page):
     kinds = {
         "autoregressive, 8 kHz": made_up(8000.0),
         "autoregressive, 1 kHz": made_up(1000.0),
+        "noise, 8 kHz": made_up_noise(8000.0),
+        "noise, 1 kHz": made_up_noise(1000.0),
         "surface": surface,
     }
     for kind, made in kinds.items():
@@ -121,8 +123,8 @@ def in_python(made, count):
     if isinstance(made, Signal):
         textures = [SurfaceTexture(f"{n}", made, rate=8000.0) for n in range(count)]
     else:
-        table = TextureTable(made)
-        textures = [AutoregressiveTexture(f"{n}", table, rate=8000.0, most=40, seed=n) for n in range(count)]
+        settings = TextureSettings(8000.0, 40)
+        textures = [texture_of_map(f"{n}", made, settings, seed=n) for n in range(count)]
     stream = Stream(Engine(textures, SimulatedHand(SECONDS + 1, seed=0), rate=8000.0, most=40))
     stream.warm_up()
     began = time.perf_counter()

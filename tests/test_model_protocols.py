@@ -39,7 +39,7 @@ KEPT = {
     "PublishedEvaluator": {"frictgan"},
     "SelectionReporter": {"ultrasonic_cgan"},
     "SpreadReporter": {"tactile_image_cgan"},
-    "TextureMapModel": {"ar_texture"},
+    "TextureMapModel": {"ar_texture", "texture_var"},
     "NoveltyReporter": {"rater"},
     "FeatureReporter": {"rater"},
 }

@@ -5,15 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import coherence, lfilter, welch
+from scipy.stats import multivariate_normal
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import signal_measures
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive
-from tactogram.signal.modulated_noise import BANDS, equaliser_taps, frame_ends, mix
+from tactogram.signal.modulated_noise import BANDS, FRAME_S, RIDGE, equaliser_taps, frame_ends, mix
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import (
     ModulatedNoiseSynthesizer,
+    NoiseProcess,
+    parameters_of,
     synthesise_modulated_noise,
 )
 from tactogram.signal.synthesis import synthesise
@@ -34,6 +37,17 @@ def pulsating(seed, *, frequency=5.0, depth=0.9, level=0.3, seconds=4.0, pole=0.
 RECORDED = [pulsating(seed) for seed in range(4)]
 UNSEEN = [pulsating(seed) for seed in range(10, 14)]
 MODEL = fit_modulated_noise(RECORDED)
+
+
+def yule_walker(covariance):
+    """Return coefficients (gain, lag x gain), the latest frame first, and the innovations' covariance."""
+    lags, gains = len(covariance) - 1, covariance.shape[1]
+    blocks = [
+        [covariance[j - i] if j >= i else covariance[i - j].T for j in range(lags)] for i in range(lags)
+    ]
+    with_past = np.hstack(list(covariance[1:]))
+    coefficients = np.linalg.solve(np.block(blocks) + RIDGE * np.eye(lags * gains), with_past.T).T
+    return coefficients, covariance[0] + RIDGE * np.eye(gains) - coefficients @ with_past.T
 
 
 def drawn(model, count=4):
@@ -117,11 +131,95 @@ def test_mix_is_stable_and_of_the_scale_of_its_weights_independent():
     fast = fit_modulated_noise([pulsating(seed, frequency=20) for seed in range(3)])
     mixed = mix((MODEL, fast), (2, 1))
     np.testing.assert_array_equal(mixed.covariance, mix((MODEL, fast), (4, 2)).covariance)
-    coefficients, _ = mixed.regression
+    coefficients, _ = yule_walker(mixed.covariance)
     gains = mixed.gains
     companion = np.vstack((coefficients, np.eye(coefficients.shape[1])[:-gains]))
     assert np.abs(np.linalg.eigvals(companion)).max() < 1
     assert mix((MODEL, fast), (0, 1)) is fast
+
+
+def test_lattice_is_the_regression_of_the_covariances():
+    """Rotations keep lengths; their root is that of the innovations; the likelihood is that of Yule and Walker."""
+    rotations, root = MODEL.lattice
+    for s, k, t in rotations:
+        rotation = np.block([[s, k], [-k.T, t]])
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(2 * MODEL.gains), atol=1e-9)
+        root = root @ s
+    coefficients, innovations = yule_walker(MODEL.covariance)
+    np.testing.assert_allclose(root @ root.T, innovations, atol=1e-9)
+    z = np.random.default_rng(0).standard_normal((200, MODEL.gains))
+    past = np.hstack([z[MODEL.lags - 1 - k : 199 - k] for k in range(MODEL.lags)])
+    error = z[MODEL.lags :] - past @ coefficients.T
+    expected = multivariate_normal(cov=innovations).logpdf(error).mean()
+    assert MODEL.log_likelihood(z) == pytest.approx(expected, rel=1e-9)
+
+
+def test_scores_have_the_covariance_that_was_fitted():
+    process = NoiseProcess(1, MODEL.lags, RATE, seed=0)
+    parameters, out, scores = parameters_of(MODEL), np.empty((1, round(FRAME_S * RATE))), []
+    for _ in range(20_000):
+        process.next(out, parameters)
+        scores.append(process._state.scores.copy())
+    before, z = np.array(scores).transpose(1, 0, 2)
+    np.testing.assert_array_equal(before[1:], z[:-1])  # a frame begins where the last one ended
+    for lag in (0, 1, 5, 10):
+        found = z[lag:].T @ z[: len(z) - lag] / len(z)
+        expected = MODEL.covariance[lag] + (RIDGE * np.eye(MODEL.gains) if lag == 0 else 0)
+        np.testing.assert_allclose(found, expected, atol=0.08)
+
+
+def test_a_texture_that_changes_all_the_time_keeps_its_strength():
+    """Another mean of slow and fast fluctuation in each block: it is even a little weaker, and never out of bounds."""
+    fast = fit_modulated_noise([pulsating(seed, frequency=25) for seed in range(4)])
+    ends = [parameters_of(model) for model in (MODEL, fast)]
+    process, random = NoiseProcess(1, MODEL.lags, RATE, seed=0), np.random.default_rng(1)
+    blocks = np.empty((4000, 1, 10))
+    for out in blocks:
+        share = random.random()
+        process.next(out, (1 - share) * ends[0] + share * ends[1])
+    assert blocks.std() == pytest.approx(0.3, rel=0.15)
+    assert np.abs(blocks).max() < 12 * 0.3
+
+
+STEADY = replace(MODEL, equaliser=np.zeros_like(MODEL.equaliser))
+"""Its filter passes everything as it is."""
+LOUDER = np.log(10) * (np.arange(MODEL.gains) >= BANDS)[:, None]
+"""Of the levels, not of the bands, whose sum is divided by its level."""
+
+
+@pytest.mark.parametrize(
+    ("strong", "ratio"),
+    [
+        (replace(STEADY, equaliser=STEADY.equaliser + np.log(10)), lambda share: 1 + 9 * share),
+        (replace(STEADY, quantiles=STEADY.quantiles + LOUDER), lambda share: 10**share),
+    ],
+    ids=["spectrum", "level"],
+)
+def test_parameters_glide_from_those_of_the_block_before(strong, ratio):
+    """To ten times the strength: the last sample of the block has it, the first hardly any of it."""
+    same, turned = (NoiseProcess(1, MODEL.lags, RATE, seed=2) for _ in range(2))
+    x, y = np.empty((3, 1, 40)), np.empty((3, 1, 40))
+    for n, model in enumerate((STEADY, strong, strong)):
+        same.next(x[n], parameters_of(STEADY))
+        turned.next(y[n], parameters_of(model))
+    np.testing.assert_array_equal(y[0], x[0])
+    np.testing.assert_allclose(y[1] / x[1], [ratio(np.arange(1, 41) / 40)], rtol=1e-6)
+    np.testing.assert_allclose(y[2], 10 * x[2], rtol=1e-6)
+
+
+def test_signals_differ_in_level_as_the_recordings_do():
+    """An offset of sd 1 in every normal score: signals are spread like quantiles, and each keeps its own level."""
+    flat = replace(MODEL, covariance=0 * MODEL.covariance, equaliser=STEADY.equaliser)
+    spread = replace(flat, offsets=np.ones_like(MODEL.offsets))
+
+    def levels(model):
+        made = [synthesise_modulated_noise(model, 2.0, seed=seed).samples[0] for seed in range(40)]
+        return np.log([[x[:2000].std(), x[2000:].std()] for x in made])
+
+    found = levels(spread)
+    assert levels(flat).std() < 0.05
+    assert found.std() > 0.3
+    np.testing.assert_allclose(found[:, 0], found[:, 1], atol=0.1)
 
 
 def test_likelihood_prefers_the_fluctuation_it_was_fitted_to():

@@ -11,6 +11,7 @@ import tactogram
 from tactogram.cli import main
 from tactogram.datasets import create_store
 from tactogram.errors import ParameterError
+from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
@@ -18,6 +19,7 @@ from tactogram.study.study_file import Study
 from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.streaming.report import latency_lines, underrun_line
 from tactogram.workflows.streaming.stream import stream
+from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 from tactogram.workflows.study.stimuli import StudyStimuli
 from tactogram.workflows.training.train import train
 
@@ -107,6 +109,29 @@ def test_a_generator_that_is_not_autoregressive_is_laid_out_too(recordings, tmp_
     assert result["textures"] == ["cork"]
     with pytest.raises(ParameterError, match="give `speed_mm_s`"):
         to_file([run], mix={"cork": 1.0})
+
+
+def test_a_run_of_texture_var_follows_speed_and_force(recordings, tmp_path):
+    """At the level of its models, not of a signal that is laid out, which would need a speed."""
+    motion = tmp_path / "motion.csv"
+    motion.write_text("time_s,x_mm,force_n\n" + "".join(f"{i / 200},{i / 2},0.5\n" for i in range(500)))
+    create_store(tmp_path / "store", recordings(count=2), name="t", licence="made in a test", simulated=True)
+    run = train(
+        "texture_var",
+        tmp_path / "store",
+        recipe="tiny",
+        changes={"prepare.rate": 1000},
+        split="all",
+        out=tmp_path / "run",
+    ).folder
+    out = tmp_path / "sent.npz"
+    result = to_file([run], mix={"cork": 1.0}, motion=str(motion), out=out, tap_gain=0.0)
+    assert (result["textures"], result["simulated"]) == (["cork"], True)
+    [texture], _ = textures_of([run], ["cork"], TextureSettings(8000.0, 40))
+    assert isinstance(texture, ModulatedNoiseTexture)
+    assert texture.table.axes == ("dft321",)
+    assert texture.table.surface.conditions[:, 0].tolist() == [100.0, 200.0]
+    assert read_signal(out).samples[0, 800:].std() == pytest.approx(texture.level, rel=0.2)
 
 
 @pytest.mark.parametrize("backend", ["null", "clock", "osc"])

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from torch import Tensor
 
-    from tactogram.signal.texture_map import TextureMap
+    from tactogram.signal.texture_map import NoiseMap, TextureMap
 
 
 @runtime_checkable
@@ -294,10 +294,10 @@ class SpreadReporter(Protocol):
 
 @runtime_checkable
 class TextureMapModel(Protocol):
-    """A generator whose materials are autoregressive textures: streams synthesise them without end."""
+    """A generator whose materials are models over speed and force: streams synthesise them without end."""
 
     @property
-    def maps(self) -> Sequence[TextureMap]:
+    def maps(self) -> Sequence[TextureMap | NoiseMap]:
         """One for each material of the run, in that order."""
         ...
 

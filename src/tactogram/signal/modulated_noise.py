@@ -6,16 +6,18 @@ the result the recorded spectrum. The logarithms of all gains are a vector autor
 their recorded distributions, plus an offset that is drawn once per signal, as recordings differ.
 
 All parameters are means, covariances, quantiles and logarithms, so that a weighted mean of two models is a model:
-distributions are mixed as Wasserstein barycentres, and the autoregression follows from mixed covariances
-(Yule-Walker), hence is always stable. Models are fitted in `tactogram.signal.modulated_noise_fit` and synthesised in
-`tactogram.signal.modulated_noise_synthesis`.
+distributions are mixed as Wasserstein barycentres, and the autoregression follows from mixed covariances, hence is
+always stable. It is drawn by a normalised lattice, the counterpart of the ladder in `tactogram.signal.synthesis`: one
+rotation per lag, so that its scores keep their variance while a texture changes. Models are fitted in
+`tactogram.signal.modulated_noise_fit` and synthesised in `tactogram.signal.modulated_noise_synthesis`.
 
 References
 ----------
 - Biller, B. & Nelson, B. L. (2003). Modeling and generating multivariate time-series input processes using a vector
   autoregressive technique. ACM Trans. Model. Comput. Simul. 13(3), 211-237. doi 10.1145/937332.937333 (normal scores of
   a vector autoregression, transformed to any marginal distributions)
-- Lütkepohl, H. (2005). New Introduction to Multiple Time Series Analysis. Springer. Ch. 2 (Yule-Walker)
+- Morf, M., Vieira, A. & Kailath, T. (1978). Covariance characterization by partial autocorrelation matrices. Ann.
+  Statist. 6(3), 643-648 (the normalised reflection coefficients of several channels)
 """
 
 from __future__ import annotations
@@ -136,19 +138,22 @@ class ModulatedNoise:
         return len(self.covariance) - 1
 
     @cached_property
-    def regression(self) -> tuple[Array, Array]:
-        """Coefficients (gain, lag x gain), the latest frame first, and a root of the innovations' covariance."""
-        return _yule_walker(self.covariance)
+    def lattice(self) -> tuple[Array, Array]:
+        """Rotations (lag, 3, gain, gain) of the lattice, and the root (gain, gain) of the scores' covariance.
+
+        A rotation is [[S, K], [-K^T, T]], kept as S, K and T: K is the partial autocorrelation of the lag.
+        """
+        return _lattice(self.covariance)
 
     @cached_property
     def offset_root(self) -> Array:
-        """A root of `offsets`, shape (gain, gain)."""
-        return root_of(self.offsets)
+        """The root of `offsets`, shape (gain, gain)."""
+        return symmetric_root(self.offsets)
 
     @cached_property
     def coupling_root(self) -> Array:
         """Roots of `coupling`, shape (band, axis, axis)."""
-        return np.array([root_of(each) for each in self.coupling])
+        return np.array([symmetric_root(each) for each in self.coupling])
 
     @cached_property
     def mixing(self) -> Array:
@@ -160,18 +165,30 @@ class ModulatedNoise:
         """Taps of the minimum-phase filters, shape (axis, `TAPS`)."""
         return np.array([equaliser_taps(row) for row in self.equaliser])
 
+    def power_spectrum(self, frequencies: ArrayLike) -> Array:
+        """Return the one-sided power spectral density, unit^2/Hz, float64, shape (axis, frequency).
+
+        ``frequencies`` (Hz, ascending or not) beyond 0 and half the rate get the density there.
+        """
+        hz = np.linspace(0, self.rate / 2, self.spectrum.shape[1])
+        wanted = np.asarray(frequencies, np.float64)
+        return np.asarray(np.exp(2 * np.array([np.interp(wanted, hz, row) for row in self.spectrum])))
+
     def log_likelihood(self, frames: ArrayLike) -> float:
         """Return the mean log-likelihood per frame of normal scores (frame, gain), an offset removed, nats."""
         z = np.asarray(frames, np.float64)
         if len(z) <= self.lags:
             raise ParameterError(f"frames must be more than {self.lags}, got {len(z)}")
-        coefficients, root = self.regression
-        past = np.hstack([z[self.lags - 1 - k : len(z) - 1 - k] for k in range(self.lags)])
-        covariance = root @ root.T
-        error = z[self.lags :] - past @ coefficients.T
-        squares = np.einsum("tg,tg->t", error, np.linalg.solve(covariance, error.T).T)
-        _, log_determinant = np.linalg.slogdet(2 * np.pi * covariance)
-        return float(-0.5 * (log_determinant + squares.mean()))
+        rotations, root = self.lattice
+        forward = backward = np.linalg.solve(root, z.T)  # gain, frame
+        log_determinant = np.linalg.slogdet(root)[1]
+        for s, k, t in rotations:
+            now, past = forward[:, 1:], backward[:, :-1]
+            forward = np.linalg.solve(s, now - k @ past)
+            backward = np.linalg.solve(t, past - k.T @ now)
+            log_determinant += np.linalg.slogdet(s)[1]
+        squares = np.mean(np.sum(forward**2, axis=0))
+        return float(-0.5 * (self.gains * np.log(2 * np.pi) + squares) - log_determinant)
 
 
 ARRAYS = tuple(field.name for field in fields(ModulatedNoise) if field.name not in ("rate", "unit", "axes"))
@@ -240,13 +257,6 @@ def frame_ends(count: int, rate: float, *, per_frame: int = 1) -> NDArray[np.int
     return np.asarray(ends, np.int64)
 
 
-def root_of(covariance: Array) -> Array:
-    """Return a root R with R R^T = ``covariance``, negative eigenvalues taken as 0."""
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
-    root: Array = vectors * np.sqrt(np.maximum(values, 0))
-    return root
-
-
 def mixing_matrix(deviation: Array, correlation: Array) -> Array:
     """Return D R^(1/2) D^-1, shape (axis, axis), of the axes' standard deviations and correlation."""
     return deviation[:, None] * symmetric_root(correlation) / deviation
@@ -266,12 +276,21 @@ def _log_power(spectrum: Array) -> Array:
     return np.asarray(np.log(np.exp(2 * spectrum).sum(axis=-1)))
 
 
-def _yule_walker(covariance: Array) -> tuple[Array, Array]:
-    lags, gains = len(covariance) - 1, covariance.shape[1]
-    blocks = [
-        [covariance[j - i] if j >= i else covariance[i - j].T for j in range(lags)] for i in range(lags)
-    ]
-    past = np.block(blocks) + RIDGE * np.eye(lags * gains)
-    with_past = np.hstack(list(covariance[1:]))
-    coefficients: Array = np.linalg.solve(past, with_past.T).T
-    return coefficients, root_of(covariance[0] + RIDGE * np.eye(gains) - coefficients @ with_past.T)
+def _lattice(covariance: Array) -> tuple[Array, Array]:
+    """Schur's algorithm on the covariances of the normalised prediction errors with the past scores."""
+    unit = np.eye(covariance.shape[1])
+    scores = covariance.copy()
+    scores[0] += RIDGE * unit
+    root = symmetric_root(scores[0])
+    errors = np.linalg.solve(root, scores)
+    forward, backward = errors[1:], errors[:-1]
+    rotations = []
+    for _ in range(len(covariance) - 1):
+        k = forward[0] @ np.linalg.inv(backward[0])
+        s, t = symmetric_root(unit - k @ k.T), symmetric_root(unit - k.T @ k)
+        rotations.append((s, k, t))
+        forward, backward = (
+            np.linalg.solve(s, forward - k @ backward)[1:],
+            np.linalg.solve(t, backward - k.T @ forward)[:-1],
+        )
+    return np.array(rotations), root

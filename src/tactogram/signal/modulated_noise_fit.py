@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import csd, lfilter, sosfiltfilt, welch
 
 from tactogram.errors import ParameterError
+from tactogram.signal.mixing import symmetric_root
 from tactogram.signal.modulated_noise import (
     BANDS,
     FRAME_S,
@@ -24,7 +25,6 @@ from tactogram.signal.modulated_noise import (
     frame_ends,
     level_factor,
     mixing_matrix,
-    root_of,
 )
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.signal import Signal
@@ -172,7 +172,7 @@ def _coherence(signals: Sequence[NDArray[np.floating]], rate: float) -> Array:
         sign = np.where(coherency[..., inside].real.sum(axis=-1) < 0, -1.0, 1.0)
         found[band] = sign * np.sqrt(square[..., inside].mean(axis=-1))
         np.fill_diagonal(found[band], 1.0)
-        root = root_of(found[band])
+        root = symmetric_root(found[band])
         root /= np.sqrt(np.sum(root**2, axis=1, keepdims=True))
         found[band] = root @ root.T
     return found

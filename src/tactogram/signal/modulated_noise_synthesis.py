@@ -1,7 +1,9 @@
-"""Synthesis of modulated noise: endless, block by block, without delay and without seams."""
+"""Synthesis of modulated noise: endless, block by block, without delay and without seams, while the texture changes."""
 
 from __future__ import annotations
 
+from functools import lru_cache
+from math import floor
 from typing import NamedTuple
 
 import numba
@@ -13,6 +15,7 @@ from tactogram.errors import ParameterError
 from tactogram.signal.modulated_noise import (
     BANDS,
     FRAME_S,
+    LEVELS,
     SCORES,
     SUBFRAMES,
     TAPS,
@@ -30,29 +33,133 @@ SILENT = 1e-30
 """Least short-time power."""
 
 
-class _Texture(NamedTuple):
+class NoiseParameters(NamedTuple):
     """Parameters of a `ModulatedNoise`, as the kernel reads them."""
 
-    coefficients: Array  # (gain, lag x gain)
-    innovation: Array  # (gain, gain)
-    offset: Array  # (gain,)
+    rotations: Array  # (lag, 3, gain, gain)
+    root: Array  # (gain, gain), of the scores' covariance
+    offset_root: Array  # (gain, gain)
     quantiles: Array  # (gain, quantile)
     coupling: Array  # (band, axis, axis)
-    taps: Array  # (axis, tap)
     mixing: Array  # (axis, axis)
+    taps: Array  # (axis, tap)
 
 
 class _State(NamedTuple):
     """State between two samples."""
 
-    scores: Array  # (lag, gain), the latest frame first
-    before: Array  # (gain,), logarithms of the gains at the end of the last frame
-    after: Array  # (gain,), at the end of the present frame
+    own: Array  # (gain,), normal numbers that decide the offset
+    lattice: Array  # (lag, gain)
+    scores: Array  # (2, gain), at the beginning and at the end of the frame
+    gains: Array  # (2, 2, gain), their logarithms, by the parameters at the beginning and at the end of the samples
     delays: Array  # (band, axis, 2), of the band-pass filters
     power: Array  # (axis,), short-time power
     sources: Array  # (axis,), before they are mixed
     history: Array  # (axis, 2 x tap), a ring that is written twice
     place: NDArray[np.int64]  # (2,), in the ring, and the number of the subframe
+
+
+def parameters_of(model: ModulatedNoise) -> Array:
+    """Return the parameters of a model in one row, float64, shape (parameter,), in the order of `NoiseParameters`."""
+    rotations, root = model.lattice
+    arrays = NoiseParameters(
+        rotations, root, model.offset_root, model.quantiles, model.coupling_root, model.mixing, model.filter
+    )
+    return np.concatenate([array.ravel() for array in arrays])
+
+
+def parameter_views(values: Array, *, axes: int, lags: int) -> NoiseParameters:
+    """Return views of the arrays in a row of `parameters_of`."""
+    gains = axes * (BANDS + SUBFRAMES)
+    shapes = NoiseParameters(
+        *((lags, 3, gains, gains), (gains, gains), (gains, gains), (gains, len(LEVELS))),  # type: ignore[arg-type]
+        *((BANDS, axes, axes), (axes, axes), (axes, TAPS)),  # type: ignore[arg-type]
+    )
+    ends = np.cumsum([np.prod(shape) for shape in shapes])
+    parts = np.split(values, ends[:-1])
+    return NoiseParameters(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
+
+
+class NoiseProcess:
+    """Samples of modulated noise whose parameters may change; n samples in blocks are the n samples of one call.
+
+    Any change is stable: the scores pass one rotation per lag, or between two textures a mean of rotations, and none of
+    these makes a vector longer.
+
+    Parameters
+    ----------
+    axes, lags : int
+        Of the textures.
+    rate : float, Hz
+    seed : int or numpy.random.Generator
+        Determines, with the parameters, every sample.
+    """
+
+    def __init__(self, axes: int, lags: int, rate: float, *, seed: int | np.random.Generator) -> None:
+        self._innovations, self._noise = np.random.default_rng(seed).spawn(2)
+        gains = axes * (BANDS + SUBFRAMES)
+        self._sections = band_sections(rate)
+        self._kind = {"axes": axes, "lags": lags}
+        self._ends: list[tuple[Array, NoiseParameters]] = []
+        self._state = _State(
+            np.zeros(gains),
+            np.zeros((lags, gains)),
+            np.zeros((2, gains)),
+            np.zeros((2, 2, gains)),
+            np.zeros((BANDS, axes, 2)),
+            np.zeros(axes),
+            np.zeros(axes),
+            np.zeros((axes, 2 * TAPS)),
+            np.zeros(2, np.int64),
+        )
+        self._done = self._frame = 0
+        self._rate, self._length, self._factor = rate, FRAME_S * rate, level_factor(rate)
+
+    def next(self, out: Array, parameters: Array) -> None:
+        """Write the next samples to ``out``, float64, shape (axis, time), without a mean.
+
+        The parameters (a row of `parameters_of`) go from those of the last call to these, sample by sample.
+        """
+        if not self._ends:
+            self._begin(parameters)
+        moving = not np.array_equal(parameters, self._ends[1][0])
+        if moving:
+            self._ends.reverse()
+            self._ends[1][0][:] = parameters
+        self._write(out, self._ends[0 if moving else 1][1], self._ends[1][1], moving)
+
+    def _begin(self, parameters: Array) -> None:
+        values = [parameters.astype(np.float64), parameters.astype(np.float64)]
+        self._ends = [(each, parameter_views(each, **self._kind)) for each in values]
+        for array in (self._state.own, self._state.lattice):
+            self._innovations.standard_normal(out=array)
+        settling = np.empty((self._kind["axes"], round(SETTLING_S * self._rate) + TAPS))
+        self._write(settling, self._ends[1][1], self._ends[1][1], False)
+
+    def _write(self, out: Array, first: NoiseParameters, last: NoiseParameters, moving: bool) -> None:
+        axes, samples = out.shape
+        begun = 0
+        while floor((self._frame + begun) * self._length + 0.5) < self._done + samples:
+            begun += 1
+        innovations = np.empty((begun, len(self._state.own)))
+        self._innovations.standard_normal(out=innovations)
+        noise = np.empty((samples, BANDS, axes))
+        self._noise.standard_normal(out=noise)
+        self._frame = _synthesise(
+            noise,
+            innovations,
+            first,
+            last,
+            moving,
+            self._state,
+            self._sections,
+            self._factor,
+            self._length,
+            self._done,
+            self._frame,
+            out,
+        )
+        self._done += samples
 
 
 class ModulatedNoiseSynthesizer:
@@ -63,60 +170,17 @@ class ModulatedNoiseSynthesizer:
 
     def __init__(self, model: ModulatedNoise, *, seed: int | np.random.Generator) -> None:
         self.model = model
-        random = np.random.default_rng(seed)
-        self._innovations, self._noise = random.spawn(2)
-        n, gains = len(model.axes), model.gains
-        filters = band_filters(model.rate)
-        self._sections = filters / _rms_of_response(filters)[:, None] ** np.array([1, 1, 1, 0, 0, 0])
-        offset = model.offset_root @ random.standard_normal(gains)
-        self._texture = _Texture(
-            *model.regression, offset, model.quantiles, model.coupling_root, model.filter, model.mixing
-        )
-        self._state = _State(
-            np.zeros((model.lags, gains)),
-            np.zeros(gains),
-            np.zeros(gains),
-            np.zeros((BANDS, n, 2)),
-            np.zeros(n),
-            np.zeros(n),
-            np.zeros((n, 2 * TAPS)),
-            np.zeros(2, np.int64),
-        )
-        self._done = self._frame = 0
-        self._factor = level_factor(model.rate)
-        burn_in = self._innovations.standard_normal((10 * model.lags, gains))
-        _settle(burn_in, self._texture, self._state)
-        self._next(round(SETTLING_S * model.rate) + TAPS)
+        self._parameters = parameters_of(model)
+        self._process = NoiseProcess(len(model.axes), model.lags, model.rate, seed=seed)
 
     def next(self, samples: int) -> Signal:
         """Return the next ``samples`` >= 1 of the signal."""
         if samples < 1:
             raise ParameterError(f"samples must be >= 1, got {samples}")
-        x = self._next(samples) + self.model.mean[:, None]
+        x = np.empty((len(self.model.axes), samples))
+        self._process.next(x, self._parameters)
+        x += self.model.mean[:, None]
         return Signal(x.astype(np.float32), self.model.rate, self.model.unit, self.model.axes)
-
-    def _next(self, samples: int) -> Array:
-        n, length = len(self.model.axes), FRAME_S * self.model.rate
-        most = int(samples / length) + 2
-        begins = np.floor(np.arange(self._frame, self._frame + most) * length + 0.5)
-        begun = int(np.searchsorted(begins, self._done + samples))
-        innovations = self._innovations.standard_normal((begun, self.model.gains))
-        noise = self._noise.standard_normal((samples, BANDS, n))
-        out = np.empty((n, samples))
-        self._frame = _synthesise(
-            noise,
-            innovations,
-            self._texture,
-            self._state,
-            self._sections,
-            self._factor,
-            length,
-            self._done,
-            self._frame,
-            out,
-        )
-        self._done += samples
-        return out
 
 
 def synthesise_modulated_noise(
@@ -128,41 +192,61 @@ def synthesise_modulated_noise(
     return ModulatedNoiseSynthesizer(model, seed=seed).next(max(1, round(seconds * model.rate)))
 
 
-def _rms_of_response(sections: Array) -> Array:
-    """Return each filter's rms output for white noise of variance 1, by its impulse response."""
+@lru_cache(maxsize=32)
+def band_sections(rate: float) -> Array:
+    """Return `band_filters`, shape (band, 6), that make noise of variance 1 out of white noise of variance 1."""
+    filters = band_filters(rate)
     impulse = np.zeros(1 << 15)
     impulse[0] = 1.0
-    return np.array([np.sqrt(np.sum(sosfilt(row[None], impulse) ** 2)) for row in sections])
+    rms = np.array([np.sqrt(np.sum(sosfilt(row[None], impulse) ** 2)) for row in filters])
+    return np.asarray(filters / rms[:, None] ** np.array([1, 1, 1, 0, 0, 0]))
 
 
-@numba.njit(cache=True, nogil=True)
-def _advance(innovation: Array, texture: _Texture, state: _State) -> None:
-    """Draw the gains at the end of the next frame."""
-    scores, before, after = state.scores, state.before, state.after
-    lags, gains = scores.shape
-    new = np.zeros(gains)
-    for g in range(gains):
-        for h in range(gains):
-            new[g] += texture.innovation[g, h] * innovation[h]
-        for k in range(lags):
+@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
+def _advance(innovation: Array, parameters: NoiseParameters, state: _State) -> None:
+    """Draw the scores at the end of the next frame."""
+    lattice, scores = state.lattice, state.scores
+    lags, gains = lattice.shape
+    x, new = innovation.copy(), np.empty(gains)
+    for m in range(lags - 1, -1, -1):
+        s, k, t = parameters.rotations[m]
+        for g in range(gains):
+            total = 0.0
             for h in range(gains):
-                new[g] += texture.coefficients[g, k * gains + h] * scores[k, h]
-    for k in range(lags - 1, 0, -1):
-        scores[k] = scores[k - 1]
-    scores[0] = new
-    before[:] = after
-    last = len(SCORES) - 1
+                total += s[g, h] * x[h] + k[g, h] * lattice[m, h]
+            new[g] = total
+        if m + 1 < lags:
+            for g in range(gains):
+                total = 0.0
+                for h in range(gains):
+                    total += t[g, h] * lattice[m, h]
+                lattice[m + 1, g] = total
+            for h in range(gains):
+                for g in range(gains):
+                    lattice[m + 1, g] -= k[h, g] * x[h]
+        x, new = new, x
+    lattice[0] = x
+    scores[0] = scores[1]
     for g in range(gains):
-        z = new[g] + texture.offset[g]
-        i = min(max(np.searchsorted(SCORES, z), 1), last)
-        share = min(max((z - SCORES[i - 1]) / (SCORES[i] - SCORES[i - 1]), 0.0), 1.0)
-        after[g] = (1 - share) * texture.quantiles[g, i - 1] + share * texture.quantiles[g, i]
+        scores[1, g] = 0.0
+        for h in range(gains):
+            scores[1, g] += parameters.root[g, h] * x[h]
 
 
 @numba.njit(cache=True, nogil=True)
-def _settle(innovations: Array, texture: _Texture, state: _State) -> None:
-    for innovation in innovations:
-        _advance(innovation, texture, state)
+def _transform(parameters: NoiseParameters, state: _State, gains: Array) -> None:
+    """Write the logarithms of the gains at both ends of the frame, shape (2, gain)."""
+    last = len(SCORES) - 1
+    for g in range(gains.shape[1]):
+        offset = 0.0
+        for h in range(gains.shape[1]):
+            offset += parameters.offset_root[g, h] * state.own[h]
+        for end in range(2):
+            z = state.scores[end, g] + offset
+            i = min(max(np.searchsorted(SCORES, z), 1), last)
+            share = min(max((z - SCORES[i - 1]) / (SCORES[i] - SCORES[i - 1]), 0.0), 1.0)
+            q = parameters.quantiles[g]
+            gains[end, g] = (1 - share) * q[i - 1] + share * q[i]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -183,7 +267,9 @@ def _dot(taps: Array, ring: Array, newest: int) -> float:
 def _synthesise(
     noise: Array,  # (time, band, axis)
     innovations: Array,  # (frame, gain), of the frames that begin here
-    texture: _Texture,
+    first: NoiseParameters,  # at the beginning
+    last: NoiseParameters,  # at the end
+    moving: bool,  # whether they differ
     state: _State,
     sections: Array,  # (band, 6)
     factor: float,
@@ -195,16 +281,22 @@ def _synthesise(
     """Write the next samples, and return the number of frames that have begun."""
     axes = len(out)
     each = BANDS + SUBFRAMES
-    taps = texture.taps.shape[1]
-    first, subframe = frame, state.place[1]
+    taps = first.taps.shape[1]
+    earliest, subframe = frame, state.place[1]
+    g = state.gains
+    _transform(first, state, g[0])
+    _transform(last, state, g[1])
     for t in range(len(noise)):
         now = done + t
         if now == _end(frame, length):
-            _advance(innovations[frame - first], texture, state)
+            _advance(innovations[frame - earliest], last, state)
+            _transform(first, state, g[0])
+            _transform(last, state, g[1])
             subframe = SUBFRAMES * frame
             frame += 1
         elif now == _end(subframe + 1, length / SUBFRAMES):
             subframe += 1
+        r = (t + 1) / len(noise) if moving else 0.0
         begin, end = _end(frame - 1, length), _end(frame, length)
         of_frame = (now + 1 - begin) / (end - begin)
         begin, end = _end(subframe, length / SUBFRAMES), _end(subframe + 1, length / SUBFRAMES)
@@ -218,25 +310,37 @@ def _synthesise(
             for b in range(BANDS):
                 x = 0.0
                 for c in range(axes):
-                    x += texture.coupling[b, a, c] * noise[t, b, c]
+                    x += ((1 - r) * first.coupling[b, a, c] + r * last.coupling[b, a, c]) * noise[t, b, c]
                 s, d = sections[b], state.delays[b, a]
                 y = s[0] * x + d[0]
                 d[0] = s[1] * x - s[4] * y + d[1]
                 d[1] = s[2] * x - s[5] * y
-                gain = (1 - of_frame) * state.before[row + b] + of_frame * state.after[row + b]
+                gain = _between(g, 0, row + b, 1, row + b, of_frame, r)
                 total += np.exp(gain) * y
             state.power[a] += factor * (total * total - state.power[a])
             at = row + BANDS + number
-            last = state.before[row + each - 1] if number == 0 else state.after[at - 1]
-            level = (1 - of_subframe) * last + of_subframe * state.after[at]
+            if number == 0:
+                level = _between(g, 0, row + each - 1, 1, at, of_subframe, r)
+            else:
+                level = _between(g, 1, at - 1, 1, at, of_subframe, r)
             state.sources[a] = total * np.exp(level) / np.sqrt(max(state.power[a], SILENT))
         for a in range(axes):
             x = 0.0
             for c in range(axes):
-                x += texture.mixing[a, c] * state.sources[c]
+                x += ((1 - r) * first.mixing[a, c] + r * last.mixing[a, c]) * state.sources[c]
             ring = state.history[a]
             ring[place] = x
             ring[place + taps] = x
-            out[a, t] = _dot(texture.taps[a], ring, place + taps)
+            out[a, t] = _dot(first.taps[a], ring, place + taps)
+            if moving:
+                out[a, t] += r * (_dot(last.taps[a], ring, place + taps) - out[a, t])
     state.place[1] = subframe
     return frame
+
+
+@numba.njit(cache=True, nogil=True)
+def _between(gains: Array, one: int, i: int, two: int, j: int, share: float, r: float) -> float:
+    """Return a gain between two times, ``i`` at the end ``one`` of the frame and ``j`` at ``two``."""
+    before = (1 - share) * gains[0, one, i] + share * gains[0, two, j]
+    after = (1 - share) * gains[1, one, i] + share * gains[1, two, j]
+    return float((1 - r) * before + r * after)

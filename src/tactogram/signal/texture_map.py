@@ -1,9 +1,9 @@
-"""Texture map: autoregressive models of one surface over speed and force.
+"""Texture map: models of one surface over speed and force.
 
-Between recorded conditions the nearest models are mixed through their line spectral frequencies, by the barycentric
-weights of a triangle in a Delaunay triangulation over (speed, force); outside, by those of the nearest point of the
-convex hull (Culbertson et al. 2012, 2014). If only one of the two is known, or the conditions lie on a line, the
-triangles are the segments of that line.
+Between recorded conditions the nearest models are mixed (autoregressive ones through their line spectral frequencies),
+by the barycentric weights of a triangle in a Delaunay triangulation over (speed, force); outside, by those of the
+nearest point of the convex hull (Culbertson et al. 2012, 2014). If only one of the two is known, or the conditions lie
+on a line, the triangles are the segments of that line.
 
 References
 ----------
@@ -16,7 +16,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,8 +24,12 @@ from scipy.spatial import Delaunay
 
 from tactogram.errors import ParameterError
 from tactogram.signal.autoregressive import AutoregressiveModel, Level, mix
+from tactogram.signal.modulated_noise import ModulatedNoise
+from tactogram.signal.modulated_noise import mix as mix_noise
 
 Array = NDArray[np.float64]
+M = TypeVar("M")
+"""Model of one texture."""
 NAMES = ("speed_mm_s", "force_n")
 
 
@@ -104,17 +108,35 @@ def group_by_condition(
     return points, [np.flatnonzero(group.ravel() == number) for number in range(len(points))]
 
 
-class TextureMap(ConditionMap):
-    """Autoregressive models of one surface over speed and force.
+class ModelMap(ConditionMap, Generic[M]):
+    """Models of one surface over speed and force.
 
-    Parameters
-    ----------
-    models : sequence of AutoregressiveModel
-        Equal in rate, unit and axes.
-    conditions, triangles
-        As of `ConditionMap`, one for each model.
-    level : {"log", "linear"}
-        Interpolation of the power: see `tactogram.signal.autoregressive.mix`.
+    ``models`` are equal in rate, unit and axes; ``conditions`` and ``triangles`` are those of `ConditionMap`, one
+    condition for each model.
+    """
+
+    def __init__(
+        self, models: Sequence[M], conditions: ArrayLike, *, triangles: ArrayLike | None = None
+    ) -> None:
+        shape = np.shape(conditions)
+        if not models or shape != (len(models), 2):
+            raise ParameterError(f"conditions must be ({len(models)} models, 2), got shape {shape}")
+        super().__init__(conditions, triangles=triangles)
+        self.models = tuple(models)
+
+    def mix(self, weights: Array) -> M:
+        """Return the mix of the models."""
+        raise NotImplementedError
+
+    def at(self, speed_mm_s: float | None = None, force_n: float | None = None) -> M:
+        """Return the model at a condition, with parameters as `weights`."""
+        return self.mix(self.weights(speed_mm_s, force_n))
+
+
+class TextureMap(ModelMap[AutoregressiveModel]):
+    """Autoregressive models over speed and force.
+
+    ``level`` ("log" or "linear") is the interpolation of the power: see `tactogram.signal.autoregressive.mix`.
     """
 
     def __init__(
@@ -125,16 +147,20 @@ class TextureMap(ConditionMap):
         triangles: ArrayLike | None = None,
         level: Level = "log",
     ) -> None:
-        shape = np.shape(conditions)
-        if not models or shape != (len(models), 2):
-            raise ParameterError(f"conditions must be ({len(models)} models, 2), got shape {shape}")
-        super().__init__(conditions, triangles=triangles)
-        self.models = tuple(models)
+        super().__init__(models, conditions, triangles=triangles)
         self.level: Level = level
 
-    def at(self, speed_mm_s: float | None = None, force_n: float | None = None) -> AutoregressiveModel:
-        """Return the model at a condition, with parameters as `weights`."""
-        return mix(self.models, self.weights(speed_mm_s, force_n), level=self.level)
+    def mix(self, weights: Array) -> AutoregressiveModel:
+        """Return the mix of the models."""
+        return mix(self.models, weights, level=self.level)
+
+
+class NoiseMap(ModelMap[ModulatedNoise]):
+    """Models of modulated noise over speed and force."""
+
+    def mix(self, weights: Array) -> ModulatedNoise:
+        """Return the mix of the models."""
+        return mix_noise(self.models, weights)
 
 
 def _simplices(points: Array, triangles: ArrayLike | None) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

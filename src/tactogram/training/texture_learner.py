@@ -70,7 +70,7 @@ class TextureLearner(OneStepLearner, Generic[M]):
 
     def map_of(self, conditions: NDArray[np.float64], models: tuple[M, ...]) -> ConditionMap:
         """Return the map over the speeds and forces of one material's models."""
-        return ConditionMap(conditions)
+        raise NotImplementedError
 
     # -- training ----------------------------------------------------------------------------------------
 

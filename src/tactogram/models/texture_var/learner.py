@@ -14,6 +14,7 @@ from tactogram.signal import Signal
 from tactogram.signal.modulated_noise import ARRAYS, FRAME_S, ModulatedNoise, mix
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
+from tactogram.signal.texture_map import NoiseMap
 from tactogram.training.texture_learner import TextureLearner
 
 if TYPE_CHECKING:
@@ -28,6 +29,14 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
     def __init__(self, config: Config, kind: SignalKind) -> None:
         super().__init__(kind)
         self.config, self.by_condition = config, config.by_condition
+
+    @property
+    def maps(self) -> list[NoiseMap]:
+        """One map over speed and force for each material, for streaming."""
+        return [points for points in self.conditions if isinstance(points, NoiseMap)]
+
+    def map_of(self, conditions: NDArray[np.float64], models: tuple[ModulatedNoise, ...]) -> NoiseMap:
+        return NoiseMap(models, conditions)
 
     def fit(self, signals: Sequence[Signal]) -> ModulatedNoise:
         return fit_modulated_noise(signals, lags=self.config.lags)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numba
 import numpy as np
@@ -21,9 +21,10 @@ from tactogram.errors import ParameterError
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.line_spectrum import reflection_of_polynomial
 from tactogram.signal.mixing import symmetric_root
-from tactogram.signal.texture_map import TextureMap
+from tactogram.signal.texture_map import ModelMap, TextureMap
 
 Array = NDArray[np.float64]
+M = TypeVar("M")
 
 SPEEDS = 17
 """Least number of nodes over speed, if known."""
@@ -60,17 +61,9 @@ class TextureTable:
     ) -> None:
         models = [_one_axis(model, axis) for model in surface.models]
         surface = TextureMap(models, surface.conditions, level=surface.level)
-        grid_v = _grid(surface.conditions[:, 0], speeds)
-        grid_f = _grid(surface.conditions[:, 1], forces)
+        grid_v, grid_f, sampled = models_on_grid(surface, speeds, forces)
         order = max(model.order for model in models)
-        known_v, known_f = surface.has_conditions
-        at = [
-            [
-                surface.at(float(v) if known_v else None, float(f) if known_f else None).of_order(order)
-                for f in grid_f
-            ]
-            for v in grid_v
-        ]
+        at = [[model.of_order(order) for model in row] for row in sampled]
         self.grid = TextureGrid(
             grid_v,
             grid_f,
@@ -110,13 +103,32 @@ def summed(model: AutoregressiveModel) -> AutoregressiveModel:
     return AutoregressiveModel(reflection[None], innovation, model.rate, model.unit, ("dft321",))
 
 
+def check_axis(axis: str, axes: tuple[str, ...]) -> None:
+    """Refuse an ``axis`` that a table of models with ``axes`` cannot have."""
+    if axis not in ("all", "dft321", *axes):
+        raise ParameterError(f"axis must be dft321, all or one of {', '.join(axes)}, got {axis!r}")
+
+
+def models_on_grid(surface: ModelMap[M], speeds: int, forces: int) -> tuple[Array, Array, list[list[M]]]:
+    """Return at least so many speeds (S,) and forces (F,) with those of the surface's models, and the models there."""
+    grid_v, grid_f = _grid(surface.conditions[:, 0], speeds), _grid(surface.conditions[:, 1], forces)
+    known_v, known_f = surface.has_conditions
+    return (
+        grid_v,
+        grid_f,
+        [
+            [surface.at(float(v) if known_v else None, float(f) if known_f else None) for f in grid_f]
+            for v in grid_v
+        ],
+    )
+
+
 def _one_axis(model: AutoregressiveModel, axis: str) -> AutoregressiveModel:
+    check_axis(axis, model.axes)
     if axis == "all":
         return model
     if axis == "dft321":
         return summed(model)
-    if axis not in model.axes:
-        raise ParameterError(f"axis must be dft321, all or one of {', '.join(model.axes)}, got {axis!r}")
     place = model.axes.index(axis)
     return replace(
         model,
@@ -145,7 +157,8 @@ def _grid(values: Array, least: int) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _node(value: float, nodes: Array) -> tuple[int, int, float]:
+def node(value: float, nodes: Array) -> tuple[int, int, float]:
+    """Return the nodes on both sides of a value, and its relative position between them."""
     last = len(nodes) - 1
     if last == 0 or not value > nodes[0]:
         return 0, 0, 0.0
@@ -165,8 +178,8 @@ def interpolate(
     root: Array,  # (axis, axis), written
 ) -> None:
     """Write the parameters at a condition, interpolated between the four nearest nodes; beyond the grid the nearest."""
-    i0, i1, u = _node(speed, grid.speeds)
-    j0, j1, w = _node(force, grid.forces)
+    i0, i1, u = node(speed, grid.speeds)
+    j0, j1, w = node(force, grid.forces)
     a, b, c, d = (1 - u) * (1 - w), u * (1 - w), (1 - u) * w, u * w
     r, s, q = grid.reflection, grid.deviation, grid.root
     reflection[:] = a * r[i0, j0] + b * r[i1, j0] + c * r[i0, j1] + d * r[i1, j1]

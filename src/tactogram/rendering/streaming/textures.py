@@ -56,50 +56,73 @@ class _Filter(NamedTuple):
     root: Array  # (2, axis, axis)
 
 
-class _Resampler(NamedTuple):
-    """Samples at the table's rate, new and past, and the kernel that interpolates them at the engine's rate."""
+class Resampler:
+    """Samples at a texture's rate, interpolated at the engine's, block by block.
 
-    samples: Array  # (axis, room)
-    history: Array  # (axis, room)
-    ratio: float
-    half: int
-    kernel: Array  # (PHASES + 1, 2 half)
+    Parameters
+    ----------
+    axes : int
+    own : float
+        Rate of the texture, Hz.
+    rate : float
+        Of the engine, Hz.
+    most : int
+        Samples in a block.
+    """
+
+    def __init__(self, axes: int, own: float, *, rate: float, most: int) -> None:
+        self._ratio = own / rate
+        self.half = 0
+        """Samples at the texture's rate on each side of the interpolated one; 0 if the rates are equal."""
+        self.kernel = np.zeros((PHASES + 1, 0))
+        """Their weights, shape (PHASES + 1, 2 half)."""
+        if self._ratio != 1:
+            self.half = max(3, min(LONGEST_KERNEL, round(KERNEL_S * own)))
+            # The kernel widens where the texture's rate is the higher one.
+            self.half = int(np.ceil(self.half * max(1.0, self._ratio)))
+            self.kernel = _sinc(self.half, min(1.0, 1 / self._ratio))
+        self.delay_s = self.half / own
+        self.most = 2 * self.half + int(np.ceil(most * self._ratio)) + 2
+        """Largest number of samples at the texture's rate in a block."""
+        self._samples, self._history = np.zeros((axes, self.most)), np.zeros((axes, self.most))
+        self._available, self._place = 0, float(max(self.half - 1, 0))
+
+    def room(self, count: int) -> Array:
+        """Return where to write the samples that the next ``count`` at the engine's rate need, shape (axis, time)."""
+        last = int(self._place + (count - 1) * self._ratio) + self.half
+        new = max(0, last + 1 - self._available) if self.half else count
+        return self._samples[:, :new]
+
+    def write(self, new: Array, count: int, out: Block) -> None:
+        """Write ``count`` samples at the engine's rate, with what `room` returned."""
+        if self.half == 0:
+            out[:, :count] = new
+            return
+        self._available, self._place = _resample(
+            new, self._history, self._available, self._place, self._ratio, self.half, self.kernel, count, out
+        )
 
 
 class AutoregressiveTexture:
     """A `TextureTable` as an endless signal at the engine's ``rate`` (Hz), in blocks of at most ``most`` samples.
 
-    The mean of the models is omitted: it is gravity, or the sensor's. ``half`` is the number of samples at the table's
-    rate on each side of the interpolated one, 0 if the rates are equal; ``kernel`` their weights.
+    The mean of the models is omitted: it is gravity, or the sensor's.
     """
 
     holds_at_rest = False
 
     def __init__(self, name: str, table: TextureTable, *, rate: float, most: int, seed: int) -> None:
         self.name, self.unit, self.axes = name, table.unit, table.axes
-        self._table = table
+        self.table = table
         self._random = np.random.default_rng(seed)
         n, order, grid = len(table.axes), table.order, table.grid
         state = np.ascontiguousarray(grid.root[0, 0] @ self._random.standard_normal((n, order)))
-        self._ratio = table.rate / rate
-        self.half = 0
-        self.kernel = np.zeros((PHASES + 1, 0))
-        if self._ratio != 1:
-            self.half = max(3, min(LONGEST_KERNEL, round(KERNEL_S * table.rate)))
-            # The kernel widens where the texture's rate is the higher one.
-            self.half = int(np.ceil(self.half * max(1.0, self._ratio)))
-            self.kernel = _sinc(self.half, min(1.0, 1 / self._ratio))
-        self.delay_s = self.half / table.rate
-        room = 2 * self.half + int(np.ceil(most * self._ratio)) + 2
-        self._noise = np.zeros((room, n))
+        self.resampler = Resampler(n, table.rate, rate=rate, most=most)
+        self.delay_s = self.resampler.delay_s
+        self._noise = np.zeros((self.resampler.most, n))
         self._filter = _Filter(
             state, np.zeros((2, n, order)), np.zeros((2, n)), np.zeros((2, n)), np.zeros((2, n, n))
         )
-        self._resampler = _Resampler(
-            np.zeros((n, room)), np.zeros((n, room)), self._ratio, self.half, self.kernel
-        )
-        self._available = 0
-        self._place = float(max(self.half - 1, 0))
         middle = np.exp(grid.deviation[len(grid.speeds) // 2, len(grid.forces) // 2])
         self.level = float(np.sqrt(np.sum(middle**2)))
         self._begun = False
@@ -107,25 +130,15 @@ class AutoregressiveTexture:
     def render(self, motion: MotionBlock, out: Block) -> None:
         """Write the next ``motion.count`` samples to ``out``."""
         count = motion.count
-        last = int(self._place + (count - 1) * self._ratio) + self.half
-        new = max(0, last + 1 - self._available) if self.half else count
-        self._random.standard_normal(out=self._noise[:new])
-        speed, force, grid = motion.speed_mm_s[count - 1], motion.force_n[count - 1], self._table.grid
+        new = self.resampler.room(count)
+        noise = self._noise[: new.shape[1]]
+        self._random.standard_normal(out=noise)
+        speed, force, grid = motion.speed_mm_s[count - 1], motion.force_n[count - 1], self.table.grid
         if not self._begun:
             _advance(speed, force, grid, self._filter)
             self._begun = True
-        self._available, self._place = _render(
-            speed,
-            force,
-            grid,
-            self._filter,
-            self._noise[:new],
-            self._resampler,
-            self._available,
-            self._place,
-            count,
-            out,
-        )
+        _filtered(speed, force, grid, self._filter, noise, new)
+        self.resampler.write(new, count, out)
 
 
 def _sinc(half: int, cutoff: float) -> Array:
@@ -145,39 +158,34 @@ def _advance(speed: float, force: float, grid: TextureGrid, filter: _Filter) -> 
 
 
 @numba.njit(cache=True, nogil=True)
-def _render(
+def _filtered(
     speed: float,
     force: float,
     grid: TextureGrid,
     filter: _Filter,
     noise: Array,  # (new, axis)
-    resampler: _Resampler,
+    out: Array,  # (axis, new), written
+) -> None:
+    _advance(speed, force, grid, filter)
+    reflection, deviation, mean, root = filter.reflection, filter.deviation, filter.mean, filter.root
+    ladder(noise, filter.state, reflection, deviation, mean, root, 0, max(1, len(noise)), out)
+
+
+@numba.njit(cache=True, nogil=True)
+def _resample(
+    samples: Array,  # (axis, new)
+    history: Array,  # (axis, room), changed in place
     available: int,
     place: float,
+    ratio: float,
+    half: int,
+    kernel: Array,  # (PHASES + 1, 2 half)
     count: int,
-    out: Block,
+    out: Block,  # (axis, most), written
 ) -> tuple[int, float]:
-    """Filter the noise and write ``count`` resampled samples; return the length of the history and the place in it."""
-    _advance(speed, force, grid, filter)
-    new = len(noise)
-    samples, history = resampler.samples, resampler.history
-    ratio, half, kernel = resampler.ratio, resampler.half, resampler.kernel
-    axes = len(samples)
-    ladder(
-        noise,
-        filter.state,
-        filter.reflection,
-        filter.deviation,
-        filter.mean,
-        filter.root,
-        0,
-        max(1, new),
-        samples[:, :new],
-    )
-    if half == 0:
-        out[:, :count] = samples[:, :count]
-        return 0, 0.0
-    history[:, available : available + new] = samples[:, :new]
+    """Write ``count`` interpolated samples; return the length of the history and the place in it."""
+    axes, new = samples.shape
+    history[:, available : available + new] = samples
     available += new
     taps = 2 * half
     for i in range(count):

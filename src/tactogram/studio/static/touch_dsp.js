@@ -4,9 +4,11 @@
  */
 
 import { Finger, Follower } from "./touch_motion.js";
-import { textureOf } from "./touch_textures.js";
+import { ModulatedNoiseTexture } from "./touch_noise.js";
+import { AutoregressiveTexture, SurfaceTexture } from "./touch_textures.js";
 
 const GLIDE_S = 0.05;
+const KINDS = { autoregressive: AutoregressiveTexture, noise: ModulatedNoiseTexture, surface: SurfaceTexture };
 
 /** Transient of a landing; see `ContactSettings`. */
 const CONTACT = { frequency_hz: 160, decay_s: 0.012, gain: 4, hardest_n: 3 };
@@ -79,7 +81,9 @@ export class Engine {
     this.finger = finger ?? new Finger();
     this.follower = new Follower(rate, most);
     this.transients = new Transients(rate, { ...CONTACT, gain: tap_gain });
-    this.textures = tables.map((table, number) => textureOf(table, rate, most, seed + number));
+    this.textures = tables.map(
+      (table, number) => new KINDS[table.head.kind](table, rate, most, seed + number),
+    );
     const even = this.textures.map(() => 1 / this.textures.length);
     this.fields = fields ?? [even];
     this.width_mm = width_mm;

@@ -78,6 +78,74 @@ export class Noise {
   }
 }
 
+/** Samples at a texture's rate, interpolated at the engine's. */
+export class Resampler {
+  /**
+   * @param {Table} table
+   * @param {number} rate Of the engine, Hz.
+   * @param {number} most
+   */
+  constructor({ head, arrays }, rate, most) {
+    this._kernel = arrays.kernel;
+    this._ratio = head.table_rate / rate;
+    this._half = head.half;
+    const room = 2 * this._half + Math.ceil(most * this._ratio) + 2;
+    /** Where to write fresh samples. */
+    this.made = new Float64Array(room);
+    this._history = new Float64Array(room);
+    this._have = 0;
+    this._place = Math.max(this._half - 1, 0);
+  }
+
+  /**
+   * Return the number of samples at the texture's rate that the next `count` need.
+   * @param {number} count
+   */
+  fresh(count) {
+    if (!this._half) return count;
+    const last = Math.floor(this._place + (count - 1) * this._ratio) + this._half;
+    return Math.max(0, last + 1 - this._have);
+  }
+
+  /**
+   * Write `count` samples, with the fresh ones in `made`.
+   * @param {number} fresh
+   * @param {number} count
+   * @param {Float32Array} out
+   */
+  write(fresh, count, out) {
+    const { _half: half, _kernel: kernel, _history: history, made } = this;
+    if (half === 0) {
+      for (let i = 0; i < count; i++) out[i] = made[i];
+      return;
+    }
+    for (let i = 0; i < fresh; i++) history[this._have + i] = made[i];
+    this._have += fresh;
+    const taps = 2 * half;
+    for (let i = 0; i < count; i++) {
+      const at = this._place + i * this._ratio;
+      const whole = Math.floor(at);
+      const phase = (at - whole) * PHASES;
+      const row = Math.floor(phase);
+      const share = phase - row;
+      const first = row * taps;
+      const from = whole - half + 1;
+      let total = 0;
+      for (let k = 0; k < taps; k++) {
+        total += ((1 - share) * kernel[first + k] + share * kernel[first + taps + k]) * history[from + k];
+      }
+      out[i] = total;
+    }
+    this._place += count * this._ratio;
+    const done = Math.min(Math.floor(this._place) - half + 1, this._have);
+    if (done > 0) {
+      history.copyWithin(0, done, this._have);
+      this._have -= done;
+      this._place -= done;
+    }
+  }
+}
+
 /** Noise through a ladder filter whose coefficients follow speed and force. */
 export class AutoregressiveTexture {
   /**
@@ -95,15 +163,8 @@ export class AutoregressiveTexture {
     this._forces = arrays.forces;
     this._reflections = arrays.reflection;
     this._deviations = arrays.deviation;
-    this._kernel = arrays.kernel;
-    this._ratio = head.table_rate / rate;
-    this._half = head.half;
     this._state = Float64Array.from({ length: this._order }, () => this._noise.normal());
-    const room = 2 * this._half + Math.ceil(most * this._ratio) + 2;
-    this._made = new Float64Array(room);
-    this._history = new Float64Array(room);
-    this._have = 0;
-    this._place = Math.max(this._half - 1, 0);
+    this._resampler = new Resampler(table, rate, most);
     // Parameters at the start and end of a block.
     this._before = new Float64Array(this._order);
     this._after = new Float64Array(this._order);
@@ -118,35 +179,16 @@ export class AutoregressiveTexture {
    */
   render(motion, out) {
     const count = motion.count;
-    const half = this._half;
-    const last = Math.floor(this._place + (count - 1) * this._ratio) + half;
-    const fresh = half ? Math.max(0, last + 1 - this._have) : count;
+    const fresh = this._resampler.fresh(count);
     this._turnTo(motion.speed[count - 1], motion.force[count - 1]);
-    this._ladder(fresh);
-    if (half === 0) {
-      for (let i = 0; i < count; i++) out[i] = this._made[i];
-      return;
-    }
-    this._history.set(this._made.subarray(0, fresh), this._have);
-    this._have += fresh;
-    this._resample(count, out);
-    this._place += count * this._ratio;
-    const done = Math.min(Math.floor(this._place) - half + 1, this._have);
-    if (done > 0) {
-      this._history.copyWithin(0, done, this._have);
-      this._have -= done;
-      this._place -= done;
-    }
+    this._ladder(fresh, this._resampler.made);
+    this._resampler.write(fresh, count, out);
   }
 
   _turnTo(speed, force) {
     [this._before, this._after] = [this._after, this._before];
     this._deviation[0] = this._deviation[1];
-    const [i0, i1, u] = node(speed, this._speeds);
-    const [j0, j1, w] = node(force, this._forces);
-    const shares = [(1 - u) * (1 - w), u * (1 - w), (1 - u) * w, u * w];
-    const across = this._forces.length;
-    const corners = [i0 * across + j0, i1 * across + j0, i0 * across + j1, i1 * across + j1];
+    const [corners, shares] = around(speed, force, this._speeds, this._forces);
     const order = this._order;
     const [a, b, c, d] = shares;
     const [p, q, r, s] = corners.map((corner) => corner * order);
@@ -166,7 +208,7 @@ export class AutoregressiveTexture {
   }
 
   /** The normalised ladder of Gray and Markel (1975), interpolated from the block's first parameters to its last. */
-  _ladder(count) {
+  _ladder(count, made) {
     const { _before: before, _after: after, _state: state, _order: order } = this;
     const glide = Math.max(1, count);
     for (let t = 0; t < count; t++) {
@@ -180,27 +222,7 @@ export class AutoregressiveTexture {
         x = c * x - k * b;
       }
       if (order) state[0] = x;
-      this._made[t] = ((1 - r) * this._deviation[0] + r * this._deviation[1]) * x;
-    }
-  }
-
-  _resample(count, out) {
-    const taps = 2 * this._half;
-    const kernel = this._kernel;
-    const history = this._history;
-    for (let i = 0; i < count; i++) {
-      const at = this._place + i * this._ratio;
-      const whole = Math.floor(at);
-      const phase = (at - whole) * PHASES;
-      const row = Math.floor(phase);
-      const share = phase - row;
-      const first = row * taps;
-      const from = whole - this._half + 1;
-      let total = 0;
-      for (let k = 0; k < taps; k++) {
-        total += ((1 - share) * kernel[first + k] + share * kernel[first + taps + k]) * history[from + k];
-      }
-      out[i] = total;
+      made[t] = ((1 - r) * this._deviation[0] + r * this._deviation[1]) * x;
     }
   }
 }
@@ -261,19 +283,6 @@ export class SurfaceTexture {
 }
 
 /**
- * Return the texture of a table.
- * @param {Table} table
- * @param {number} rate
- * @param {number} most
- * @param {number} seed
- */
-export function textureOf(table, rate, most, seed) {
-  return table.head.kind === "surface"
-    ? new SurfaceTexture(table)
-    : new AutoregressiveTexture(table, rate, most, seed);
-}
-
-/**
  * Return the nodes on both sides of a value, and its relative position between them.
  * @param {number} value
  * @param {Float64Array | Float32Array} nodes Ascending.
@@ -286,6 +295,24 @@ export function node(value, nodes) {
   let i = 0;
   while (nodes[i + 1] <= value) i++;
   return [i, i + 1, (value - nodes[i]) / (nodes[i + 1] - nodes[i])];
+}
+
+/**
+ * Return the four nodes of a grid around a condition, and their shares.
+ * @param {number} speed
+ * @param {number} force
+ * @param {Float64Array} speeds
+ * @param {Float64Array} forces
+ * @returns {[number[], number[]]}
+ */
+export function around(speed, force, speeds, forces) {
+  const [i0, i1, u] = node(speed, speeds);
+  const [j0, j1, w] = node(force, forces);
+  const across = forces.length;
+  return [
+    [i0 * across + j0, i1 * across + j0, i0 * across + j1, i1 * across + j1],
+    [(1 - u) * (1 - w), u * (1 - w), (1 - u) * w, u * w],
+  ];
 }
 
 function cubic(table, row, i0, i1, i2, i3, r) {

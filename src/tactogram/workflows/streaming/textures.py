@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 from tactogram.errors import ParameterError
 from tactogram.model import TextureMapModel
 from tactogram.rendering.drive.axes import combined
+from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
 from tactogram.rendering.streaming.surface import Along, SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
+from tactogram.signal.texture_map import NoiseMap, TextureMap
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
@@ -106,7 +108,7 @@ def textures_of(
 
 
 def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -> StreamingTexture:
-    """Return one material of a run: its own models where it is autoregressive, else a signal that it generates."""
+    """Return one material of a run: its own models over speed and force, or else a signal that it generates."""
     if isinstance(run.model, TextureMapModel):
         return mapped_texture(run, run.model, name, settings, number)
     from tactogram.workflows.generation.generate import generate
@@ -122,14 +124,24 @@ def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -
 
 def mapped_texture(
     run: LoadedRun, model: TextureMapModel, name: str, settings: TextureSettings, number: int = 0
-) -> AutoregressiveTexture:
+) -> AutoregressiveTexture | ModulatedNoiseTexture:
     """Return a material of a run whose model is a map over speed and force; ``number`` varies the seed."""
     if name not in run.kind.materials:
         raise ParameterError(f"{run.run.name} has no material {name!r}; give {', '.join(run.kind.materials)}")
     place = run.kind.materials.index(name)
-    table = TextureTable(model.maps[place], axis=settings.axes)
-    seed = settings.seed + 1000 * number + place
-    return AutoregressiveTexture(name, table, rate=settings.rate, most=settings.most, seed=seed)
+    return texture_of_map(name, model.maps[place], settings, seed=settings.seed + 1000 * number + place)
+
+
+def texture_of_map(
+    name: str, surface: TextureMap | NoiseMap, settings: TextureSettings, *, seed: int = 0
+) -> AutoregressiveTexture | ModulatedNoiseTexture:
+    """Return a map over speed and force as a texture."""
+    rate, most = settings.rate, settings.most
+    if isinstance(surface, NoiseMap):
+        noise = NoiseTable(surface, axis=settings.axes)
+        return ModulatedNoiseTexture(name, noise, rate=rate, most=most, seed=seed)
+    table = TextureTable(surface, axis=settings.axes)
+    return AutoregressiveTexture(name, table, rate=rate, most=most, seed=seed)
 
 
 def _of_file(path: Path, settings: TextureSettings, options: Mapping[str, Any]) -> StreamingTexture:

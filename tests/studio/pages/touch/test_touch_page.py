@@ -12,6 +12,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.strength import strength
@@ -19,6 +20,7 @@ from tactogram.rendering.families import pattern
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MotionSample, MotionSettings
+from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
@@ -26,8 +28,9 @@ from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.io import write_signal
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
-from tactogram.signal.texture_map import TextureMap
+from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram.studio.pages.touch.tables import table_of_map
 from tactogram.workflows.training.loaded_run import load_run
 
@@ -206,6 +209,26 @@ def noisy(name, surface, seed):
     return texture
 
 
+def pulsating():
+    """Modulated noise whose rms is 1 + force and whose peak, and the beat of its strength, follow the speed."""
+    conditions = [(v, f) for v in (50.0, 100.0, 200.0) for f in (0.3, 1.0)]
+    random, models = np.random.default_rng(0), []
+    for v, f in conditions:
+        x = lfilter(
+            [1], [1, -1.9 * math.cos(2 * math.pi * 1.5 * v / 2500), 0.9], random.standard_normal(5000)
+        )
+        x *= 1 + 0.9 * np.sin(2 * np.pi * v / 20 * np.arange(5000) / 2500)
+        models.append(fit_modulated_noise(Signal((1 + f) * x / x.std(), 2500.0, "m/s^2")))
+    return NoiseMap(models, conditions)
+
+
+def noisy_of(surface, seed):
+    """Modulated noise with the script's noise."""
+    texture = ModulatedNoiseTexture("pulse", NoiseTable(surface), rate=RATE, most=MOST, seed=0)
+    texture._process._innovations = texture._process._noise = Sfc32(seed)
+    return texture
+
+
 def surface_of(along="path"):
     texture = SurfaceTexture("ridges", ridges(), rate=RATE, along=along)
     texture.holds_at_rest = False
@@ -257,22 +280,39 @@ def test_the_sound_thread_makes_the_samples_that_rendering_makes(quiet, voices):
         assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max(), names
 
 
-def test_models_over_speed_and_force_are_followed_as_rendering_follows_them(quiet):
-    """A stroke from 40 to 230 mm/s under a rising force: other models from block to block, and no seam."""
+def a_ramp():
+    """A stroke from 40 to 230 mm/s under a rising force: other models from block to block."""
     times = np.arange(500) / 250
     place = 40 * times + 47.5 * times**2
-    ramp = [
+    return [
         {"time": t, "x": x, "y": 0.0, "force": 0.2 + 0.5 * t}
         for t, x in zip(times.tolist(), place.tolist(), strict=True)
     ]
-    packed = table_of_map("slope", sloping(), rate=RATE).packed()
-    data = "data:application/octet-stream;base64," + base64.b64encode(packed).decode()
-    expected = streamed([noisy("slope", sloping(), 5)], ramp, 2.0)
-    found = rendered(quiet, [data], ramp, 2.0, gain=1e-3) / 1e-3
+
+
+def packed(name, surface):
+    data = table_of_map(name, surface, rate=RATE).packed()
+    return "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+
+
+def test_models_over_speed_and_force_are_followed_as_rendering_follows_them(quiet):
+    expected = streamed([noisy("slope", sloping(), 5)], a_ramp(), 2.0)
+    found = rendered(quiet, [packed("slope", sloping())], a_ramp(), 2.0, gain=1e-3) / 1e-3
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
     begins, ends = (peak_hz(found[round(a * RATE) : round(b * RATE)]) for a, b in ((0.1, 0.5), (1.6, 2.0)))
     assert begins == pytest.approx(1.5 * 68, rel=0.3)
     assert ends == pytest.approx(1.5 * 200, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    "motion", [a_ramp(), a_hand(2.0), a_stroke(100.0, 2.0)], ids=["ramp", "hand", "steady"]
+)
+def test_modulated_noise_is_that_of_rendering(quiet, motion):
+    surface = pulsating()
+    expected = streamed([noisy_of(surface, 5)], motion, 2.0)
+    found = rendered(quiet, [packed("pulse", surface)], motion, 2.0, gain=1e-3) / 1e-3
+    assert np.sqrt(np.mean(expected**2)) > 0.3
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 def test_what_the_pointer_does_on_the_pad_is_what_is_played(touch):

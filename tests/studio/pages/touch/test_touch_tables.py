@@ -6,24 +6,28 @@ import struct
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.level import parse_level
+from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.io import write_signal
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
-from tactogram.signal.texture_map import TextureMap
+from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram.studio.context import Studio
 from tactogram.studio.pages.touch.offers import texture_choices
 from tactogram.studio.pages.touch.pictures import drawn_surface, picture_of
 from tactogram.studio.pages.touch.sources import TextureRequest, TouchSources
 from tactogram.studio.pages.touch.tables import table_of_map, table_of_signal
+from tactogram.workflows.training.train import train
 
 RATE = 48_000.0
 VOICES = "studio/first/voices"
@@ -75,10 +79,47 @@ def test_a_packed_table_holds_the_models_that_rendering_plays(surface):
     assert np.array_equal(arrays["speeds"], table.grid.speeds)
     assert np.array_equal(arrays["reflection"], table.grid.reflection.ravel())
     assert np.array_equal(arrays["deviation"], table.grid.deviation.ravel())
-    assert np.array_equal(arrays["kernel"], texture.kernel.ravel())
-    assert (head["half"], head["table_rate"]) == (texture.half, 1000.0)
+    assert np.array_equal(arrays["kernel"], texture.resampler.kernel.ravel())
+    assert (head["half"], head["table_rate"]) == (texture.resampler.half, 1000.0)
     assert head["speeds_mm_s"] == [50.0, 200.0]
     assert head["follows"] == "speed 50 to 200 mm/s and force 0.3 to 1 N"
+
+
+@pytest.fixture(scope="module")
+def noise():
+    """Modulated noise of band 100 to 200 Hz whose rms is 1 + force, at three speeds, in two axes of equal strength."""
+    section, random = butter(2, (100, 200), "bandpass", fs=1000, output="sos"), np.random.default_rng(0)
+    models, conditions = [], [(v, f) for v in (50.0, 100.0, 200.0) for f in (0.3, 1.0)]
+    for _, force in conditions:
+        x = sosfilt(section, random.standard_normal((2, 6000)))
+        models.append(fit_modulated_noise(Signal((1 + force) * x / x.std(), 1000.0, "m/s^2", ("x", "y"))))
+    return NoiseMap(models, conditions)
+
+
+def test_a_packed_table_of_noise_holds_what_rendering_plays(noise):
+    head, arrays = unpacked(table_of_map("noise", noise, rate=RATE, axes="y").packed())
+    table = NoiseTable(noise, axis="y")
+    texture = ModulatedNoiseTexture("noise", table, rate=RATE, most=128, seed=0)
+    assert (head["kind"], head["lags"], head["table_rate"]) == ("noise", table.lags, 1000.0)
+    assert np.array_equal(arrays["values"], table.grid.values.ravel())
+    assert np.array_equal(arrays["speeds"], table.grid.speeds)
+    assert np.array_equal(arrays["kernel"], texture.resampler.kernel.ravel())
+    assert head["half"] == texture.resampler.half
+    assert head["notes"] == ["axis y only"]
+    assert head["follows"] == "speed 50 to 200 mm/s and force 0.3 to 1 N"
+
+
+def test_several_axes_are_refused(noise):
+    with pytest.raises(ParameterError, match="must combine several axes into one, got 'all'"):
+        table_of_map("noise", noise, rate=RATE, axes="all")
+
+
+def test_a_phone_is_told_the_strength_of_noise_at_each_node(noise):
+    """The amplitude of the sine with its power: all of it lies within the felt band."""
+    table = table_of_map("noise", noise, rate=RATE, axes="x")
+    amplitude = table.arrays["vibration"].reshape(len(table.arrays["speeds"]), -1)
+    assert amplitude[0, 0] == pytest.approx(np.sqrt(2) * 1.3, rel=0.1)
+    assert amplitude[-1, -1] == pytest.approx(np.sqrt(2) * 2.0, rel=0.1)
 
 
 def test_every_array_begins_where_numbers_of_eight_bytes_may(surface):
@@ -208,6 +249,25 @@ def test_models_of_one_speed_are_laid_along_the_way_unless_asked_otherwise(sourc
     assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.15)
     assert laid.head["simulated"]
     assert tabled.head["simulated"]
+
+
+def test_a_run_of_texture_var_is_offered_laid_and_tabled(sources, workspace):
+    run = train(
+        "texture_var",
+        workspace / "studio" / "first" / "surfaces",
+        recipe="tiny",
+        changes={"prepare.rate": 1000},
+        where={"material": "tile"},
+        split="all",
+        out=workspace / "runs" / "var",
+    ).folder.relative_to(workspace)
+    tabled = sources.table(TextureRequest("run", str(run), "tile", lay="table"))
+    laid = sources.table(TextureRequest("run", str(run), "tile"))
+    assert (tabled.head["kind"], laid.head["kind"]) == ("noise", "surface")
+    assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.25)
+    signal, speed = sources.signal(TextureRequest("run", str(run), "tile"))
+    assert (signal.seconds, speed, signal.axes) == (6.0, 100.0, ("dft321",))
+    assert signal.samples.std() == pytest.approx(laid.head["level"], rel=0.1)
 
 
 def test_a_table_is_made_once_and_anew_when_its_file_changes(sources, workspace):

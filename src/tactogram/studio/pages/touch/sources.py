@@ -14,12 +14,13 @@ import numpy as np
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import TextureMapModel
-from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.signal.io.files import READABLE
+from tactogram.signal.modulated_noise import ModulatedNoise
+from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.synthesis import synthesise
-from tactogram.signal.texture_map import TextureMap
+from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram.studio.pages.touch.offers import SUPPORTED, TextureOrigin
 from tactogram.studio.pages.touch.tables import (
     ASSUMED_SPEED_MM_S,
@@ -30,6 +31,7 @@ from tactogram.studio.pages.touch.tables import (
 from tactogram.studio.workspace.folder import STORE, Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.text_files import read_json
+from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
@@ -173,13 +175,15 @@ class TouchSources:
 
         return self._runs.get((path, _stamp(path)), load)
 
-    def _laid(self, surface: TextureMap, request: TextureRequest) -> tuple[Signal, float | None]:
-        """Return some seconds of an autoregressive texture, and their speed."""
-        table = TextureTable(surface, axis=request.axes)
+    def _laid(self, surface: TextureMap | NoiseMap, request: TextureRequest) -> tuple[Signal, float | None]:
+        """Return some seconds of models over speed and force, and their speed."""
+        table = texture_of_map("", surface, TextureSettings(request.rate, 1, request.axes)).table
         own = float(np.median(table.grid.speeds)) if surface.has_conditions[0] else ASSUMED_SPEED_MM_S
         speed = own if request.speed_mm_s is None else request.speed_mm_s
-        force = float(np.median(table.grid.forces))
-        return synthesise(table.at(speed, force), LAID_S, seed=request.seed), speed
+        model = table.at(speed, float(np.median(table.grid.forces)))
+        if isinstance(model, ModulatedNoise):
+            return synthesise_modulated_noise(model, LAID_S, seed=request.seed), speed
+        return synthesise(model, LAID_S, seed=request.seed), speed
 
     def _recorded(self, request: TextureRequest, path: Path) -> tuple[Signal, float | None]:
         if request.where == "kept":
@@ -225,8 +229,8 @@ class _ValueCache:
             return made
 
 
-def _map_of(run: LoadedRun, material: str) -> TextureMap | None:
-    """Return a material's autoregressive models; None if the run has no such models."""
+def _map_of(run: LoadedRun, material: str) -> TextureMap | NoiseMap | None:
+    """Return a material's models over speed and force; None if the run has no such models."""
     if material not in run.kind.materials:
         raise ParameterError(
             f"{run.run.name} has no material {material[:60]!r}; it has {', '.join(run.kind.materials)}"
@@ -236,7 +240,7 @@ def _map_of(run: LoadedRun, material: str) -> TextureMap | None:
     return run.model.maps[run.kind.materials.index(material)]
 
 
-def _by_table(surface: TextureMap, request: TextureRequest) -> bool:
+def _by_table(surface: TextureMap | NoiseMap, request: TextureRequest) -> bool:
     """Return whether models follow speed and force: by default if they know more than one speed."""
     if request.lay != "auto":
         return request.lay == "table"

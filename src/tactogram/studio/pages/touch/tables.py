@@ -23,13 +23,17 @@ from tactogram.rendering.drive.strength import StrengthSettings, strength
 from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
+from tactogram.rendering.streaming.noise_texture import NoiseTable
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.surface import OVERSAMPLED, Along, SurfaceTexture, looped
 from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
+from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal
+from tactogram.signal.modulated_noise import SCORES, level_factor
+from tactogram.signal.modulated_noise_synthesis import band_sections
 from tactogram.signal.perception import FELT_HZ
-from tactogram.signal.texture_map import TextureMap
+from tactogram.signal.texture_map import NoiseMap, TextureMap
+from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
 
 MAGIC = b"TGTT"
 VERSION = 1
@@ -79,34 +83,47 @@ class TouchTexture:
 
 
 def table_of_map(
-    name: str, surface: TextureMap, *, rate: float, axes: str = "dft321", simulated: bool = False
+    name: str, surface: TextureMap | NoiseMap, *, rate: float, axes: str = "dft321", simulated: bool = False
 ) -> TouchTexture:
-    """Return the table of autoregressive models over speed and force; ``rate`` is that of the browser's audio, Hz."""
-    table = TextureTable(surface, axis=axes)
-    texture = AutoregressiveTexture(name, table, rate=rate, most=QUANTUM, seed=0)
-    speeds = table.grid.speeds if surface.has_conditions[0] else None
-    forces = table.grid.forces if surface.has_conditions[1] else None
+    """Return the table of models over speed and force; ``rate`` is that of the browser's audio, Hz.
+
+    Raises `ParameterError` if the texture is silent, or ``axes`` does not make one of several axes.
+    """
+    texture = texture_of_map(name, surface, TextureSettings(rate, QUANTUM, axes))
+    if len(texture.axes) > 1:
+        raise ParameterError(
+            f"axes must combine several axes into one, got {axes!r}; use dft321 or an axis's name"
+        )
+    table, grid = texture.table, texture.table.grid
+    known_v, known_f = surface.has_conditions
+    speeds, forces = grid.speeds if known_v else None, grid.forces if known_f else None
+    arrays: dict[str, NDArray[Any]] = {
+        "speeds": grid.speeds,
+        "forces": grid.forces,
+        "kernel": texture.resampler.kernel.ravel(),
+        "vibration": _felt_amplitudes(table).ravel(),
+    }
+    kind: dict[str, Any]
+    if isinstance(table, NoiseTable):
+        kind = {"kind": "noise", "lags": table.lags, "level_factor": level_factor(table.rate)}
+        arrays |= {"values": table.grid.values.ravel(), "scores": SCORES}
+        arrays["sections"] = band_sections(table.rate).ravel()
+    else:
+        kind = {"kind": "autoregressive", "order": table.order}
+        arrays["reflection"] = table.grid.reflection[:, :, 0].ravel()
+        arrays["deviation"] = table.grid.deviation[:, :, 0].ravel()
     several = len(surface.models[0].axes) > 1
     head = {
         **_head(name, texture, rate=rate, simulated=simulated),
-        "kind": "autoregressive",
-        "order": table.order,
+        **kind,
         "table_rate": table.rate,
-        "half": texture.half,
+        "half": texture.resampler.half,
         "speeds_mm_s": _range(speeds),
         "forces_n": _range(forces),
         "follows": _followed(speeds, forces),
         "notes": ["its axes combined by DFT321" if axes == "dft321" else f"axis {axes} only"]
         if several
         else [],
-    }
-    arrays: dict[str, NDArray[Any]] = {
-        "speeds": table.grid.speeds,
-        "forces": table.grid.forces,
-        "reflection": table.grid.reflection[:, :, 0].ravel(),
-        "deviation": table.grid.deviation[:, :, 0].ravel(),
-        "kernel": texture.kernel.ravel(),
-        "vibration": _felt_amplitudes(table).ravel(),
     }
     return TouchTexture(head, arrays)
 
@@ -210,7 +227,7 @@ def _measured(texture: StreamingTexture, rate: float) -> tuple[float, float]:
     return float(np.sqrt(square / max(slid, 1))), peak
 
 
-def _felt_amplitudes(table: TextureTable) -> NDArray[np.float32]:
+def _felt_amplitudes(table: TextureTable | NoiseTable) -> NDArray[np.float32]:
     """Return at every node the amplitude of the sine with the model's power in the felt band, shape (S, F)."""
     low, high = open_display(PHONE).band or FELT_HZ
     high = min(high, table.rate / 2)
