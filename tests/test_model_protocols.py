@@ -34,7 +34,7 @@ KEPT = {
     "WindowClassifier": {"stroke_cnn"},
     "Embedder": {"stroke_cnn"},
     "NoiselessGenerator": {"pix2pixhd", "residue_fusion_gan", "visual_tactile_gan"},
-    "PhotographClassifier": {"nearest_photo", "residue_fusion_gan", "visual_tactile_gan"},
+    "PhotographClassifier": {"nearest_photo", "residue_fusion_gan", "texture_flow", "visual_tactile_gan"},
     "PictureGenerator": {"pix2pix", "pix2pixhd", "residue_fusion_gan", "visual_tactile_gan"},
     "PublishedEvaluator": {"frictgan"},
     "SelectionReporter": {"ultrasonic_cgan"},

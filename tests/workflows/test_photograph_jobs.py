@@ -14,7 +14,8 @@ from tactogram.datasets import Recording, Split, create_store
 from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import LeakError, ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_signal
+from tactogram.signal.io import read_metadata, read_signal, write_signal
+from tactogram.signal.resampling import resample
 from tactogram.training.run import Run
 from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
@@ -210,3 +211,67 @@ def test_crops_of_the_recordings_trained_on_have_no_floor(looks, tmp_path):
     losses = evaluate_pictures(sight.folder, most=4)["inversion"]
     assert losses
     assert {loss["floor"] for loss in losses.values()} == {None}
+
+
+@pytest.fixture(scope="module")
+def described(looks, tmp_path_factory):
+    """A run that is given a material, a photograph or a recording."""
+    out = tmp_path_factory.mktemp("runs") / "described"
+    return train("texture_flow", looks, recipe="tiny", out=out, accelerator="cpu")
+
+
+@pytest.mark.parametrize(("given", "baseline"), [("image", True), ("vibration", False), ("material", False)])
+def test_a_run_is_judged_by_each_description_it_takes(described, given, baseline):
+    found, _ = evaluate_run(described.folder, given=given, evaluation=HASTY)
+    spectra = found["measures"]["log_spectral_distance_db"]
+    assert ("nearest_photo" in spectra) == baseline
+    assert spectra["model"] < spectra["ceiling"] - 2  # spectra are closed forms: the network hardly trained
+
+
+def test_a_description_that_it_does_not_take_is_refused(described, run):
+    with pytest.raises(ParameterError, match="texture_flow is given material, image, vibration, got 'words'"):
+        evaluate_run(described.folder, given="words")
+    with pytest.raises(ParameterError, match="nearest_photo is given image, got 'material'"):
+        evaluate_run(run.folder, given="material")
+
+
+def test_a_surface_never_touched_is_described_by_one_recording_or_photograph(looks, tmp_path):
+    out = train("texture_flow", looks, recipe="tiny", by="material", out=tmp_path / "run", accelerator="cpu")
+    spectra = {}
+    for given in ("vibration", "image"):
+        found, _ = evaluate_run(out.folder, given=given, evaluation=HASTY)
+        (material,) = found["per_material"]
+        spectra[given] = found["per_material"][material]["log_spectral_distance_db"]["model"]
+    assert spectra["vibration"] < 3 < spectra["image"]
+
+
+def test_a_picture_or_recording_file_describes_the_surface(described, tmp_path, capsys):
+    (tmp_path / "photo.png").write_bytes(photograph_of(photograph("tile", 77)).data)
+    made = [str(described.folder), "--seconds", "1", "--seed", "3"]
+    assert not main(
+        ["generate", *made, "--image", str(tmp_path / "photo.png"), "--out", str(tmp_path / "a.wav")]
+    )
+    assert "photograph classified as tile, confidence" in capsys.readouterr().out
+    stroke = recording("felt", 99).streams["acceleration"]
+    write_signal(tmp_path / "felt.csv", resample(stroke, 2000.0))
+    assert not main(
+        ["generate", *made, "--vibration", str(tmp_path / "felt.csv"), "--out", str(tmp_path / "b.wav")]
+    )
+    found = read_signal(tmp_path / "b.wav")
+    assert (found.rate, found.unit) == (RATE, "m/s^2")
+    assert np.std(found.samples) == pytest.approx(np.std(stroke.samples), rel=0.3)
+    assert read_metadata(tmp_path / "b.wav")["vibration_from"] == "felt.csv"
+    main(
+        [
+            "generate",
+            *made,
+            "--material",
+            "tile",
+            "--image",
+            str(tmp_path / "photo.png"),
+            "--out",
+            str(tmp_path / "c.wav"),
+        ]
+    )
+    assert "material and image describe the surface twice" in capsys.readouterr().err
+    assert not (tmp_path / "c.wav").exists()

@@ -31,9 +31,7 @@ class _GenerateRequest(Request):
         str | None,
         Option("fill the other words with the scores of this rated surface or image", "ITEM"),
     ] = None
-    vibration: Annotated[
-        str | None, Option("recording of the surface, for models that start from one", "FILE")
-    ] = None
+    vibration: Annotated[str | None, Option("recording of the surface", "FILE")] = None
     raters: Annotated[Sequence[str], Option("rater model that scores the result", "RUN", "--rater")] = ()
     image: Annotated[str | None, Option("photograph of the surface", "FILE")] = None
     speed: Annotated[float | None, Option("stroking speed, mm/s", "MM_S")] = None
@@ -52,7 +50,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     if request.material and request.mix:
         raise UsageError("argument --mix: not allowed with argument --material")
     runs = [load_run(folder) for folder in request.runs]
-    by_words = (request.words, request.rest, request.like, request.vibration, request.raters)
+    by_words = (request.words, request.rest, request.like, request.raters)
     if len(runs) > 1 or any(by_words) or conditions_on_words(runs[0]):
         for name in ("material", "mix", "image", "speed", "force"):
             if getattr(request, name) is not None:
@@ -69,6 +67,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
         seed=request.seed,
         count=request.count,
         photograph=request.image,
+        recording=request.vibration,
     )
     first = written[0]
     lines = [row["file"] for row in written]

@@ -48,6 +48,8 @@ class ModelDescription(BaseModel):
     task: Literal["classification", "generation", "prediction"]
     needs: tuple[str, ...] = ()
     """Required conditions, from `tactogram.model.CONDITIONS`."""
+    instead: tuple[str, ...] = ()
+    """Conditions that may each be given in place of those needed."""
     takes: tuple[str, ...] = ()
     """Optional conditions."""
     gives: Literal["signal", "image", "probabilities", "scores"]
@@ -55,7 +57,12 @@ class ModelDescription(BaseModel):
     learns_from: LearnsFrom = "recordings"
     """Kind of training data."""
 
-    @field_validator("needs", "takes")
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """All conditions that it can be given."""
+        return (*self.needs, *self.instead, *self.takes)
+
+    @field_validator("needs", "instead", "takes")
     @classmethod
     def _are_conditions(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
@@ -72,6 +79,22 @@ class ModelInfo(ModelDescription):
     folder: Path
     package: str
     """Import name of the folder."""
+
+    def given(self, condition: str) -> ModelInfo:
+        """Return the model with ``condition`` as the one that it needs.
+
+        Raises
+        ------
+        ParameterError
+            If the model needs another, and takes none instead.
+        """
+        if condition in self.instead:
+            return self.model_copy(update={"needs": (condition,), "instead": ()})
+        if condition not in self.needs:
+            raise ParameterError(
+                f"{self.name} is given {', '.join((*self.needs, *self.instead)) or 'nothing'}, got {condition!r}"
+            )
+        return self
 
     def recipes(self) -> tuple[str, ...]:
         """Return the names of the recipes in the folder, sorted."""

@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
+from tactogram.errors import ParameterError
+from tactogram.features.photo_classifier import PhotoClassifier, distinct_photographs
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
     Condition,
@@ -26,19 +27,33 @@ from tactogram.model import (
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
 from tactogram.models.texture_flow.networks import VelocityUNet
-from tactogram.models.texture_flow.whitened_spectra import WhitenedSpectra
+from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
 from tactogram.nn import MovingAverage
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
-from tactogram.signal import Signal
+from tactogram.signal import Image, Signal
 from tactogram.training.seeds import child_generator, child_rng, torch_seeded
 
 NOISE_FRAMES = 64
 """Frames of noise that are drawn at once, so that longer signals begin with the same noise."""
+LARGEST_CODE = 4.0
+"""Numbers of a code count as at most so many standard deviations of those of the recordings."""
+DESCRIPTIONS = ("material", "image", "vibration")
+"""Conditions that describe a surface, of which one is needed."""
+MOST_PHOTOGRAPHS = 50
+"""Photographs of a material that are learned from."""
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
 LARGEST_GRADIENT = 1.0
 """Norm that gradients are limited to."""
+
+
+class Reference(NamedTuple):
+    """A recording that a surface is measured from."""
+
+    id: str
+    surface: Surface
+    condition: Condition
 
 
 class TextureFlowLearner:
@@ -48,11 +63,16 @@ class TextureFlowLearner:
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
         kind.require_materials("texture_flow")
-        self.config, self.kind, self.materials = config, kind, kind.materials
+        self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
         self.device = torch.device(device)
-        self.spectra = WhitenedSpectra(config, kind)
+        self.spectra = SurfaceSpectra(config, kind.rate)
+        self.surfaces: list[Surface] = []
+        """Of each material."""
+        self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
+        """Mean and standard deviation of the codes of recordings."""
+        self.photographs = PhotoClassifier(kind.materials)
         self.labels = Labels(config.conditions)
-        size = len(kind.materials) + 2 * len(config.conditions)
+        size = self.codes.shape[1] + 1 + 4 * len(config.conditions)
         with torch_seeded(seed, "weights"):
             network = VelocityUNet(config, axes=len(kind.axes), labels=size)
         self.network: Any = network.to(self.device)
@@ -84,32 +104,66 @@ class TextureFlowLearner:
         if stage.name == "fit":
             yield examples
             return
+        measured = self._measured(examples)
         step = start
         while True:
-            yield step, *self._batch(examples, step, self.config.batch_size, seed=seed)
+            yield step, *self._batch(examples, measured, step, self.config.batch_size, seed=seed)
             step += 1
 
+    def _measured(self, examples: Sequence[Example]) -> dict[str, list[Reference]]:
+        """Return the surface of each recording that is long enough, by material."""
+        found: dict[str, list[Reference]] = {str(example.material): [] for example in examples}
+        for example in examples:
+            surface = self.spectra.measure([example.signal])
+            if surface is not None:
+                found[str(example.material)].append(Reference(example.id, surface, example.condition))
+        return found
+
     def _batch(
-        self, examples: Sequence[Example], number: int, count: int, *, seed: int
+        self,
+        examples: Sequence[Example],
+        measured: Mapping[str, Sequence[Reference]],
+        number: int,
+        count: int,
+        *,
+        seed: int,
     ) -> tuple[Tensor, Tensor]:
-        """Return the spectra of crops, (crop, axis, bin, frame), and their labels, (crop, label)."""
+        """Return the spectra of crops, (crop, axis, bin, frame), and their labels, (crop, label).
+
+        The surface of a crop is that of its material, or of another recording of it alone.
+        """
         length = self.spectra.samples(self.config.frames)
         crops = SignalCrops(examples, length, overlap=self.spectra.transform.n_fft)
+        rng = child_rng(seed, "references", number)
+        known = dict(zip(self.materials, self.surfaces, strict=True))
         spectra, labels = [], []
         for example, crop in crops.draw(number * count, count, partial(child_rng, seed)):
-            place = self.materials.index(str(example.material))
-            spectra.append(self.spectra.encode(crop, place))
-            labels.append(self._label(np.eye(len(self.materials))[place], example.condition))
+            material, reference = str(example.material), None
+            others = [found for found in measured[material] if found.id != example.id]
+            if others and (material not in known or rng.random() < self.config.references):
+                _, surface, reference = others[rng.integers(len(others))]
+            else:
+                surface = known[material]
+            spectra.append(self.spectra.encode(crop, surface))
+            labels.append(self._label(surface, example.condition, reference))
         return torch.stack(spectra), torch.stack(labels)
 
-    def _label(self, weights: NDArray[np.float64], condition: Condition) -> Tensor:
-        """Return weights that sum to 1, then speed and force, each with a 1 if it is known; float32, shape (label,)."""
-        numbers = self.labels.numbers(condition)
+    def _label(self, surface: Surface, condition: Condition, measured: Condition | None) -> Tensor:
+        """Return the code of a surface, a 1, and speed and force that it was measured with; then those wanted.
+
+        Float32, shape (label,); after speeds and forces are as many numbers, 1 for each that is known. ``measured`` is
+        the condition of the one recording that the surface was measured from.
+        """
+        code = (surface.code - self.codes[0]) / self.codes[1].clamp_min(LEAST_DEVIATION)
+        numbers = torch.tensor([1.0, *self._numbers(measured or {}), *self._numbers(condition)])
+        return torch.cat((code.clamp(-LARGEST_CODE, LARGEST_CODE), numbers))
+
+    def _numbers(self, condition: Condition) -> list[float]:
         known = [
             float(name in self.labels.ranges and condition.get(name) is not None)
             for name in self.labels.names
         ]
-        return torch.tensor([*(weights / weights.sum()), *numbers, *known], dtype=torch.float32)
+        return [*self.labels.numbers(condition), *known]
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
@@ -128,24 +182,44 @@ class TextureFlowLearner:
         return {"loss": loss.item()}
 
     def _with_some_dropped(self, label: Tensor) -> Tensor:
-        """Return labels, (batch, label), of which some lack the material, others speed and force."""
-        count, numbers = len(self.materials), label.shape[1] - len(self.materials)
+        """Return labels, (batch, label), of which some lack the surface, others speed and force."""
+        wanted = 2 * len(self.labels.names)
         kept = (torch.rand(len(label), 2) >= self.config.dropped).float()
-        return label * torch.cat((kept[:, :1].expand(-1, count), kept[:, 1:].expand(-1, numbers)), 1)
+        return label * kept.repeat_interleave(torch.tensor([label.shape[1] - wanted, wanted]), dim=1)
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
         self.labels.fit(examples)
         members = self.kind.by_material(examples)
-        self.spectra.fit([[example.signal for example in members[name]] for name in self.materials])
+        self.surfaces = [
+            self._surface_of(name, [example.signal for example in members[name]]) for name in self.materials
+        ]
+        measured = self._measured(examples).values()
+        codes = torch.stack([reference.surface.code for references in measured for reference in references])
+        self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
+        self.photographs.fit(
+            {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
+            child_rng(self.seed, "photographs"),
+        )
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
         return {"seconds": self.seconds}
+
+    def _surface_of(self, material: str, signals: Sequence[Signal]) -> Surface:
+        surface = self.spectra.measure(signals)
+        if surface is None:
+            raise ParameterError(
+                f"recordings must have at least {self.spectra.transform.n_fft} samples, got none of {material}; "
+                "shorten config.window_s"
+            )
+        return surface
 
     @torch.no_grad()
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return the loss on unseen crops; well above that of the training crops if these were memorised."""
+        measured = self._measured(examples)
+        examples = [e for e in examples if e.material in self.materials or len(measured[str(e.material)]) > 1]
         if not examples:
             return {}
-        spectra, label = self._batch(examples, 0, max(len(examples), UNSEEN_CROPS), seed=0)
+        spectra, label = self._batch(examples, measured, 0, max(len(examples), UNSEEN_CROPS), seed=0)
         label = label.to(self.device)
         with torch_seeded(0, "validate"):
             loss = flow_loss(lambda x, t: self.average.network(x, t, label), spectra.to(self.device))
@@ -155,7 +229,9 @@ class TextureFlowLearner:
         return {
             "materials": list(self.materials),
             "seconds": self.seconds,
-            "spectra": self.spectra.state(),
+            "surfaces": [surface._asdict() for surface in self.surfaces],
+            "codes": self.codes,
+            "photographs": self.photographs.state(),
             "conditions": self.labels.state(),
             "average": self.average.state(),
             "network": self.network.state_dict(),
@@ -165,7 +241,9 @@ class TextureFlowLearner:
     def load_state(self, state: Mapping[str, Any]) -> None:
         check_state(state["materials"], self.materials)
         self.seconds = float(state["seconds"])
-        self.spectra.load_state(state["spectra"])
+        self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
+        self.codes = state["codes"]
+        self.photographs.load_state(state["photographs"])
         self.labels.load_state(state["conditions"])
         self.average.load_state(state["average"])
         self.network.load_state_dict(state["network"])
@@ -177,17 +255,40 @@ class TextureFlowLearner:
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal, by default as long as the median of the training recordings.
 
-        Between materials, weights of which are scaled to sum to 1, cross-spectra and log magnitudes are mixed, and the
-        network is given the mean of their embeddings. Beyond the recorded range, speed and force count as the nearest
-        recorded ones.
+        The surface is a material or mix, with weights scaled to sum to 1; the materials of a photograph, mixed by their
+        probabilities; or that of a measured vibration. Of a mix cross-spectra, log magnitudes and codes are mixed.
+        Beyond the recorded range, speed and force count as the nearest recorded ones.
         """
-        check_condition(condition, needs=("material",), takes=NUMBERS)
+        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS))
         self.labels.check(condition)
-        weights = material_weights(condition, self.materials)
+        surface = self._surface(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
-        spectrum = self._spectrum(self._label(weights, condition), length, seed=seed)
-        samples = self.spectra.decode(spectrum.cpu(), weights, length, seed=seed)
+        spectrum = self._spectrum(self._label(surface, condition, None), length, seed=seed)
+        samples = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
         return self.kind.signal(samples)
+
+    def _surface(self, condition: Condition) -> Surface:
+        given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
+        if not given:
+            raise ParameterError("condition 'material' is needed, or image or vibration instead")
+        if len(given) > 1:
+            raise ParameterError(
+                f"conditions {' and '.join(given)} describe the surface twice; give one of them"
+            )
+        if given == ["vibration"]:
+            vibration = condition["vibration"]
+            self.kind.check(vibration)
+            return self._surface_of("the vibration", [vibration])
+        weights = (
+            self.photographs.probabilities(condition["image"])
+            if given == ["image"]
+            else material_weights(condition, self.materials)
+        )
+        return Surface.mixed(self.surfaces, weights)
+
+    def classify_photograph(self, image: Image) -> tuple[str, float]:
+        probabilities = self.photographs.probabilities(image)
+        return self.materials[probabilities.argmax()], float(probabilities.max())
 
     @torch.inference_mode()
     def _spectrum(self, label: Tensor, length: int, *, seed: int) -> Tensor:

@@ -123,13 +123,15 @@ def _evaluated_on_recordings(
     loaded: LoadedRun, request: EvaluationRequest, settings: EvaluationSettings
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return the figures and sections of a classifier, or a generator, on recordings that it was not trained on."""
+    if request.given is not None:
+        loaded = replace(loaded, facts=loaded.facts.given(request.given))
     examples, described = _test_examples(loaded, request.data, request.unknown)
     store = examples.store
     figures = loaded.facts_on(store, described)
     known = [example for example in examples if example.material in loaded.kind.materials]
     others = [example for example in examples if example.material not in loaded.kind.materials]
-    if "image" in loaded.facts.needs and "material" not in loaded.facts.needs:
-        known, others = [*known, *others], []  # it takes photographs of unknown surfaces
+    if not {"material", "words"} & {*loaded.facts.needs}:
+        known, others = [*known, *others], []  # it takes photographs or recordings of unknown surfaces
     if not known:
         raise ParameterError(
             f"{store.name}: no recording of a material that the run knows ({', '.join(loaded.kind.materials)})"

@@ -51,7 +51,7 @@ def evaluate_generator(
     The report's sections are drawn when the second value is called.
 
     ``known`` are recordings that it was not trained on, of materials that it knows; for a generator conditioned on a
-    photograph also of others: half of these then replace the training part.
+    photograph or a recording also of others: half of these then replace the training part.
 
     Raises
     ------
@@ -77,15 +77,21 @@ def evaluate_generator(
         notes.append(
             f"Everything was evaluated at {FELT_RATE:g} Hz, which holds all perceptible frequencies."
         )
+    strokes: dict[str, Example] = {}
+    if "vibration" in loaded.facts.needs:
+        strokes = {str(e.material): e for e in reversed([*train, *held_back]) if e.material in test}
+        notes.append("Baselines were fitted to the one recording of each material that the model was given.")
     references = ReferenceModels(loaded, train, settings, progress)
     classifier = classifier_of(references, pieces, notes)
     sets: dict[str, Mapping[str, list[Signal]]] = {}
-    generators = _generators(loaded, references)
+    generators = _generators(loaded, references, tuple(strokes.values()))
     nearest = generators[NEAREST_PHOTO][1] if NEAREST_PHOTO in generators else None
     for name, (facts, generator) in generators.items():
         same = [other for other in sets if generators[other][1] is generator]
         kind = loaded.kind if generator is loaded.model else kind_in_time(loaded.kind)
-        conditioned = _ConditionedGenerator(name, facts, generator, kind, nearest, rate, settings.seed, notes)
+        conditioned = _ConditionedGenerator(
+            name, facts, generator, kind, nearest, strokes, rate, settings.seed, notes
+        )
         sets[name] = sets[same[0]] if same else _generated(conditioned, known, compared, pieces, progress)
     with threadpool_limits(1):
         result = evaluate_generation(
@@ -124,13 +130,17 @@ def _apart(
     )
 
 
-def _generators(loaded: LoadedRun, references: ReferenceModels) -> dict[str, tuple[models.ModelInfo, Any]]:
+def _generators(
+    loaded: LoadedRun, references: ReferenceModels, strokes: Sequence[Example]
+) -> dict[str, tuple[models.ModelInfo, Any]]:
     """Return the model and its baselines, trained."""
     names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
     found = {MODEL: (loaded.facts, loaded.model)}
     for name in names:
         own = loaded.facts.name == name and loaded.kind.domain == "time"  # baselines are trained over time
-        found[name] = (loaded.facts, loaded.model) if own else (models.find(name), references.baseline(name))
+        found[name] = (
+            (loaded.facts, loaded.model) if own else (models.find(name), references.baseline(name, strokes))
+        )
     return found
 
 
@@ -151,6 +161,8 @@ class _ConditionedGenerator:
     generator: Any
     kind: SignalKind
     nearest: PhotographClassifier | None
+    strokes: Mapping[str, Example]
+    """One recording of each material, for a generator that needs it."""
     rate: float
     seed: int
     notes: list[str]
@@ -168,7 +180,9 @@ class _ConditionedGenerator:
             if condition == plain:
                 raise
             signal = self.generator.generate(plain, seconds=seconds, seed=seed)
-            condition_name = "photographs" if "image" in self.facts.needs else "materials"
+            condition_name = {"image": "photographs", "vibration": "recordings"}.get(
+                self.facts.needs[0], "materials"
+            )
             self._note(
                 f"{self.name} was conditioned on {condition_name} alone: it does not know every speed and force of the "
                 "recordings."
@@ -187,7 +201,10 @@ class _ConditionedGenerator:
                 raise ParameterError(
                     f"{self.name} needs a photograph, and there is none of {example.material}"
                 )
-            given = {"image": pictures[number % len(pictures)]}
+            given = {name: value for name, value in given.items() if name in self.facts.takes}
+            given["image"] = pictures[number % len(pictures)]
+        if "vibration" in self.facts.needs:
+            given["vibration"] = self.strokes[str(example.material)].signal
         if "material" in self.facts.needs:
             given["material"] = example.material
             if example.material not in self.kind.materials and self.nearest is not None and len(pictures):

@@ -103,15 +103,18 @@ class ReferenceModels:
     ) -> None:
         self.loaded, self.train, self.settings, self.progress = loaded, train, settings, progress
 
-    def baseline(self, name: str) -> Learner:
-        """Return a trained baseline, as its quick recipe configures it."""
+    def baseline(self, name: str, strokes: Sequence[Example] = ()) -> Learner:
+        """Return a trained baseline, as its quick recipe configures it; of ``strokes`` alone, if there are any."""
         config = Recipe.load(models.find(name).recipe("quick")).config
         kind = kind_in_time(self.loaded.kind)
-        examples: Sequence[Example] = self.train
-        if kind != self.loaded.kind:
-            examples = [replace(e, signal=felt(e.signal)) for e in self.train]
+        examples: Sequence[Example] = strokes or self.train
+        if strokes:
+            kind = replace(kind, materials=tuple(sorted({str(e.material) for e in strokes})))
+        if kind.domain != self.loaded.kind.domain:
+            examples = [replace(e, signal=felt(e.signal)) for e in examples]
             kind = tactile_kind(kind)
-        return self.trained(name, config, examples, kind, keep=name not in HOLDING_RECORDINGS)
+        keep = name not in HOLDING_RECORDINGS and not strokes
+        return self.trained(name, config, examples, kind, keep=keep)
 
     def trained(
         self,

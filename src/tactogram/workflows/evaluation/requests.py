@@ -28,6 +28,10 @@ class EvaluationRequest(Request):
             "for a generator: steps, window_s, longest_s, most or seed of the reference models", "KEY=VALUE"
         ),
     ] = None
+    given: Annotated[
+        str | None,
+        Option("for a generator: the condition that describes surfaces, if it takes several", "CONDITION"),
+    ] = None
     rater: Annotated[
         Path | str | None,
         Option("for a generator conditioned on words: the rater model that scores it", "RUN"),

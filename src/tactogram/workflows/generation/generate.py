@@ -9,7 +9,7 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, NoiselessGenerator, PhotographClassifier
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import WRITABLE, read_image, write_image, write_signal
+from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
@@ -63,13 +63,14 @@ def generate_files(
     seed: int = 0,
     count: int = 1,
     photograph: Path | str | None = None,
+    recording: Path | str | None = None,
 ) -> list[dict[str, Any]]:
     """Write ``count`` signals or images to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
 
     Provenance, and whether the model was trained on simulated data, is written into the files.
 
-    The other parameters are those of `generate`. The name of ``photograph``, for models conditioned on one, is written
-    into the files.
+    The other parameters are those of `generate`. The names of ``photograph`` and ``recording``, for models conditioned
+    on one, are written into the files; the recording is filtered and resampled as those that the model was trained on.
 
     Returns
     -------
@@ -93,7 +94,10 @@ def generate_files(
         image = read_image(photograph)
         condition = {**condition, "image": image}
         found = _classified_as(loaded.model, image)
-    more = {} if photograph is None else {"photograph": Path(photograph).name}
+    if recording is not None:
+        condition = {**condition, "vibration": loaded.prepare(read_signal(recording))}
+    named = {"photograph": photograph, "vibration_from": recording}
+    more = {name: Path(file).name for name, file in named.items() if file is not None}
     facts = run_provenance(loaded, seed) | _named(condition) | more | found
     if count > 1 and isinstance(loaded.model, NoiselessGenerator):
         found["differ_by"] = loaded.model.variation

@@ -120,7 +120,7 @@ def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
 
 def conditions_on_words(run: LoadedRun) -> bool:
     """Return whether a run is conditioned on words."""
-    return "words" in (*run.facts.needs, *run.facts.takes)
+    return "words" in run.facts.conditions
 
 
 def scale_of(run: LoadedRun) -> tuple[float, float]:

@@ -98,7 +98,7 @@ def _loaded(runs: Sequence[Path | str | LoadedRun]) -> list[LoadedRun]:
 
 
 def _conditions(run: LoadedRun) -> tuple[str, ...]:
-    return (*run.facts.needs, *run.facts.takes)
+    return run.facts.conditions
 
 
 def _is_file(out: Path) -> bool:

@@ -114,7 +114,7 @@ def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -
     from tactogram.workflows.generation.generate import generate
 
     condition: dict[str, Any] = {"material": {name: 1.0}}
-    if settings.speed_mm_s is not None and "speed_mm_s" in (*run.facts.needs, *run.facts.takes):
+    if settings.speed_mm_s is not None and "speed_mm_s" in run.facts.conditions:
         condition["speed_mm_s"] = settings.speed_mm_s
     made = next(iter(generate(run, condition, seconds=settings.seconds, seed=settings.seed)))
     if not isinstance(made, Signal):

@@ -70,7 +70,7 @@ def planned(request: TrainingRequest) -> TrainingPlan:
         parts = rated.split(index, recipe.prepare, **how)
     else:
         parts = make_split(index, label=request.label, **how)
-    if "image" in facts.needs:
+    if "image" in facts.needs or ("image" in facts.instead and store.photographs_by_material):
         parts = split_photographs(store, parts, seed=recipe.seed)
     config = facts.config(recipe.config)
     return TrainingPlan(store, facts, recipe, config, parts, rated, request.label, folders)

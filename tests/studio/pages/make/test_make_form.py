@@ -42,6 +42,7 @@ def test_a_form_has_a_part_for_every_condition(name):
 
     assert {PARTS[c] for c in facts.needs if c not in DRAWN} == set(form.needs)
     assert {PARTS[c] for c in facts.takes if c not in DRAWN} == set(form.takes)
+    assert {PARTS[c] for c in facts.instead} == set(form.instead)
     assert set(form.drawn) == {c for c in (*facts.needs, *facts.takes) if c in DRAWN}
     assert form.materials == (MATERIALS if form.has("materials") else ())
     assert form.words == (WORDS if form.has("words") else ())
@@ -87,6 +88,7 @@ def test_weights_are_divided_by_their_sum_or_left_free():
 
 MIX = GenerationForm(("materials",), ("speed", "force"), MATERIALS)
 PHOTO = GenerationForm(("photo",), ("materials",), MATERIALS)
+DESCRIBED = GenerationForm(("materials",), ("speed",), MATERIALS, instead=("photo", "vibration"))
 BY_WORDS = GenerationForm(("words",), ("vibration",), words=WORDS)
 
 
@@ -183,3 +185,21 @@ def test_the_sliders_of_words_are_explained_by_the_runs_own_scale():
     assert scale_text((1.0, 7.0)) == scale_text(None) == "1 (not at all) to 7 (very)."
     assert "4 half, 7 everybody" in scale_text(IMAGES.scale)
     assert "own ratings, 0 to 100," in scale_text((0.0, 100.0))
+
+
+def test_a_photograph_or_recording_replaces_the_materials():
+    request = GenerationRequest("runs/a", weights={"cork": 1.0}, photo="p-1a.png", vibration="v-2b.npz")
+
+    by_photo = DESCRIBED.used(request)
+    by_recording = DESCRIBED.used(replace(request, photo=""))
+    by_material = DESCRIBED.used(replace(request, photo="", vibration=""))
+
+    assert "--image p-1a.png --seed" in command(by_photo, DESCRIBED)
+    assert "a --vibration v-2b.npz --seed" in command(by_recording, DESCRIBED)
+    assert "a --mix cork=1 --seed" in command(by_material, DESCRIBED)
+    assert [r.title for r in (by_photo, by_recording, by_material)] == ["p", "v", "cork"]
+    for used in (by_photo, by_recording, by_material):
+        check_request(used, DESCRIBED)
+    with pytest.raises(ParameterError, match="weight of at least one material"):
+        check_request(GenerationRequest("runs/a"), DESCRIBED)
+    assert PHOTO.used(request) == request

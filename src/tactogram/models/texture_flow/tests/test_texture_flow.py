@@ -12,8 +12,8 @@ from tactogram.model import Example, SignalKind
 from tactogram.models.texture_flow import Config, build
 from tactogram.models.texture_flow.flow import flow_loss, solve
 from tactogram.models.texture_flow.networks import VelocityUNet
-from tactogram.models.texture_flow.whitened_spectra import WhitenedSpectra
-from tactogram.signal import Signal
+from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
+from tactogram.signal import Image, Signal
 from tactogram.training.loop import fit
 
 RATE = 1000.0
@@ -57,9 +57,11 @@ def trained(stroked=False, **config):
 
 
 def spectra():
-    found = WhitenedSpectra(SMALL.model_copy(update={"iterations": 64}), KIND)
-    found.fit([[e.signal for e in EXAMPLES if e.material == name] for name in KIND.materials])
-    return found
+    return SurfaceSpectra(SMALL.model_copy(update={"iterations": 64}), RATE)
+
+
+def surfaces():
+    return [spectra().measure([e.signal for e in EXAMPLES if e.material == name]) for name in KIND.materials]
 
 
 def coherency(samples):
@@ -71,11 +73,10 @@ def coherency(samples):
 # -- spectra ------------------------------------------------------------------------------------------------
 
 
-def test_sources_of_every_material_are_alike():
-    found = spectra()
-    for place, name in enumerate(KIND.materials):
+def test_sources_of_every_surface_are_alike():
+    for name, surface in zip(KIND.materials, surfaces(), strict=True):
         values = torch.cat(
-            [found.encode(e.signal.samples, place) for e in EXAMPLES if e.material == name], -1
+            [spectra().encode(e.signal.samples, surface) for e in EXAMPLES if e.material == name], -1
         )
         assert values.shape[:2] == (2, 32)
         torch.testing.assert_close(values.mean(-1), torch.zeros(2, 32), atol=1e-3, rtol=0)
@@ -84,9 +85,9 @@ def test_sources_of_every_material_are_alike():
 
 @pytest.mark.parametrize("place", [0, 1])
 def test_decoded_spectra_have_the_level_spectrum_coherence_and_mean_of_the_recording(place):
-    found = spectra()
+    surface = surfaces()[place]
     samples = next(e for e in EXAMPLES if e.material == KIND.materials[place]).signal.samples
-    made = found.decode(found.encode(samples, place), np.eye(2)[place], 2400, seed=0)
+    made = spectra().decode(spectra().encode(samples, surface), surface, 2400, seed=0)
     assert made.shape == (2, 2400)
     assert made.mean(1) == pytest.approx([0.0, 9.81], abs=0.02)
     assert made.std(1) == pytest.approx(samples.std(1), rel=0.05)
@@ -97,40 +98,57 @@ def test_decoded_spectra_have_the_level_spectrum_coherence_and_mean_of_the_recor
 
 
 def test_magnitudes_survive_the_way_back():
-    found = spectra()
-    samples = EXAMPLES[0].signal.samples
-    spectrum = found.encode(samples, 0)
-    made = found.decode(spectrum, np.eye(2)[0], 2400, seed=0)
-    again = found.encode(made, 0)
+    found, surface = spectra(), surfaces()[0]
+    spectrum = found.encode(EXAMPLES[0].signal.samples, surface)
+    made = found.decode(spectrum, surface, 2400, seed=0)
+    again = found.encode(made, surface)
     # Frame k is centred on hop k; the signal begins 16.5 hops after the first, and its first window is 2 hops later.
     kept = (spectrum[..., 18 : 18 + again.shape[-1]] + spectrum[..., 19 : 19 + again.shape[-1]]) / 2
     assert np.corrcoef(again.flatten(), kept.flatten())[0, 1] > 0.8
 
 
 def test_a_mix_lies_between_in_the_logarithm():
-    found = spectra()
-    shape = 2, 32, 48
-    values = torch.randn(shape, generator=torch.Generator().manual_seed(0))
-    rms = [
-        found.decode(values, np.array(weights, float), 2000, seed=0)[0].std()
-        for weights in ((1, 0), (3, 3), (0, 1))
-    ]
-    assert np.log(rms[1]) == pytest.approx((np.log(rms[0]) + np.log(rms[2])) / 2, abs=0.35)
+    one, other = surfaces()
+    half = Surface.mixed([one, other], np.array([3.0, 3.0]))
+    assert half.power.log() == pytest.approx((one.power.log() + other.power.log()).item() / 2, abs=1e-4)
+    torch.testing.assert_close(half.code, (one.code + other.code) / 2)
+    torch.testing.assert_close(
+        Surface.mixed([one, other], np.array([0.0, 2.0])).root, other.root, rtol=1e-3, atol=1e-4
+    )
+    values = torch.randn(2, 32, 48, generator=torch.Generator().manual_seed(0))
+    rms = [spectra().decode(values, surface, 2000, seed=0)[0].std() for surface in (one, half, other)]
     assert rms[0] < 0.5 * rms[1] < 0.25 * rms[2]
 
 
+def test_the_code_tells_levels_and_how_fast_strength_changes():
+    noise = np.random.default_rng(0).standard_normal(30_000)
+    slow, fast = (1 + 0.9 * np.sin(2 * np.pi * rate * np.arange(30_000) / RATE) for rate in (0.5, 2.0))
+    codes = [
+        spectra().measure([Signal(x[None], RATE, "1", ("z",))]).code
+        for x in (noise, 10 * noise, slow * noise, fast * noise)
+    ]
+    bands = len(spectra().bands)
+    assert len(codes[0]) == spectra().code_size(1) == 10 * bands
+    level, *_, lag_16 = (torch.stack(codes).reshape(4, 10, bands)[:, k] for k in range(10))
+    torch.testing.assert_close(level[1] - level[0], torch.full((bands,), np.log(10.0)), rtol=0, atol=1e-3)
+    assert lag_16[0].abs().max() < 0.15
+    assert lag_16[2].min() > 0.2
+    assert lag_16[3].max() < -0.2  # 16 hops of 16 ms are half a period
+
+
 def test_the_faintest_magnitudes_are_silence():
-    found = spectra()
-    made = found.decode(torch.full((2, 32, 50), -20.0), np.array([0.0, 1.0]), 500, seed=0)
+    made = spectra().decode(torch.full((2, 32, 50), -20.0), surfaces()[1], 500, seed=0)
     assert made.std(1) == pytest.approx([0, 0], abs=1e-6)
 
 
 def test_recordings_shorter_than_a_window_are_left_out_and_refused_if_there_are_no_others():
-    found, longer = WhitenedSpectra(SMALL, KIND), EXAMPLES[0].signal
-    found.fit([[longer, longer.cut(0, 63)], [longer]])
-    torch.testing.assert_close(found.centre[0], found.centre[1])
+    long = EXAMPLES[0]
+    short = Example("short", long.signal.cut(0, 63), "cork")
+    torch.testing.assert_close(
+        spectra().measure([long.signal, short.signal]), spectra().measure([long.signal])
+    )
     with pytest.raises(ParameterError, match="at least 64 samples, got none of cork"):
-        found.fit([[longer.cut(0, 63)], [longer]])
+        fit(build(SMALL, KIND, seed=0), [short, recording("tile", 0)], seed=0)
 
 
 def test_windows_with_too_few_bins_are_refused():
@@ -178,7 +196,7 @@ def test_what_is_far_away_does_not_matter():
     noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
     changed = noise.clone()
     changed[..., 160:] = 0
-    time, label = torch.tensor([0.3]), torch.tensor([[1.0, 0, 0, 0, 0, 0]])
+    time, label = torch.tensor([0.3]), trained()._label(trained().surfaces[0], {}, None)[None]
     with torch.no_grad():
         one, other = network(noise, time, label), network(changed, time, label)
     torch.testing.assert_close(one[..., :96], other[..., :96], atol=1e-5, rtol=1e-4)
@@ -214,7 +232,7 @@ def test_training_lowers_the_loss():
 
 def test_a_longer_signal_begins_with_the_same_spectrum():
     learner = trained()
-    label = learner._label(np.array([1.0, 0.0]), {})
+    label = learner._label(learner.surfaces[0], {}, None)
     short, long = (learner._spectrum(label, length, seed=4) for length in (3000, 6000))
     torch.testing.assert_close(short[..., :64], long[..., :64], atol=1e-3, rtol=1e-3)
     assert np.corrcoef(long[..., :64].flatten(), long[..., 64:128].flatten())[0, 1] < 0.3
@@ -241,8 +259,8 @@ def test_the_default_length_is_that_of_the_recordings():
 
 def test_guidance_of_zero_ignores_speed_and_material():
     free = trained(stroked=True, guidance=0.0)
-    label = free._label(np.array([1.0, 0.0]), {"speed_mm_s": 50})
-    other = free._label(np.array([0.0, 1.0]), {"speed_mm_s": 200})
+    label = free._label(free.surfaces[0], {"speed_mm_s": 50}, None)
+    other = free._label(free.surfaces[1], {"speed_mm_s": 200}, None)
     torch.testing.assert_close(free._spectrum(label, 500, seed=1), free._spectrum(other, 500, seed=1))
     strong = trained(stroked=True, guidance=2.0)
     assert not torch.equal(strong._spectrum(label, 500, seed=1), strong._spectrum(other, 500, seed=1))
@@ -250,25 +268,75 @@ def test_guidance_of_zero_ignores_speed_and_material():
 
 def test_speed_is_told_from_its_absence_and_limited_to_what_was_recorded():
     learner = trained(stroked=True)
-    weights = np.array([1.0, 0.0])
-    labels = {v: learner._label(weights, {"speed_mm_s": v}).tolist() for v in (None, 100.0, 200.0, 900.0)}
-    assert labels[100.0][2:] == [0, 0, 1, 0]  # the median; no force
-    assert labels[None][2:] == [0, 0, 0, 0]
+    surface, size = learner.surfaces[0], learner.codes.shape[1]
+    labels = {
+        v: learner._label(surface, {"speed_mm_s": v}, None).tolist() for v in (None, 100.0, 200.0, 900.0)
+    }
+    assert labels[100.0][size:] == [1, 0, 0, 0, 0, 0, 0, 1, 0]  # the median; no force
+    assert labels[None][size:] == [1, 0, 0, 0, 0, 0, 0, 0, 0]
     assert labels[200.0] == labels[900.0]
-    assert labels[200.0][2] > 1
+    assert labels[200.0][size + 5] > 1
+    measured = learner._label(surface, {}, {"speed_mm_s": 200.0}).tolist()
+    assert measured[size:] == [1, labels[200.0][size + 5], 0, 1, 0, 0, 0, 0, 0]
     with pytest.raises(ParameterError, match="force_n is unknown"):
         learner.generate({"material": "cork", "force_n": 1.0}, seed=0)
 
 
 def test_conditions_are_dropped_apart():
     learner = trained(stroked=True, dropped=0.5)
-    label = learner._label(np.array([0.0, 1.0]), {"speed_mm_s": 200}).repeat(2000, 1)
+    label = learner._label(learner.surfaces[1], {"speed_mm_s": 200}, {"speed_mm_s": 200}).repeat(2000, 1)
     torch.manual_seed(0)
     kept = learner._with_some_dropped(label)
-    material, speed = kept[:, 1] == 1, kept[:, 4] == 1
-    assert material.float().mean() == pytest.approx(0.5, abs=0.05)
-    assert (material & speed).float().mean() == pytest.approx(0.25, abs=0.05)
-    assert torch.equal(kept[:, 2] > 0, speed)
+    size = learner.codes.shape[1]
+    surface, speed = kept[:, size] == 1, kept[:, size + 7] == 1
+    assert surface.float().mean() == pytest.approx(0.5, abs=0.05)
+    assert (surface & speed).float().mean() == pytest.approx(0.25, abs=0.05)
+    assert torch.equal(kept[:, size + 5] > 0, speed)
+    assert torch.equal(kept[:, size + 1] > 0, surface)
+
+
+def test_a_recording_stands_for_its_surface():
+    learner, stroke = trained(), recording("tile", 9, seconds=1.0)
+    made = learner.generate({"vibration": stroke.signal}, seconds=4, seed=1)
+    assert made.samples[0].std() == pytest.approx(stroke.signal.samples[0].std(), rel=0.25)
+    with pytest.raises(ParameterError, match="material and vibration describe the surface twice"):
+        learner.generate({"material": "cork", "vibration": stroke.signal}, seed=0)
+    with pytest.raises(ParameterError, match="condition 'material' is needed, or image"):
+        learner.generate({}, seed=0)
+    with pytest.raises(ParameterError, match="at least 64 samples, got none of the vibration"):
+        learner.generate({"vibration": stroke.signal.cut(0, 63)}, seed=0)
+
+
+def test_half_of_the_crops_are_told_another_recording_of_their_surface():
+    learner, size = trained(stroked=True), trained().codes.shape[1]
+    _, labels = learner._batch(STROKED, learner._measured(STROKED), 0, 200, seed=0)
+    other = labels[:, size + 3] == 1
+    assert other.float().mean() == pytest.approx(0.5, abs=0.12)
+    assert not (labels[other, size + 1] == labels[other, size + 5]).any()  # never the recording itself
+    assert (labels[:, size + 7] == 1).all()
+
+
+def test_a_photograph_stands_for_the_material_it_shows():
+    rng = np.random.default_rng(0)
+    plain, striped = rng.integers(120, 136, (48, 48, 3)), rng.integers(120, 136, (48, 48, 3))
+    striped[::4] += 80
+    shown = {
+        name: [Image(x.astype(np.uint8))] for name, x in zip(KIND.materials, (plain, striped), strict=True)
+    }
+    examples = [Example(e.id, e.signal, e.material, {}, shown[str(e.material)]) for e in EXAMPLES]
+    learner = build(SMALL.model_copy(update={"steps": 1}), KIND, seed=0)
+    fit(learner, examples, seed=0)
+    again = build(SMALL, KIND, seed=1)
+    again.load_state(learner.state())
+    turned = Image(np.ascontiguousarray(shown["tile"][0].pixels.swapaxes(0, 1)))
+    name, probability = again.classify_photograph(turned)
+    assert (name, probability > 0.9) == ("tile", True)
+    made, tile = (
+        again.generate(c, seconds=2, seed=0).samples for c in ({"image": turned}, {"material": "tile"})
+    )
+    assert made.std() == pytest.approx(tile.std(), rel=0.3)
+    with pytest.raises(ParameterError, match="learned no photographs"):
+        trained().generate({"image": turned}, seed=0)
 
 
 def test_frames_that_the_network_cannot_halve_are_refused():

@@ -1,4 +1,4 @@
-"""Files of the page Make's form: the photograph with its crop, and the starting vibration."""
+"""Files of the page Make's form: the photograph with its crop, and the vibration."""
 
 from __future__ import annotations
 
@@ -150,9 +150,11 @@ def _limited(image: Image) -> Image:
 
 
 def draw_vibration(page: MakePage) -> None:
-    """Draw the choice of the starting vibration: a kept result, an upload, or a recording of the training data."""
+    """Draw the choice of a vibration: a kept result, an upload, or a recording of the training data."""
     state = page.state
-    options = {"": "none (the model draws one from the seed)"}
+    form = state.form
+    drawn = form is not None and "vibration" in form.takes
+    options = {"": "none (the model draws one from the seed)" if drawn else "none"}
     for path in sorted(state.vibrations.glob("[!.]*.npz")):
         options[state.workspace.name_of(path)] = f"file: {path.stem}"
     for result in state.shelf.all():
@@ -163,7 +165,7 @@ def draw_vibration(page: MakePage) -> None:
 
     def choose(event: Any) -> None:
         state.set(vibration=event.value or "")
-        page.committed()
+        page.committed(redraw=not drawn)
 
     select = ui.select(options, value=chosen, label="Vibration", on_change=report_errors(choose))
     select.classes("w-full").props("outlined dense options-dense")

@@ -36,8 +36,8 @@ Crop = tuple[float, float, float, float]
 class GenerationForm:
     """Required and optional parts of a run's form (values of `PARTS`), and the materials and words that it knows.
 
-    ``gives`` is "signal" or "image", ``over`` the domain of the results ("time", "displacement" or "space"), and
-    ``drawn`` are the conditions that the seed draws.
+    A photograph or vibration that is ``instead`` replaces the materials. ``gives`` is "signal" or "image", ``over`` the
+    domain of the results ("time", "displacement" or "space"), and ``drawn`` are the conditions that the seed draws.
     """
 
     needs: tuple[str, ...]
@@ -47,10 +47,19 @@ class GenerationForm:
     gives: str = "signal"
     over: str = "time"
     drawn: tuple[str, ...] = ()
+    instead: tuple[str, ...] = ()
 
     def has(self, part: str) -> bool:
         """Return whether the form has a part."""
-        return part in (*self.needs, *self.takes)
+        return part in (*self.needs, *self.instead, *self.takes)
+
+    def used(self, request: GenerationRequest) -> GenerationRequest:
+        """Return ``request`` without the materials that a photograph or a vibration replaces."""
+        if "photo" in self.instead and request.photo:
+            return replace(request, weights={}, vibration="")
+        if "vibration" in self.instead and request.vibration:
+            return replace(request, weights={})
+        return request
 
     @property
     def mixes(self) -> bool:
@@ -68,7 +77,7 @@ def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
     """
     if model.task != "generation":
         raise ParameterError(f"a {model.task} model generates nothing; choose another run")
-    conditions = (*model.needs, *model.takes)
+    conditions = model.conditions
     for name in conditions:
         if name not in PARTS and name not in DRAWN:
             raise ParameterError(f"condition {name!r} has no field here: {CONDITIONS[name]}")
@@ -80,6 +89,7 @@ def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
         gives=model.gives,
         over=kind.domain if isinstance(kind, SignalKind) else "space",
         drawn=tuple(name for name in conditions if name in DRAWN),
+        instead=tuple(PARTS[name] for name in model.instead if name in PARTS),
     )
 
 
@@ -147,6 +157,10 @@ class GenerationRequest:
             parts.append(" + ".join(name if pure else f"{name} {weight:.2g}" for name, weight in largest))
         if self.photo:
             parts.append(self.photo.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0] or "photograph")
+        elif self.vibration:
+            parts.append(
+                self.vibration.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0] or "recording"
+            )
         parts += [f"{word} {score:.2g}" for word, score in list(self.words.items())[:4]]
         if self.speed_mm_s is not None:
             parts.append(f"{self.speed_mm_s:g} mm/s")
@@ -177,7 +191,8 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
 
 def check_request(request: GenerationRequest, form: GenerationForm) -> None:
     """Raise `ParameterError` for a request that cannot be fulfilled, in a sentence for the page."""
-    if form.mixes and not request.mix:
+    replaced = any(getattr(request, part) for part in form.instead)
+    if form.mixes and not request.mix and not replaced:
         raise ParameterError("Set the weight of at least one material above 0.")
     if "photo" in form.needs and not request.photo:
         raise ParameterError(

@@ -32,15 +32,26 @@ def draw_form(page: MakePage) -> None:
         ("photo", "Photograph", draw_photo),
         ("words", "Words", draw_words),
         ("materials", "Materials", draw_mix if form.mixes else draw_material),
-        ("vibration", "Starting vibration", draw_vibration),
-        ("", "Settings", _draw_numbers),
+        ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", draw_vibration),
     ]
+    parts.sort(key=lambda part: part[0] in form.instead)
+    parts.append(("", "Settings", _draw_numbers))
+    used = form.used(page.state.request)
+    unused = {"materials"} if form.mixes and not used.weights else set()
+    if used.photo:
+        unused |= {"vibration"} & {*form.instead}
     for part, title, draw in parts:
-        if not part or form.has(part):
+        if part not in unused and (not part or form.has(part)):
             with ui.element("fieldset").classes("card part"):
                 with ui.element("legend"):
                     heading(title)
                 draw(page)
+                if part in form.instead:
+                    hint(
+                        "In place of the materials; remove it to use these."
+                        if getattr(used, part)
+                        else "Describes the surface in place of the materials."
+                    )
 
 
 async def _load_ahead(page: MakePage) -> None:

@@ -113,6 +113,7 @@ class RunCatalogue:
         ``proceed`` is called with each number before the result is generated; False ends the generation.
         """
         run = self.get(request.run)
+        request = run.form.used(request)
         check_request(request, run.form)
         with self._lock:
             loaded = self.load(run)
@@ -142,7 +143,8 @@ class RunCatalogue:
             rest = None if set(form.words) <= set(request.words) else "mean"
             condition["words"] = ask([run], request.words, rest=rest).on_scale_of(run)  # type: ignore[arg-type]
         if request.vibration and form.has("vibration"):
-            condition["vibration"] = read_signal(self.workspace.inside(request.vibration))
+            vibration = read_signal(self.workspace.inside(request.vibration))
+            condition["vibration"] = run.prepare(vibration) if "vibration" in form.instead else vibration
         if request.speed_mm_s is not None:
             condition["speed_mm_s"] = request.speed_mm_s
         if request.force_n is not None:

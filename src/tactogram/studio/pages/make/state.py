@@ -126,7 +126,7 @@ class MakePageState:
         """Return the equivalent command, to be run in the workspace."""
         if self.form is None:
             return ""
-        return command(self.request, self.form, photo=self.photo_file(self.request))
+        return command(self.form.used(self.request), self.form, photo=self.photo_file(self.request))
 
     # -- results -----------------------------------------------------------------------------------------
 
@@ -134,6 +134,7 @@ class MakePageState:
         self, request: GenerationRequest, run: FinishedRun, number: int, made: Signal | Image
     ) -> KeptResult:
         """Store and return a generated result; the oldest unkept results are deleted."""
+        request = run.form.used(request)
         title = f"{request.title}, seed {request.seed}" + (f" ({number})" if request.count > 1 else "")
         facts = {
             "what": "made",

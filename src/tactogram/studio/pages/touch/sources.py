@@ -257,7 +257,7 @@ def _generated(run: LoadedRun, request: TextureRequest) -> tuple[Signal, float |
             f"{run.run.name} needs {', '.join(sorted(lacking))}: generate a result on the page Make and keep it"
         )
     condition: dict[str, Any] = {"material": {request.material: 1.0}}
-    if "speed_mm_s" in (*run.facts.needs, *run.facts.takes):
+    if "speed_mm_s" in run.facts.conditions:
         condition["speed_mm_s"] = request.speed_mm_s or ASSUMED_SPEED_MM_S
     seconds = LAID_S if run.kind.domain == "time" else None
     made = next(iter(generate(run, condition, seconds=seconds, seed=request.seed)))
