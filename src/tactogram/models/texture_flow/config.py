@@ -34,7 +34,7 @@ class Config(BaseModel):
     """Decay of the average of the weights, which generates."""
     dropped: float = Field(default=0.1, ge=0, lt=1)
     """Share of crops without their material, and, drawn apart, without speed and force (Ho & Salimans 2021)."""
-    references: float = Field(default=0.5, ge=0, le=1)
+    references: float = Field(default=0.25, ge=0, le=1)
     """Share of crops whose surface is measured from one other recording of it, not from all."""
     guidance: float = Field(default=1.0, ge=0, allow_inf_nan=False)
     """Strength of the condition when generating: 1 as learned, above 1 exaggerated, 0 none (Ho & Salimans 2021)."""

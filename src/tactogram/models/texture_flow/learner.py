@@ -72,7 +72,7 @@ class TextureFlowLearner:
         """Mean and standard deviation of the codes of recordings."""
         self.photographs = PhotoClassifier(kind.materials)
         self.labels = Labels(config.conditions)
-        size = self.codes.shape[1] + 1 + 4 * len(config.conditions)
+        size = self.codes.shape[1] + 2 + 4 * len(config.conditions)
         with torch_seeded(seed, "weights"):
             network = VelocityUNet(config, axes=len(kind.axes), labels=size)
         self.network: Any = network.to(self.device)
@@ -152,10 +152,11 @@ class TextureFlowLearner:
         """Return the code of a surface, a 1, and speed and force that it was measured with; then those wanted.
 
         Float32, shape (label,); after speeds and forces are as many numbers, 1 for each that is known. ``measured`` is
-        the condition of the one recording that the surface was measured from.
+        the condition of the one recording that the surface was measured from, if it was one: another 1.
         """
         code = (surface.code - self.codes[0]) / self.codes[1].clamp_min(LEAST_DEVIATION)
-        numbers = torch.tensor([1.0, *self._numbers(measured or {}), *self._numbers(condition)])
+        measures = float(measured is not None), *self._numbers(measured or {})
+        numbers = torch.tensor([1.0, *measures, *self._numbers(condition)])
         return torch.cat((code.clamp(-LARGEST_CODE, LARGEST_CODE), numbers))
 
     def _numbers(self, condition: Condition) -> list[float]:
@@ -263,7 +264,8 @@ class TextureFlowLearner:
         self.labels.check(condition)
         surface = self._surface(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
-        spectrum = self._spectrum(self._label(surface, condition, None), length, seed=seed)
+        measured = None if condition.get("vibration") is None else {}
+        spectrum = self._spectrum(self._label(surface, condition, measured), length, seed=seed)
         samples = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
         return self.kind.signal(samples)
 
