@@ -22,7 +22,8 @@ Velocity = Callable[[Tensor, Tensor], Tensor]
 def flow_loss(velocity: Velocity, data: Tensor) -> Tensor:
     """Return the mean squared error of the velocity at random points between noise and ``data``, (batch, …).
 
-    The errors of an element with a mean square above 1 are divided by it, so that it does not outweigh the others. Noise and times are drawn from torch's own generator, the times from the logit-normal distribution (Esser et al.).
+    The errors of an element with a mean square above 1 are divided by it, so that it does not outweigh the others.
+    Noise and times are drawn from torch's own generator, the times from the logit-normal distribution (Esser et al.).
     """
     noise = torch.randn(data.shape).to(data)
     time = torch.sigmoid(torch.randn(len(data))).to(data)

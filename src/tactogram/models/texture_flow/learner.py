@@ -264,7 +264,7 @@ class TextureFlowLearner:
         self.labels.check(condition)
         surface = self._surface(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
-        measured = None if condition.get("vibration") is None else {}
+        measured: dict[str, float] | None = None if condition.get("vibration") is None else {}
         spectrum = self._spectrum(self._label(surface, condition, measured), length, seed=seed)
         samples = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
         return self.kind.signal(samples)
