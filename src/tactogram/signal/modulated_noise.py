@@ -29,9 +29,8 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import butter
-from scipy.special import ndtri
 
 from tactogram.errors import ParameterError
 from tactogram.signal.filters import minimum_phase
@@ -54,7 +53,7 @@ LEVELS = np.concatenate(
     ([0.0005, 0.002, 0.005, 0.01, 0.02], np.linspace(0.05, 0.95, 19), [0.98, 0.99, 0.995, 0.998, 0.9995])
 )
 """Quantiles that represent a distribution."""
-SCORES = ndtri(LEVELS)
+SCORES = scipy.special.ndtri(LEVELS)
 """Their normal scores."""
 RIDGE = 1e-3
 """Added to the variance of every normal score, 1: nearly constant gains have a singular covariance."""
@@ -240,7 +239,7 @@ def band_filters(rate: float) -> Array:
     check_rate_of_noise(rate)
     edges = band_edges(rate)
     sections = [
-        butter(1, (low, high), "bandpass", fs=rate, output="sos")[0]
+        scipy.signal.butter(1, (low, high), "bandpass", fs=rate, output="sos")[0]
         for low, high in itertools.pairwise(edges)
     ]
     return np.array(sections)

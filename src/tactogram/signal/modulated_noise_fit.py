@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import csd, lfilter, sosfiltfilt, welch
 
 from tactogram.errors import ParameterError
 from tactogram.signal.mixing import symmetric_root
@@ -136,11 +136,14 @@ def _gains_of_axis(x: Array, rate: float, faintest: float) -> Array:
     powers = []
     for section in band_filters(rate):
         total = np.concatenate(
-            ([0.0], np.cumsum(sosfiltfilt(section[None], x, padlen=min(len(x) - 1, 3 * hop)) ** 2))
+            (
+                [0.0],
+                np.cumsum(scipy.signal.sosfiltfilt(section[None], x, padlen=min(len(x) - 1, 3 * hop)) ** 2),
+            )
         )
         powers.append((total[high] - total[low]) / (high - low))
     factor = level_factor(rate)
-    level = lfilter([factor], [1, factor - 1], x**2)
+    level = scipy.signal.lfilter([factor], [1, factor - 1], x**2)
     powers += list(
         level[frame_ends(SUBFRAMES * len(ends), rate, per_frame=SUBFRAMES) - 1].reshape(-1, SUBFRAMES).T
     )
@@ -159,7 +162,7 @@ def _coherence(signals: Sequence[NDArray[np.floating]], rate: float) -> Array:
     segments = 0
     for x in signals:
         for a, b in np.ndindex(axes, axes):
-            spectra[a, b] += csd(x[a], x[b], rate, nperseg=length)[1] * x.shape[1]
+            spectra[a, b] += scipy.signal.csd(x[a], x[b], rate, nperseg=length)[1] * x.shape[1]
         segments += 2 * x.shape[1] // length - 1
     own = np.sqrt(np.maximum(np.einsum("aaf->af", spectra).real, SILENT))
     coherency = spectra / (own[:, None] * own[None])
@@ -203,7 +206,7 @@ def _with_spectrum(model: ModulatedNoise, recordings: Sequence[Array]) -> Modula
 
 def _log_amplitude(signals: Sequence[NDArray[np.floating]], rate: float) -> Array:
     """Return the mean logarithm of the amplitude spectra of signals (axis, time), shape (axis, frequency)."""
-    density = [welch(x, rate, nperseg=round(SEGMENT_S * rate), axis=-1)[1] for x in signals]
+    density = [scipy.signal.welch(x, rate, nperseg=round(SEGMENT_S * rate), axis=-1)[1] for x in signals]
     found: Array = np.mean(0.5 * np.log(np.maximum(density, SILENT)), axis=0)
     found[:, 0] = found[:, 1]  # a constant is removed
     return found

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import sosfilt
 
 from tactogram.errors import ParameterError
 from tactogram.signal.modulated_noise import (
@@ -198,7 +198,7 @@ def band_sections(rate: float) -> Array:
     filters = band_filters(rate)
     impulse = np.zeros(1 << 15)
     impulse[0] = 1.0
-    rms = np.array([np.sqrt(np.sum(sosfilt(row[None], impulse) ** 2)) for row in filters])
+    rms = np.array([np.sqrt(np.sum(scipy.signal.sosfilt(row[None], impulse) ** 2)) for row in filters])
     return np.asarray(filters / rms[:, None] ** np.array([1, 1, 1, 0, 0, 0]))
 
 

@@ -65,7 +65,7 @@ class Judge:
 def run(name, model, kind, gives, takes=(), needs=("words",), simulated=True):
     return LoadedRun(
         SimpleNamespace(name=name, folder=f"runs/{name}", data={"run_id": f"{name}-id"}),
-        SimpleNamespace(name=f"{name}_model", gives=gives, needs=needs, takes=takes),
+        SimpleNamespace(name=f"{name}_model", gives=gives, conditions=(*needs, *takes)),
         SimpleNamespace(
             prepare=SimpleNamespace(model_copy=lambda update: SimpleNamespace(apply=lambda x: x))
         ),
