@@ -130,8 +130,7 @@ def _evaluated_on_recordings(
     figures = loaded.facts_on(store, described)
     known = [example for example in examples if example.material in loaded.kind.materials]
     others = [example for example in examples if example.material not in loaded.kind.materials]
-    needs = {*loaded.facts.needs}
-    if needs & {"image", "vibration"} and not needs & {"material", "words"}:
+    if loaded.facts.task == "generation" and not {"material", "words"} & {*loaded.facts.needs}:
         known, others = [*known, *others], []  # it takes photographs or recordings of unknown surfaces
     if not known:
         raise ParameterError(
