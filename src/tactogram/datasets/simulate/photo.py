@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Iterator
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ AMBIENT = 0.3
 SHININESS = 40.0
 
 
-@cache
+@lru_cache(maxsize=32)
 def photograph(surface: Surface) -> Image:
     """Return the surface under a lamp at the upper left, seen from above.
 

@@ -10,11 +10,12 @@ from typing import Literal
 import numpy as np
 
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.simulate.contact import CONTACTORS, ContactSignals, feel
+from tactogram.datasets.simulate.contact import CONTACTORS, Contactor, ContactSignals, feel
 from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.photo import photograph, photographs
+from tactogram.datasets.simulate.random_surfaces import random_contactor, random_stroke, random_surface
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
 from tactogram.datasets.simulate.strain_sensor import SENSOR, trace_plate
 from tactogram.datasets.simulate.stroke import RecordingTask, Stroke, slow_noise, stroke
@@ -27,6 +28,10 @@ INTERNAL_RATE = 8000.0
 """Lowest rate of the contact simulation, Hz, which runs at a multiple of the sensor's rate."""
 SLOW_RATE = 100.0
 """Rate of force and position, Hz, as in real collections. Friction has the rate of a wired accelerometer."""
+RANDOM = "surfaces"
+"""The set of surfaces drawn at random."""
+RANDOM_SURFACES = 100
+"""Surfaces of it, unless stated."""
 MOUNT_DEG, TREMOR_DEG = 6.0, 1.0
 """Variation of the sensor's orientation between takes and within one, about each axis, rms."""
 
@@ -70,6 +75,11 @@ SETS: Mapping[str, SimulatedSet] = {
         "ultrasonic_cgan)",
         tuple(plate.surface for plate in PLATES), (SENSOR.name,), (20.0,), 2.5, 10, wired(10_000.0), False, "strain",
     ),
+    RANDOM: SimulatedSet(
+        "simulated: surfaces drawn at random, each stroked in one direction by a finger or a pen at random speeds "
+        "(30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire; ten words scored 1-7 by simulated raters",
+        (), (), (), 2.0, 8, wired(2500.0), False,
+    ),
     "tactile_images": SimulatedSet(
         "simulated: 320 pictures of made-up materials, ten words each called evoked or not by 30 of 37 simulated "
         "raters (layout of the study of tactile_image_cgan)",
@@ -92,6 +102,7 @@ def tasks(
     rate: float | None = None,
     speeds_mm_s: Sequence[float] | None = None,
     own_images: bool = True,
+    random: int | None = None,
 ) -> list[RecordingTask]:
     """Return the recordings of surfaces of a named set, to be simulated by `make`; errors are `ParameterError`.
 
@@ -111,12 +122,16 @@ def tasks(
         1 to 2000 mm/s; by default as in the paper.
     own_images : bool
         Whether each has the photograph of its surface.
+    random : int, optional
+        Number of surfaces of `RANDOM`, by default `RANDOM_SURFACES`. Speeds and forces of their strokes are drawn,
+        speeds unless given.
     """
     facts = _set(set_name)
+    surfaces = range(surface_count(set_name, random))
     takes = facts.per_class if per_class is None else per_class
     length = facts.seconds if seconds is None else seconds
     hertz = facts.sensor.rate if rate is None else rate
-    if not facts.surfaces and not (seconds is None and rate is None and speeds_mm_s is None):
+    if not surfaces and not (seconds is None and rate is None and speeds_mm_s is None):
         raise ParameterError(f"{set_name} holds images alone; omit seconds, rate and speeds")
     speeds = facts.speeds_mm_s if speeds_mm_s is None else tuple(speeds_mm_s)
     if takes < 1:
@@ -133,26 +148,83 @@ def tasks(
         raise ParameterError(f"speeds must differ, got {', '.join(map('{:g}'.format, speeds))}")
     if seed < 0:
         raise ParameterError(f"seed must be >= 0, got {seed}")
+    if set_name == RANDOM:
+        return _random_tasks(seed, surfaces, takes, speeds, length, hertz, own_images)
     return [
-        RecordingTask(set_name, seed, surface, contactor, speed, take, length, hertz, own_images)
-        for surface in range(len(facts.surfaces))
+        RecordingTask(set_name, seed, surface, contactor, speed, take, length, hertz, own_image=own_images)
+        for surface in surfaces
         for contactor in facts.contactors
         for speed in speeds
         for take in range(1, takes + 1)
     ]
 
 
-def surface_photographs(set_name: str, count: int) -> Iterator[tuple[str, Image]]:
+def _random_tasks(
+    seed: int,
+    surfaces: range,
+    takes: int,
+    speeds: tuple[float, ...],
+    seconds: float,
+    rate: float,
+    own_images: bool,
+) -> list[RecordingTask]:
+    """Return ``takes`` strokes of each surface drawn at random, at each of ``speeds``, or if there are none at any."""
+    found = []
+    for surface in surfaces:
+        contactor = random_contactor(seed, surface).name
+        for place in range(takes * max(1, len(speeds))):
+            drawn, force = random_stroke(seed, surface, place)
+            speed = speeds[place // takes] if speeds else drawn
+            found.append(
+                RecordingTask(
+                    RANDOM,
+                    seed,
+                    surface,
+                    contactor,
+                    speed,
+                    place + 1,
+                    seconds,
+                    rate,
+                    force,
+                    own_image=own_images,
+                )
+            )
+    return found
+
+
+def surface_count(set_name: str, random: int | None = None) -> int:
+    """Return the number of surfaces of a set, of which `RANDOM` has ``random``."""
+    if random is not None and (set_name != RANDOM or random < 1):
+        raise ParameterError(f"random must be at least 1, of {RANDOM}; got {random} of {set_name}")
+    return (random or RANDOM_SURFACES) if set_name == RANDOM else len(_set(set_name).surfaces)
+
+
+def surface_photographs(
+    set_name: str, count: int, *, seed: int = 0, random: int | None = None
+) -> Iterator[tuple[str, Image]]:
     """Return ``count`` photographs of each surface of a set (at most 9), of places that do not overlap, with its name.
 
-    They go into a store whose recordings have no images of their own (``own_images=False``).
+    They go into a store whose recordings have no images of their own (``own_images=False``). ``seed`` and ``random``
+    say which surfaces `RANDOM` has, as in `tasks`.
     """
     facts = _set(set_name)
+    numbers = range(surface_count(set_name, random))
+    surfaces = (_surface(set_name, seed, number) for number in numbers)
     if count and facts.gives == "friction":
         raise ParameterError(
             f"each recording of {set_name} has its own photograph; photographs must be 0, got {count}"
         )
-    return ((surface.name, image) for surface in facts.surfaces for image in photographs(surface, count))
+    return ((surface.name, image) for surface in surfaces for image in photographs(surface, count))
+
+
+def _surface(set_name: str, seed: int, number: int) -> Surface:
+    return random_surface(seed, number) if set_name == RANDOM else SETS[set_name].surfaces[number]
+
+
+def _contactor(task: RecordingTask) -> Contactor:
+    return (
+        random_contactor(task.seed, task.surface) if task.set_name == RANDOM else CONTACTORS[task.contactor]
+    )
 
 
 def _set(set_name: str) -> SimulatedSet:
@@ -173,12 +245,12 @@ def make(task: RecordingTask) -> Recording:
 
 def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
     """Return the acceleration of a contactor, with force, position and friction."""
-    surface, contactor = facts.surfaces[task.surface], CONTACTORS[task.contactor]
+    surface, contactor = _surface(task.set_name, task.seed, task.surface), _contactor(task)
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
     rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
     rate = task.rate * max(2.0, np.ceil(INTERNAL_RATE / task.rate))
     # Takes differ in force, direction and wear, and the sensor is mounted anew for each.
-    force = contactor.force_n * np.exp(0.15 * rng.standard_normal())
+    force = task.force_n or contactor.force_n * np.exp(0.15 * rng.standard_normal())
     direction = 3 + 8 * rng.standard_normal()
     moved = stroke(
         rng,

@@ -31,6 +31,8 @@ class RecordingTask:
     take: int
     seconds: float
     rate: float
+    force_n: float | None = None
+    """Mean normal force; by default about the usual one of the contactor."""
     own_image: bool = True
     """Whether it has the one photograph of its surface; false if the set has several of each."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,18 @@ from tactogram.datasets.ratings.ratings import Ratings, join_ratings
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.display_signals import COUNT, drives
 from tactogram.datasets.simulate.metal_plates import PLATES
-from tactogram.datasets.simulate.raters import draw_people, score_images, score_plates, score_vibrations
+from tactogram.datasets.simulate.random_surfaces import random_surface
+from tactogram.datasets.simulate.raters import (
+    TouchCues,
+    draw_people,
+    score_images,
+    score_plates,
+    score_surfaces,
+    score_vibrations,
+    surface_cues,
+)
+from tactogram.datasets.simulate.sets import RANDOM, surface_count
+from tactogram.datasets.simulate.surfaces import Surface
 from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
 from tactogram.errors import ParameterError
 from tactogram.signal import Image
@@ -34,7 +45,7 @@ class SimulatedStudyData:
     ratings: Ratings
 
 
-RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37}
+RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37, RANDOM: 20}
 """Number of raters by set."""
 
 
@@ -45,12 +56,15 @@ def study(
     per_class: int | None = None,
     raters: int | None = None,
     signals: int | None = None,
+    random: int | None = None,
+    each: Callable[[Callable[[Surface], TouchCues], list[Surface]], Iterable[TouchCues]] = map,
 ) -> SimulatedStudyData | None:
     """Return the content of a named set besides its recordings of surfaces; None for a set without ratings.
 
     ``seed`` determines people and images; plates and display signals are always the same. ``per_class`` is the number
     of images per family for ``tactile_images``, by default `PER_FAMILY`; ``raters`` is by default that of `RATERS`;
-    ``signals`` is the number of display signals of ``ultrasonic``, by default the study's 39.
+    ``signals`` is the number of display signals of ``ultrasonic``, by default the study's 39. ``random`` is the number
+    of surfaces drawn at random, and ``each`` maps a function over them, in several processes perhaps.
     """
     if signals is not None and (set_name != "ultrasonic" or signals < 1):
         raise ParameterError(f"signals must be at least 1, of ultrasonic; got {signals} of {set_name}")
@@ -66,10 +80,14 @@ def study(
         return SimulatedStudyData(
             tuple(drive.recording(set_name) for drive in shown), (), join_ratings([felt, played])
         )
-    each = PER_FAMILY if per_class is None else per_class
-    if each < 1:
-        raise ParameterError(f"per_class must be at least 1, got {each}")
-    made = [tactile_image(family, number, seed=seed) for number in range(each) for family in FAMILIES]
+    if set_name == RANDOM:
+        surfaces = [random_surface(seed, number) for number in range(surface_count(set_name, random))]
+        cues = dict(zip((surface.name for surface in surfaces), each(surface_cues, surfaces), strict=True))
+        return SimulatedStudyData((), (), score_surfaces(cues, people, seed=seed))
+    count = PER_FAMILY if per_class is None else per_class
+    if count < 1:
+        raise ParameterError(f"per_class must be at least 1, got {count}")
+    made = [tactile_image(family, number, seed=seed) for number in range(count) for family in FAMILIES]
     # Shuffled, so that neither an item's name nor its set reveals its family.
     order = np.random.default_rng([seed, len(made)]).permutation(len(made))
     images = {f"image{place:03d}": made[number] for place, number in enumerate(order, start=1)}

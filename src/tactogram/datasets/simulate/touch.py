@@ -6,6 +6,7 @@ display.
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -17,7 +18,7 @@ from scipy.fft import rfft2
 from tactogram.datasets.simulate.contact import FINGER, feel
 from tactogram.datasets.simulate.metal_plates import Plate, fine_heights
 from tactogram.datasets.simulate.stroke import stroke
-from tactogram.datasets.simulate.surfaces import frequencies, height_field
+from tactogram.datasets.simulate.surfaces import Surface, frequencies, height_field
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
@@ -57,7 +58,16 @@ class FingerSlide:
 @lru_cache(maxsize=32)
 def plate_touched(plate: Plate) -> FingerSlide:
     """Return the quantities of a bare finger on a plate at `SPEED_MM_S` and `FORCE_N`."""
-    rng = np.random.default_rng(int(plate.name[-2:]))
+    return _touched(plate.surface, plate, np.random.default_rng(int(plate.name[-2:])))
+
+
+def surface_touched(surface: Surface) -> FingerSlide:
+    """Return the quantities of a bare finger on a surface at `SPEED_MM_S` and `FORCE_N`."""
+    return _touched(surface, None, np.random.default_rng(zlib.crc32(f"{surface.name} touched".encode())))
+
+
+def _touched(surface: Surface, plate: Plate | None, rng: np.random.Generator) -> FingerSlide:
+    """Return the quantities of a bare finger on a surface, and on the finest roughness if it is that of a plate."""
     fast = 2 * RATE
     moved = stroke(
         rng,
@@ -68,14 +78,17 @@ def plate_touched(plate: Plate) -> FingerSlide:
         back_and_forth=False,
         unsteadiness=0.0,
     )
-    felt = feel(plate.surface, BARE_FINGER, moved, start_mm=(5.0, 5.0), direction_deg=4.0)
-    heights = fine_heights(plate, BARE_FINGER, felt.place_m, rng)
-    fine = BARE_FINGER.stiffness_n_m * heights + BARE_FINGER.damping_n_s_m * np.gradient(heights) * fast
-    both = np.stack([felt.friction_n + fine, felt.force_n + fine]).astype(np.float32)
-    forces = resample(Signal(both, fast, "N", ("along", "normal")), RATE).samples.astype(np.float64)
+    felt = feel(surface, BARE_FINGER, moved, start_mm=(5.0, 5.0), direction_deg=4.0)
+    both = np.stack([felt.friction_n, felt.force_n])
+    if plate is not None:
+        heights = fine_heights(plate, BARE_FINGER, felt.place_m, rng)
+        both += BARE_FINGER.stiffness_n_m * heights + BARE_FINGER.damping_n_s_m * np.gradient(heights) * fast
+    forces = resample(Signal(both.astype(np.float32), fast, "N", ("along", "normal")), RATE).samples.astype(
+        np.float64
+    )
     middle = slice(round(0.25 * RATE), round(1.25 * RATE))
     drag = (forces[0] / np.maximum(forces[1], 0.1 * forces[1].mean()))[middle]
-    relief_mm, steepness = _relief(plate)
+    relief_mm, steepness = _relief(surface)
     skin = _skin(forces)[:, middle]
     return FingerSlide(_moved(skin), float(drag.mean()), drag, relief_mm, steepness)
 
@@ -122,11 +135,11 @@ def _moved(skin: Array) -> Signal:
     return Signal((skin - skin.mean(1, keepdims=True)).astype(np.float32), RATE, "m", ("along", "normal"))
 
 
-def _relief(plate: Plate) -> tuple[float, float]:
+def _relief(surface: Surface) -> tuple[float, float]:
     """Return rms height of the coarse and rms slope of all but the finest structures, by Parseval's theorem."""
     ky, kx = frequencies()
     k = np.hypot(ky, kx)
-    heights = height_field(plate.surface)
+    heights = height_field(surface)
     power = np.abs(rfft2(heights)) ** 2 / heights.size**2
     # Half of the plane is stored; its inner columns count twice.
     power[:, 1:-1] *= 2

@@ -59,6 +59,9 @@ class SimulationRequest(Request):
     signals: Annotated[int | None, Option("display signals of ultrasonic (default: the paper's 39)", "N")] = (
         None
     )
+    random: Annotated[int | None, Option("surfaces to draw, of the set `surfaces` (default: 100)", "N")] = (
+        None
+    )
     workers: Annotated[int | None, _WORKERS] = None
     progress: ProgressCallback = silent
 

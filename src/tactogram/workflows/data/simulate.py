@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from itertools import chain, groupby, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.examples import cores
@@ -17,6 +18,8 @@ from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
 
+T = TypeVar("T")
+R = TypeVar("R")
 CHUNK = 8
 """Most recordings that a process makes at a time."""
 
@@ -38,7 +41,8 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
     """
     set_name, seed, per_class = request.set_name, request.seed, request.per_class
     photographs, raters, signals = request.photographs, request.raters, request.signals
-    shown = surface_photographs(set_name, photographs)
+    random = request.random
+    shown = surface_photographs(set_name, photographs, seed=seed, random=random)
     todo = tasks(
         set_name,
         seed=seed,
@@ -47,8 +51,17 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         rate=request.rate,
         speeds_mm_s=request.speeds_mm_s,
         own_images=not photographs,
+        random=random,
     )
-    rated = study(set_name, seed=seed, per_class=per_class, raters=raters, signals=signals)
+    rated = study(
+        set_name,
+        seed=seed,
+        per_class=per_class,
+        raters=raters,
+        signals=signals,
+        random=random,
+        each=partial(_each, workers=request.workers or cores(), progress=request.progress),
+    )
     given = {
         "per-class": per_class,
         "seconds": request.seconds,
@@ -57,6 +70,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         "photographs": photographs or None,
         "raters": raters,
         "signals": signals,
+        "random": random,
     }
     command = " ".join(
         [f"tactogram data simulate {set_name} --seed {seed}"]
@@ -111,6 +125,17 @@ def _in_order(todo: list[RecordingTask], workers: int) -> Iterator[Recording]:
             waiting.extend(executor.submit(_make_all, chunk) for chunk in islice(chunks, 1))
 
 
+def _each(
+    function: Callable[[T], R], items: list[T], *, workers: int, progress: ProgressCallback
+) -> Iterator[R]:
+    """Yield ``function`` of each item, in order."""
+    if workers == 1 or len(items) < 2 * workers:
+        yield from _counted(map(function, items), len(items), progress, "rate")
+        return
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as executor:
+        yield from _counted(executor.map(function, items, chunksize=CHUNK), len(items), progress, "rate")
+
+
 def _chunks(todo: Iterable[RecordingTask]) -> Iterator[list[RecordingTask]]:
     """Yield runs of up to `CHUNK` recordings that one contactor makes of one surface."""
     for _, same in groupby(todo, key=lambda task: (task.surface, task.contactor)):
@@ -122,7 +147,9 @@ def _make_all(chunk: list[RecordingTask]) -> list[Recording]:
     return [make(task) for task in chunk]
 
 
-def _counted(recordings: Iterable[Recording], total: int, progress: ProgressCallback) -> Iterator[Recording]:
-    for done, recording in enumerate(recordings, start=1):
-        yield recording
-        progress("simulate", done, total)
+def _counted(
+    results: Iterable[R], total: int, progress: ProgressCallback, stage: str = "simulate"
+) -> Iterator[R]:
+    for done, result in enumerate(results, start=1):
+        yield result
+        progress(stage, done, total)

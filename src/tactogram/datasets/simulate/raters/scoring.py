@@ -14,7 +14,8 @@ from tactogram.datasets.simulate.metal_plates import Plate
 from tactogram.datasets.simulate.raters.felt import TouchCues, touch_cues, touch_words
 from tactogram.datasets.simulate.raters.people import OWN_TASTE, SIGHT_TASTE, SimulatedRater
 from tactogram.datasets.simulate.raters.seen import sight_cues, sight_words
-from tactogram.datasets.simulate.touch import display_touched, plate_touched
+from tactogram.datasets.simulate.surfaces import Surface
+from tactogram.datasets.simulate.touch import display_touched, plate_touched, surface_touched
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 
@@ -48,6 +49,16 @@ def score_plates(plates: Sequence[Plate], people: Sequence[SimulatedRater], *, s
     """Return the simulated scores of metal plates that are touched unseen, 1 to 7; order random for each person."""
     cues = {plate.name: touch_cues(plate_touched(plate)) for plate in plates}
     return _scored(cues, _by_touch, people, seed, "plates")
+
+
+def score_surfaces(cues: Mapping[str, TouchCues], people: Sequence[SimulatedRater], *, seed: int) -> Ratings:
+    """Return the simulated scores of surfaces that are touched unseen, 1 to 7, by the `surface_cues` of each."""
+    return _scored(cues, _by_touch, people, seed, "surfaces")
+
+
+def surface_cues(surface: Surface) -> TouchCues:
+    """Return the tactile cues of a surface."""
+    return touch_cues(surface_touched(surface))
 
 
 def score_vibrations(
