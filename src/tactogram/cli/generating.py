@@ -32,6 +32,8 @@ class _GenerateRequest(Request):
         Option("fill the other words with the scores of this rated surface or image", "ITEM"),
     ] = None
     vibration: Annotated[str | None, Option("recording of the surface", "FILE")] = None
+    vibration_speed: Annotated[float | None, Option("speed of that recording, mm/s", "MM_S")] = None
+    vibration_force: Annotated[float | None, Option("force of that recording, N", "N")] = None
     raters: Annotated[Sequence[str], Option("rater model that scores the result", "RUN", "--rater")] = ()
     image: Annotated[str | None, Option("photograph of the surface", "FILE")] = None
     speed: Annotated[float | None, Option("stroking speed, mm/s", "MM_S")] = None
@@ -52,13 +54,19 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     runs = [load_run(folder) for folder in request.runs]
     by_words = (request.words, request.rest, request.like, request.raters)
     if len(runs) > 1 or any(by_words) or conditions_on_words(runs[0]):
-        for name in ("material", "mix", "image", "speed", "force"):
+        for name in ("material", "mix", "image", "speed", "force", "vibration_speed", "vibration_force"):
             if getattr(request, name) is not None:
-                raise ParameterError(f"--{name} is not for models conditioned on words")
+                raise ParameterError(f"--{name.replace('_', '-')} is not for models conditioned on words")
         _generate_from_words(request, runs, show)
         return
     material = {request.material: 1.0} if request.material else request.mix
-    condition = {"material": material, "speed_mm_s": request.speed, "force_n": request.force}
+    condition = {
+        "material": material,
+        "speed_mm_s": request.speed,
+        "force_n": request.force,
+        "vibration_speed_mm_s": request.vibration_speed,
+        "vibration_force_n": request.vibration_force,
+    }
     written = generate_files(
         runs[0],
         {name: value for name, value in condition.items() if value is not None},

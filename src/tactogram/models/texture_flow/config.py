@@ -36,6 +36,12 @@ class Config(BaseModel):
     """Share of crops without their material, and, drawn apart, without speed and force (Ho & Salimans 2021)."""
     references: float = Field(default=0.25, ge=0, le=1)
     """Share of crops whose surface is measured from one other recording of it, not from all."""
+    prediction_steps: int = Field(default=0, ge=0)
+    """Training steps of the prediction of a surface at other speeds and forces, from one stroke; 0 is none."""
+    prediction_batch: int = Field(default=256, gt=0)
+    """Pairs of strokes in each."""
+    components: int = Field(default=64, gt=0)
+    """Principal components of surfaces that are predicted."""
     guidance: float = Field(default=1.0, ge=0, allow_inf_nan=False)
     """Strength of the condition when generating: 1 as learned, above 1 exaggerated, 0 none (Ho & Salimans 2021)."""
     solver_steps: int = Field(default=8, ge=1)

@@ -27,6 +27,7 @@ from tactogram.model import (
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
 from tactogram.models.texture_flow.networks import VelocityUNet
+from tactogram.models.texture_flow.surface_prediction import StrokePair, SurfacePredictor, vector_of
 from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
 from tactogram.nn import MovingAverage
 from tactogram.nn.bare_and_fixed import bare
@@ -42,6 +43,7 @@ DESCRIPTIONS = ("material", "image", "vibration")
 """Conditions that describe a surface, of which one is needed."""
 MOST_PHOTOGRAPHS = 50
 """Photographs of a material that are learned from."""
+OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n")
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
 LARGEST_GRADIENT = 1.0
@@ -77,6 +79,14 @@ class TextureFlowLearner:
             network = VelocityUNet(config, axes=len(kind.axes), labels=size)
         self.network: Any = network.to(self.device)
         self.average = MovingAverage(network, config.moving_average)
+        self.predictor: Any = None
+        if config.prediction_steps:
+            with torch_seeded(seed, "predictor"):
+                self.predictor = SurfacePredictor(
+                    self.spectra.vector_size(len(kind.axes)),
+                    components=config.components,
+                    conditions=config.conditions,
+                ).to(self.device)
         self.seconds = 0.0
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
@@ -86,8 +96,18 @@ class TextureFlowLearner:
         """AdamW. Made for training only: a process's first optimiser imports torch's compiler."""
         return torch.optim.AdamW(self.network.parameters(), lr=self.config.learning_rate, betas=(0.9, 0.99))
 
+    @cached_property
+    def prediction_optimiser(self) -> Any:
+        """AdamW."""
+        return torch.optim.AdamW(self.predictor.parameters(), lr=self.config.learning_rate)
+
     def setup(self, fabric: Any) -> None:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
+        if self.predictor is not None:
+            self.predictor, self.prediction_optimiser = fabric.setup(
+                self.predictor, self.prediction_optimiser
+            )
+            self.predictor.mark_forward_method("loss")
         self.backward, self.autocast = fabric.backward, fabric.autocast
         self.device = fabric.device
         self.average.network.to(self.device)
@@ -96,7 +116,8 @@ class TextureFlowLearner:
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.check_all_present(examples)
-        return Stage("fit", 1), Stage("train", self.config.steps)
+        predict = (Stage("predict", self.config.prediction_steps),) if self.predictor is not None else ()
+        return Stage("fit", 1), *predict, Stage("train", self.config.steps)
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
@@ -106,6 +127,11 @@ class TextureFlowLearner:
             return
         measured = self._measured(examples)
         step = start
+        if stage.name == "predict":
+            strokes = _Strokes(measured, bare(self.predictor))
+            while True:
+                yield step, strokes.pairs(self.config.prediction_batch, child_rng(seed, "pairs", step))
+                step += 1
         while True:
             yield step, *self._batch(examples, measured, step, self.config.batch_size, seed=seed)
             step += 1
@@ -142,6 +168,7 @@ class TextureFlowLearner:
             others = [found for found in measured[material] if found.id != example.id]
             if others and (material not in known or rng.random() < self.config.references):
                 _, surface, reference = others[rng.integers(len(others))]
+                surface, reference = self._at(surface, reference, example.condition)
             else:
                 surface = known[material]
             spectra.append(self.spectra.encode(crop, surface))
@@ -169,6 +196,8 @@ class TextureFlowLearner:
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
             return self._fit(batch)
+        if stage.name == "predict":
+            return self._step_of_prediction(stage, *batch)
         number, spectra, label = batch
         label = self._with_some_dropped(label).to(self.device)
         rate = min(1, (number + 1) / self.config.warm_up) * (1 + math.cos(math.pi * number / stage.steps)) / 2
@@ -181,6 +210,28 @@ class TextureFlowLearner:
         self.optimiser.step()
         self.average.update(bare(self.network))
         return {"loss": loss.item()}
+
+    def _step_of_prediction(self, stage: Stage, number: int, pairs: StrokePair) -> dict[str, float]:
+        self.predictor.train()
+        for group in self.prediction_optimiser.param_groups:
+            group["lr"] = self.config.learning_rate * (1 + math.cos(math.pi * number / stage.steps)) / 2
+        loss = self.predictor.loss(StrokePair(*(tensor.to(self.device) for tensor in pairs)))
+        self.prediction_optimiser.zero_grad()
+        self.backward(loss)
+        self.prediction_optimiser.step()
+        self.predictor.eval()
+        return {"loss": loss.item()}
+
+    def _at(self, surface: Surface, measured: Condition, wanted: Condition) -> tuple[Surface, Condition]:
+        """Return a surface at the speed and force wanted, if these can be predicted, and the condition it is at."""
+        if self.predictor is None:
+            return surface, measured
+        predictor = bare(self.predictor)
+        at, to = predictor.conditions_of(measured), predictor.conditions_of(wanted)
+        if to.isnan().all():
+            return surface, measured
+        known = {name: value for name, value in wanted.items() if value is not None}
+        return predictor.predict(surface, at, to), {**measured, **known}
 
     def _with_some_dropped(self, label: Tensor) -> Tensor:
         """Return labels, (batch, label), of which some lack the surface, others speed and force."""
@@ -197,12 +248,24 @@ class TextureFlowLearner:
         measured = self._measured(examples).values()
         codes = torch.stack([reference.surface.code for references in measured for reference in references])
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
+        if self.predictor is not None:
+            self._fit_predictor([reference for references in measured for reference in references])
         self.photographs.fit(
             {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
             child_rng(self.seed, "photographs"),
         )
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
         return {"seconds": self.seconds}
+
+    def _fit_predictor(self, references: Sequence[Reference]) -> None:
+        predictor = bare(self.predictor)
+        at = torch.stack([predictor.conditions_of(reference.condition) for reference in references])
+        if at.isnan().any(0).all():
+            raise ParameterError(
+                f"config.prediction_steps needs the {' or '.join(predictor.conditions)} of every recording; set it to 0"
+            )
+        predictor.fit(torch.stack([vector_of(reference.surface) for reference in references]), at)
+        predictor.eval()
 
     def _surface_of(self, material: str, signals: Sequence[Signal]) -> Surface:
         surface = self.spectra.measure(signals)
@@ -237,6 +300,14 @@ class TextureFlowLearner:
             "average": self.average.state(),
             "network": self.network.state_dict(),
             "optimisers": [self.optimiser.state_dict()],
+        } | self._state_of_prediction()
+
+    def _state_of_prediction(self) -> dict[str, Any]:
+        if self.predictor is None:
+            return {}
+        return {
+            "predictor": self.predictor.state_dict(),
+            "prediction_optimiser": self.prediction_optimiser.state_dict(),
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
@@ -250,6 +321,11 @@ class TextureFlowLearner:
         self.network.load_state_dict(state["network"])
         if saved := state.get("optimisers"):
             self.optimiser.load_state_dict(saved[0])
+        if self.predictor is not None:
+            self.predictor.load_state_dict(state["predictor"])
+            self.predictor.eval()
+            if saved := state.get("prediction_optimiser"):
+                self.prediction_optimiser.load_state_dict(saved)
 
     # -- use ---------------------------------------------------------------------------------------------
 
@@ -258,16 +334,34 @@ class TextureFlowLearner:
 
         The surface is a material or mix, with weights scaled to sum to 1; the materials of a photograph, mixed by their
         probabilities; or that of a measured vibration. Of a mix cross-spectra, log magnitudes and codes are mixed.
-        Beyond the recorded range, speed and force count as the nearest recorded ones.
+        Beyond the recorded range, speed and force count as the nearest recorded ones. Trained with
+        ``config.prediction_steps``, it predicts the surface of a vibration at the speed and force wanted;
+        ``vibration_speed_mm_s`` and ``vibration_force_n``, those that it was measured with, make this more accurate.
         """
-        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS))
+        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION))
+        measured = self._measured_at(condition)
         self.labels.check(condition)
         surface = self._surface(condition)
+        if measured is not None:
+            surface, measured = self._at(surface, measured, condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
-        measured: dict[str, float] | None = None if condition.get("vibration") is None else {}
         spectrum = self._spectrum(self._label(surface, condition, measured), length, seed=seed)
         samples = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
         return self.kind.signal(samples)
+
+    def _measured_at(self, condition: Condition) -> Condition | None:
+        """Return speed and force of a given vibration, without those unknown; None if there is no vibration."""
+        found = {
+            name: condition[f"vibration_{name}"]
+            for name in NUMBERS
+            if condition.get(f"vibration_{name}") is not None
+        }
+        if condition.get("vibration") is None:
+            if found:
+                raise ParameterError(f"vibration_{next(iter(found))} is of a vibration, and none is given")
+            return None
+        self.labels.check(found)
+        return found
 
     def _surface(self, condition: Condition) -> Surface:
         given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
@@ -321,3 +415,27 @@ def build(
 ) -> TextureFlowLearner:
     """Return an untrained model for signals of ``kind``."""
     return TextureFlowLearner(config, kind, seed=seed, device=device)
+
+
+class _Strokes:
+    """Surfaces of strokes, to draw pairs of one material from."""
+
+    def __init__(self, measured: Mapping[str, Sequence[Reference]], predictor: SurfacePredictor) -> None:
+        several = [references for references in measured.values() if len(references) > 1]
+        if not several:
+            raise ParameterError(
+                "config.prediction_steps needs several recordings of a material; set it to 0"
+            )
+        strokes = [reference for references in several for reference in references]
+        self.vectors = torch.stack([vector_of(stroke.surface) for stroke in strokes])
+        self.at = torch.stack([predictor.conditions_of(stroke.condition) for stroke in strokes])
+        self.counts = np.array([len(references) for references in several])
+        self.starts = np.cumsum(self.counts) - self.counts
+
+    def pairs(self, count: int, rng: np.random.Generator) -> StrokePair:
+        """Return pairs of strokes of one material each, which may be the same stroke."""
+        material = rng.integers(len(self.counts), size=count)
+        given, wanted = (
+            torch.from_numpy(self.starts[material] + rng.integers(self.counts[material])) for _ in range(2)
+        )
+        return StrokePair(self.vectors[given], self.at[given], self.vectors[wanted], self.at[wanted])

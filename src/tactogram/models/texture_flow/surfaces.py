@@ -101,6 +101,11 @@ class SurfaceSpectra:
         """Return the numbers of a code."""
         return (3 * axes + 2 + len(LAGS)) * len(self.bands)
 
+    def vector_size(self, axes: int) -> int:
+        """Return the numbers of a surface but its mean, complex ones as two."""
+        size: int = 2 * self.bins * axes * (axes + 1) + self.code_size(axes)
+        return size
+
     def samples(self, frames: int) -> int:
         """Return the samples that ``frames`` whole windows cover."""
         return (frames - 1) * self.transform.hop + self.transform.n_fft

@@ -204,7 +204,13 @@ class _ConditionedGenerator:
             given = {name: value for name, value in given.items() if name in self.facts.takes}
             given["image"] = pictures[number % len(pictures)]
         if "vibration" in self.facts.needs:
-            given["vibration"] = self.strokes[str(example.material)].signal
+            stroke = self.strokes[str(example.material)]
+            given["vibration"] = stroke.signal
+            given |= {
+                f"vibration_{name}": value
+                for name, value in stroke.condition.items()
+                if f"vibration_{name}" in self.facts.takes and value is not None
+            }
         if "material" in self.facts.needs:
             given["material"] = example.material
             if example.material not in self.kind.materials and self.nearest is not None and len(pictures):

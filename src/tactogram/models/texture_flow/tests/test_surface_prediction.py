@@ -1,0 +1,153 @@
+"""Prediction of surfaces at other speeds: vectors and back, what is learned, and the whole model."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import torch
+from scipy.signal import lfilter, welch
+
+from tactogram.errors import ParameterError
+from tactogram.model import Example, SignalKind
+from tactogram.models.texture_flow import Config, build
+from tactogram.models.texture_flow.surface_prediction import (
+    SurfacePredictor,
+    surface_of,
+    vector_of,
+)
+from tactogram.models.texture_flow.surfaces import SurfaceSpectra
+from tactogram.signal import Signal
+from tactogram.training.loop import fit
+
+RATE = 1000.0
+SPEEDS = (50.0, 80.0, 120.0, 200.0)
+MATERIALS = tuple(f"m{number}" for number in range(10))
+CONFIG = Config(
+    widths=(8, 8), embedding=16, frames=16, batch_size=4, steps=30, warm_up=5, solver_steps=2, iterations=16,
+    references=1.0, prediction_steps=400, prediction_batch=32, components=12,
+)  # fmt: skip
+
+
+def stroke(place, speed, seed, seconds=3.0):
+    """Simulated: a resonance at a frequency, and a level, in proportion to the speed."""
+    ridges_per_mm, level = 0.8 + 0.1 * place, 0.002 * (1 + place % 3)
+    angle = 2 * np.pi * ridges_per_mm * speed / RATE
+    noise = np.random.default_rng([round(10 * place), round(speed), seed]).standard_normal(
+        round(seconds * RATE) + 200
+    )
+    x = lfilter([1], [1, -1.8 * np.cos(angle), 0.81], noise)[200:]
+    return Signal((level * speed * x / x.std())[None], RATE, "m/s^2", ("z",))
+
+
+def examples(places=range(10)):
+    return [
+        Example(f"{place}-{speed}", stroke(place, speed, 0), f"m{place}", {"speed_mm_s": speed})
+        for place in places
+        for speed in SPEEDS
+    ]
+
+
+@cache
+def trained():
+    learner = build(CONFIG, SignalKind(RATE, "m/s^2", ("z",), MATERIALS, simulated=True), seed=0)
+    fit(learner, examples(), seed=0)
+    return learner
+
+
+def measure(signal):
+    return SurfaceSpectra(CONFIG, RATE).measure([signal])
+
+
+def test_a_vector_holds_all_of_a_surface_but_its_mean():
+    noise = np.random.default_rng(0).normal([[3.0], [9.81]], 1.0, (2, 3000))
+    surface = SurfaceSpectra(CONFIG, RATE).measure(
+        [Signal([[1, 0], [0.5, 2]] @ noise, RATE, "m/s^2", ("x", "z"))]
+    )
+    vector = vector_of(surface)
+    assert vector.shape == (SurfaceSpectra(CONFIG, RATE).vector_size(2),)
+    for was, now in zip(surface, surface_of(vector, surface), strict=True):
+        torch.testing.assert_close(was, now)
+
+
+def test_all_components_give_the_vectors_back():
+    torch.manual_seed(0)
+    vectors, at = torch.randn(9, 30) * torch.linspace(0.1, 5, 30), torch.rand(9, 2) + 0.1
+    predictor = SurfacePredictor(30, components=16, conditions=("speed_mm_s", "force_n"))
+    predictor.fit(vectors, at)
+    again = predictor._vectors(predictor._coordinates(vectors))
+    torch.testing.assert_close(again, vectors, atol=1e-3, rtol=1e-3)
+    coordinates = predictor._coordinates(vectors)[:, :8]
+    torch.testing.assert_close(coordinates.std(0, correction=0), torch.ones(8), atol=1e-2, rtol=0)
+
+
+def test_speeds_are_logarithms_within_the_recorded_range_and_0_if_unknown():
+    predictor = SurfacePredictor(3, components=2, conditions=("speed_mm_s", "force_n"))
+    predictor.fit(torch.randn(3, 3), torch.tensor([[50.0, torch.nan], [100.0, 1.0], [200.0, 2.0]]))
+    found = predictor._standardised(
+        torch.tensor([[50.0, 2.0], [100.0, 1.0], [400.0, 1.0], [torch.nan, torch.nan]])
+    )
+    torch.testing.assert_close(
+        found[:, 0], torch.tensor([-(1.5**0.5), 0.0, 1.5**0.5, 0.0]), atol=1e-3, rtol=0
+    )
+    assert not found[:, 1].any()  # unknown for one of the strokes
+    told = predictor.conditions_of({"vibration_speed_mm_s": 80.0}, prefix="vibration_")
+    assert told[0] == 80
+    assert told[1].isnan()
+
+
+def test_a_stroke_of_an_unknown_surface_tells_how_it_is_at_other_speeds():
+    predictor = trained().predictor
+    closer = []
+    for place, speed, wanted in ((2.5, 50.0, 200.0), (4.5, 200.0, 80.0), (6.5, 80.0, 200.0)):
+        given, truth = (measure(stroke(place, v, 9)) for v in (speed, wanted))
+        found = predictor.predict(given, torch.tensor([speed, torch.nan]), torch.tensor([wanted, torch.nan]))
+        error, before = (
+            (s.log_root - truth.log_root).real.square().mean().sqrt().item() for s in (found, given)
+        )
+        closer.append(error / before)
+        levels = [surface.power.log().item() for surface in (given, found, truth)]
+        assert abs(levels[1] - levels[2]) < 0.5 * abs(levels[0] - levels[2])
+        torch.testing.assert_close(found.mean, given.mean)
+    assert max(closer) < 0.6
+
+
+def test_at_its_own_speed_a_measured_surface_stays_as_it_is():
+    given = measure(stroke(3.5, 80.0, 9))
+    for wanted in (80.0, torch.nan):
+        at = torch.tensor([80.0, torch.nan])
+        found = trained().predictor.predict(given, at, torch.tensor([wanted, torch.nan]))
+        torch.testing.assert_close(vector_of(found), vector_of(given), atol=1e-3, rtol=1e-3)
+
+
+def test_generated_strokes_follow_the_speed_wanted():
+    given = {"vibration": stroke(4.5, 80.0, 9), "vibration_speed_mm_s": 80.0}
+    slow, fast = (
+        trained().generate(given | {"speed_mm_s": speed}, seconds=4, seed=0).samples[0]
+        for speed in (50.0, 200.0)
+    )
+    assert fast.std() / slow.std() == pytest.approx(4, rel=0.5)
+    for made, speed in ((slow, 50.0), (fast, 200.0)):
+        frequencies, density = welch(made, RATE, nperseg=256)
+        truth = welch(stroke(4.5, speed, 8).samples[0], RATE, nperseg=256)[1]
+        assert frequencies[density.argmax()] == pytest.approx(frequencies[truth.argmax()], abs=40)
+
+
+def test_a_saved_model_predicts_the_same():
+    learner = build(CONFIG, trained().kind, seed=1)
+    learner.load_state(trained().state())
+    given = {"vibration": stroke(4.5, 80.0, 9), "vibration_speed_mm_s": 80.0, "speed_mm_s": 150.0}
+    one, other = (model.generate(given, seconds=1, seed=0).samples for model in (learner, trained()))
+    np.testing.assert_array_equal(one, other)
+
+
+def test_what_cannot_be_learned_or_asked_is_refused():
+    kind = SignalKind(RATE, "m/s^2", ("z",), ("m0", "m1"), simulated=True)
+    plain = [Example(e.id, e.signal, e.material) for e in examples((0, 1))]
+    with pytest.raises(ParameterError, match="needs the speed_mm_s or force_n of every recording"):
+        fit(build(CONFIG, kind, seed=0), plain, seed=0)
+    with pytest.raises(ParameterError, match="needs several recordings of a material"):
+        fit(build(CONFIG, kind, seed=0), [examples((0,))[0], examples((1,))[0]], seed=0)
+    with pytest.raises(ParameterError, match="vibration_speed_mm_s is of a vibration, and none is given"):
+        trained().generate({"material": "m0", "vibration_speed_mm_s": 80.0}, seed=0)
+    with pytest.raises(ParameterError, match="force_n is unknown"):
+        trained().generate({"vibration": stroke(0, 80.0, 0), "vibration_force_n": 1.0}, seed=0)
