@@ -63,6 +63,8 @@ def test_a_request_adapts_to_any_form(name):
         photo="p.png",
         crop=(0, 0, 1, 1),
         vibration="v.npz",
+        vibration_speed_mm_s=80.0,
+        vibration_force_n=0.5,
         speed_mm_s=100.0,
         force_n=1.0,
         seconds=2.0,
@@ -76,6 +78,7 @@ def test_a_request_adapts_to_any_form(name):
     assert "gone" not in {**request.weights, **request.words}
     assert bool(request.photo) == form.has("photo")
     assert (request.speed_mm_s is not None) == form.has("speed")
+    assert (request.vibration_force_n is not None) == form.has("vibration_force")
     assert (request.seconds is not None) == (form.over == "time")
 
 
@@ -113,7 +116,20 @@ def test_a_bad_request_is_refused_with_a_reason(form, request_, message):
 
 def test_a_request_survives_json():
     request = GenerationRequest(
-        "r", {"cork": 0.3}, False, {"dry": 2.5}, "p.png", (0.1, 0.2, 0.9, 1.0), "v.npz", 80.0, None, 1.5, 7, 2
+        "r",
+        {"cork": 0.3},
+        False,
+        {"dry": 2.5},
+        "p.png",
+        (0.1, 0.2, 0.9, 1.0),
+        "v.npz",
+        120.0,
+        0.8,
+        80.0,
+        None,
+        1.5,
+        7,
+        2,
     )
 
     assert GenerationRequest.from_stored(json.loads(json.dumps(asdict(request)))) == request
@@ -150,6 +166,23 @@ def test_the_command_has_the_cropped_photograph():
     request = GenerationRequest("r", {"cork": 1.0}, photo="whole.png", crop=(0, 0, 0.5, 0.5))
 
     assert "--material cork --image part.png" in command(request, PHOTO, photo="part.png")
+
+
+def test_the_command_has_the_speed_and_force_of_a_recording_while_one_is_used():
+    form = replace(DESCRIBED, takes=("speed", "vibration_speed", "vibration_force"))
+    request = GenerationRequest(
+        "r",
+        {"cork": 1.0},
+        vibration="v.npz",
+        vibration_speed_mm_s=80.0,
+        vibration_force_n=0.5,
+        speed_mm_s=150.0,
+    )
+    options = "--vibration v.npz --vibration-speed 80 --vibration-force 0.5 --speed 150"
+
+    assert options in command(form.used(request), form)
+    for unused in (replace(request, vibration=""), replace(request, photo="p.png")):
+        assert "vibration" not in command(form.used(unused), form)
 
 
 def test_words_are_in_both_languages():

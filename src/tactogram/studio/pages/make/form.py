@@ -27,6 +27,8 @@ PARTS: Mapping[str, str] = {
     "vibration": "vibration",
     "speed_mm_s": "speed",
     "force_n": "force",
+    "vibration_speed_mm_s": "vibration_speed",
+    "vibration_force_n": "vibration_force",
 }
 """Part of the form by condition."""
 Crop = tuple[float, float, float, float]
@@ -54,11 +56,13 @@ class GenerationForm:
         return part in (*self.needs, *self.instead, *self.takes)
 
     def used(self, request: GenerationRequest) -> GenerationRequest:
-        """Return ``request`` without the materials that a photograph or a vibration replaces."""
+        """Return ``request`` without what a photograph or a vibration replaces, and what goes with that."""
         if "photo" in self.instead and request.photo:
-            return replace(request, weights={}, vibration="")
-        if "vibration" in self.instead and request.vibration:
-            return replace(request, weights={})
+            request = replace(request, weights={}, vibration="")
+        elif "vibration" in self.instead and request.vibration:
+            request = replace(request, weights={})
+        if not request.vibration:
+            request = replace(request, vibration_speed_mm_s=None, vibration_force_n=None)
         return request
 
     @property
@@ -111,6 +115,8 @@ class GenerationRequest:
         Files, relative to the workspace; empty if none.
     crop : tuple of float, optional
         Left, top, right and bottom of the crop, as shares of the photograph's sides.
+    vibration_speed_mm_s, vibration_force_n : float, optional
+        Of the stroke in ``vibration``.
     speed_mm_s, force_n, seconds : float, optional
     seed, count : int
     """
@@ -122,6 +128,8 @@ class GenerationRequest:
     photo: str = ""
     crop: Crop | None = None
     vibration: str = ""
+    vibration_speed_mm_s: float | None = None
+    vibration_force_n: float | None = None
     speed_mm_s: float | None = None
     force_n: float | None = None
     seconds: float | None = None
@@ -183,6 +191,8 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
         photo=request.photo if form.has("photo") else "",
         crop=request.crop if form.has("photo") else None,
         vibration=request.vibration if form.has("vibration") else "",
+        vibration_speed_mm_s=request.vibration_speed_mm_s if form.has("vibration_speed") else None,
+        vibration_force_n=request.vibration_force_n if form.has("vibration_force") else None,
         speed_mm_s=request.speed_mm_s if form.has("speed") else None,
         force_n=request.force_n if form.has("force") else None,
         seconds=request.seconds if form.over == "time" else None,
@@ -199,6 +209,8 @@ def check_request(request: GenerationRequest, form: GenerationForm) -> None:
             "This model needs a photograph: drop or paste one, choose a file, or use the camera."
         )
     for name, value in {
+        "Speed of the recording (mm/s)": request.vibration_speed_mm_s,
+        "Force of the recording (N)": request.vibration_force_n,
         "Speed (mm/s)": request.speed_mm_s,
         "Force (N)": request.force_n,
         "Length (s)": request.seconds,
@@ -241,7 +253,13 @@ def command(request: GenerationRequest, form: GenerationForm, *, photo: str = ""
             words += ["--rest", "mean"]
     if request.vibration:
         words += ["--vibration", request.vibration]
-    numbers = {"--speed": request.speed_mm_s, "--force": request.force_n, "--seconds": request.seconds}
+    numbers = {
+        "--vibration-speed": request.vibration_speed_mm_s,
+        "--vibration-force": request.vibration_force_n,
+        "--speed": request.speed_mm_s,
+        "--force": request.force_n,
+        "--seconds": request.seconds,
+    }
     for option, value in numbers.items():
         if value is not None:
             words += [option, _exact(value)]

@@ -20,6 +20,8 @@ from tactogram.studio.pages.make.words_view import draw_words
 if TYPE_CHECKING:
     from tactogram.studio.pages.make.page import MakePage
 
+MOST_SPEED_MM_S, MOST_FORCE_N = 2000, 100
+
 
 def draw_form(page: MakePage) -> None:
     """Draw the choice of a run, and its form."""
@@ -32,7 +34,7 @@ def draw_form(page: MakePage) -> None:
         ("photo", "Photograph", draw_photo),
         ("words", "Words", draw_words),
         ("materials", "Materials", draw_mix if form.mixes else draw_material),
-        ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", draw_vibration),
+        ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", _draw_recording),
     ]
     parts.sort(key=lambda part: part[0] in form.instead)
     parts.append(("", "Settings", _draw_numbers))
@@ -84,6 +86,21 @@ def _draw_runs(page: MakePage) -> None:
                     ui.label("trained on simulated data").classes("simulated")
 
 
+def _draw_recording(page: MakePage) -> None:
+    """Draw the choice of a vibration, and the speed and force that it was recorded with."""
+    draw_vibration(page)
+    form = page.state.form
+    if form is None or not page.state.request.vibration:
+        return
+    with ui.element("div").classes("numbers"):
+        for part, field, label, most in (
+            ("vibration_speed", "vibration_speed_mm_s", "Recorded at, mm/s", MOST_SPEED_MM_S),
+            ("vibration_force", "vibration_force_n", "Recorded with, N", MOST_FORCE_N),
+        ):
+            if form.has(part):
+                _draw_number(page, field, label, most=most)
+
+
 def _draw_numbers(page: MakePage) -> None:
     form = page.state.form
     if form is None:
@@ -91,8 +108,8 @@ def _draw_numbers(page: MakePage) -> None:
     optional = []
     with ui.element("div").classes("numbers"):
         for name, field, label, most, shown in (
-            ("speed", "speed_mm_s", "Speed, mm/s", 2000, form.has("speed")),
-            ("force", "force_n", "Force, N", 100, form.has("force")),
+            ("speed", "speed_mm_s", "Speed, mm/s", MOST_SPEED_MM_S, form.has("speed")),
+            ("force", "force_n", "Force, N", MOST_FORCE_N, form.has("force")),
             ("length", "seconds", "Length, s", LONGEST_S, form.over == "time"),
         ):
             if shown:

@@ -145,10 +145,9 @@ class RunCatalogue:
         if request.vibration and form.has("vibration"):
             vibration = read_signal(self.workspace.inside(request.vibration))
             condition["vibration"] = run.prepare(vibration) if "vibration" in form.instead else vibration
-        if request.speed_mm_s is not None:
-            condition["speed_mm_s"] = request.speed_mm_s
-        if request.force_n is not None:
-            condition["force_n"] = request.force_n
+        for name in ("speed_mm_s", "force_n", "vibration_speed_mm_s", "vibration_force_n"):
+            if getattr(request, name) is not None:
+                condition[name] = getattr(request, name)
         return condition
 
     def photograph(self, request: GenerationRequest) -> Image:
