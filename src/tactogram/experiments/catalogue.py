@@ -25,9 +25,11 @@ def experiments(folder: Path = PUBLISHED) -> dict[str, str]:
 
 
 def result_files(name: str, runs: Path = Path("runs")) -> tuple[Path, ...]:
-    """Return the results of an experiment: the committed one, and that in the folder ``runs``, if they exist."""
-    files = (BENCHMARKS / "reproduced" / f"{name}.json", runs / name / "result.json")
-    return tuple(file for file in files if file.is_file())
+    """Return the results of an experiment: those committed, by recipe and data, and that in the folder ``runs``."""
+    folder = BENCHMARKS / "reproduced"
+    committed = (*folder.glob(f"{name}.json"), *sorted(folder.glob(f"{name}_*.json")))
+    own = runs / name / "result.json"
+    return (*committed, *([own] if own.is_file() else []))
 
 
 def header_of(file: Path) -> dict[str, Any]:
