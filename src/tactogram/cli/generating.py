@@ -15,7 +15,11 @@ from tactogram.workflows.request import Argument, Option, Request
 class _GenerateRequest(Request):
     runs: Annotated[
         Sequence[str],
-        Argument("one run, or two for an image and a vibration from the same words", "RUN"),
+        Argument(
+            "one run, or two for an image and a vibration from the same words; `texture_flow` is that which comes with "
+            "the package",
+            "RUN",
+        ),
     ]
     out: Annotated[str, Option(".wav, .flac, .csv, .npz, .xlsx or .png; a folder for words", "FILE")]
     _: KW_ONLY
@@ -46,14 +50,13 @@ class _GenerateRequest(Request):
 def _generate(request: _GenerateRequest, show: Printer) -> None:
     from tactogram.errors import ParameterError
     from tactogram.workflows.generation.generate import generate_files
-    from tactogram.workflows.generation.word_scores import conditions_on_words
+    from tactogram.workflows.generation.word_scores import needs_words, some_words
     from tactogram.workflows.training.loaded_run import load_run
 
     if request.material and request.mix:
         raise UsageError("argument --mix: not allowed with argument --material")
     runs = [load_run(folder) for folder in request.runs]
-    by_words = (request.words, request.rest, request.like, request.raters)
-    if len(runs) > 1 or any(by_words) or conditions_on_words(runs[0]):
+    if len(runs) > 1 or request.rest or request.like or request.raters or needs_words(runs[0]):
         for name in ("material", "mix", "image", "speed", "force", "vibration_speed", "vibration_force"):
             if getattr(request, name) is not None:
                 raise ParameterError(f"--{name.replace('_', '-')} is not for models conditioned on words")
@@ -62,6 +65,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     material = {request.material: 1.0} if request.material else request.mix
     condition = {
         "material": material,
+        "words": some_words(runs[0], request.words) if request.words else None,
         "speed_mm_s": request.speed,
         "force_n": request.force,
         "vibration_speed_mm_s": request.vibration_speed,

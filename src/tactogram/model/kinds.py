@@ -139,8 +139,10 @@ class ImageKind:
 Kind = SignalKind | ImageKind
 
 
-def unit_scores(words: Mapping[str, float], kind: Kind) -> NDArray[np.float64]:
+def unit_scores(words: Mapping[str, float], kind: Kind, *, partial: bool = False) -> NDArray[np.float64]:
     """Return scores as 0 to 1 in the order of ``kind.words``, shape (word,): (x - 1) / 6 on the 7-point scale.
+
+    Missing words are NaN if ``partial``.
 
     Raises
     ------
@@ -153,9 +155,9 @@ def unit_scores(words: Mapping[str, float], kind: Kind) -> NDArray[np.float64]:
             raise ParameterError(f"words must be of {', '.join(kind.words)}; got {word!r}")
         if not low <= score <= high:
             raise ParameterError(f"{word} must be {low:g} to {high:g}, got {score:g}")
-    if missing := [word for word in kind.words if word not in words]:
+    if not partial and (missing := [word for word in kind.words if word not in words]):
         raise ParameterError(f"a score is needed of {', '.join(missing)}")
-    return np.array([(float(words[word]) - low) / (high - low) for word in kind.words])
+    return np.array([(float(words.get(word, np.nan)) - low) / (high - low) for word in kind.words])
 
 
 def _properties(signal: Signal | SignalKind) -> str:

@@ -26,6 +26,9 @@ ENTRY_POINTS = "tactogram.models"
 FOLDERS_VARIABLE = "TACTOGRAM_MODELS"
 """Environment variable with further folders of models, separated as in PATH."""
 
+SHIPPED = "trained"
+"""Folder in that of a model, with a run of it for immediate use."""
+
 MOST_COUNT = 10_000_000
 """Largest integer of a configuration: weeks of steps, and far more than any network's width."""
 
@@ -187,6 +190,15 @@ def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
             f"model must be one of {', '.join(models)}, or of a folder in `model_folders`, got {name!r}"
         )
     return models[name]
+
+
+def shipped_run(name: str) -> Path | None:
+    """Return the run that the model ``name`` comes with, trained by its authors; None if a folder has that name."""
+    if not name.isidentifier() or Path(name).exists():
+        return None
+    model = available().get(name)
+    run = model and model.folder / SHIPPED
+    return run if run and run.is_dir() else None
 
 
 def _places(folders: Iterable[Path | str]) -> Iterator[tuple[Path, str]]:

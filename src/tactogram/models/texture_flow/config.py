@@ -36,6 +36,8 @@ class Config(BaseModel):
     """Share of crops without their material, and, drawn apart, without speed and force (Ho & Salimans 2021)."""
     references: float = Field(default=0.25, ge=0, le=1)
     """Share of crops whose surface is measured from one other recording of it, not from all."""
+    photographs: bool = True
+    """Whether to learn which material a photograph shows."""
     prediction_steps: int = Field(default=0, ge=0)
     """Training steps of the prediction of a surface at other speeds and forces, from one stroke; 0 is none."""
     prediction_batch: int = Field(default=256, gt=0)

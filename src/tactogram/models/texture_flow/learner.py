@@ -23,6 +23,7 @@ from tactogram.model import (
     check_condition,
     check_state,
     material_weights,
+    unit_scores,
 )
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
@@ -39,23 +40,26 @@ NOISE_FRAMES = 64
 """Frames of noise that are drawn at once, so that longer signals begin with the same noise."""
 LARGEST_CODE = 4.0
 """Numbers of a code count as at most so many standard deviations of those of the recordings."""
-DESCRIPTIONS = ("material", "image", "vibration")
+DESCRIPTIONS = ("material", "image", "vibration", "words")
 """Conditions that describe a surface, of which one is needed."""
 MOST_PHOTOGRAPHS = 50
 """Photographs of a material that are learned from."""
 OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n")
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
+LEAST_RMS = 1e-12
+"""Of a vibration in another unit."""
 LARGEST_GRADIENT = 1.0
 """Norm that gradients are limited to."""
 
 
 class Reference(NamedTuple):
-    """A recording that a surface is measured from."""
+    """A recording that a surface is measured from, and the scores of the surface, (word,), NaN if unknown."""
 
     id: str
     surface: Surface
     condition: Condition
+    words: Tensor
 
 
 class TextureFlowLearner:
@@ -64,7 +68,6 @@ class TextureFlowLearner:
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
-        kind.require_materials("texture_flow")
         self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
         self.device = torch.device(device)
         self.spectra = SurfaceSpectra(config, kind.rate)
@@ -86,8 +89,10 @@ class TextureFlowLearner:
                     self.spectra.vector_size(len(kind.axes)),
                     components=config.components,
                     conditions=config.conditions,
+                    words=len(kind.words),
                 ).to(self.device)
-        self.seconds = 0.0
+        self.seconds = self.rms = 0.0
+        """Medians of the training recordings."""
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
 
@@ -115,6 +120,7 @@ class TextureFlowLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        self.kind.require_materials("texture_flow")
         self.kind.check_all_present(examples)
         predict = (Stage("predict", self.config.prediction_steps),) if self.predictor is not None else ()
         return Stage("fit", 1), *predict, Stage("train", self.config.steps)
@@ -139,10 +145,13 @@ class TextureFlowLearner:
     def _measured(self, examples: Sequence[Example]) -> dict[str, list[Reference]]:
         """Return the surface of each recording that is long enough, by material."""
         found: dict[str, list[Reference]] = {str(example.material): [] for example in examples}
+        unknown = torch.full((len(self.kind.words),), torch.nan)
         for example in examples:
             surface = self.spectra.measure([example.signal])
             if surface is not None:
-                found[str(example.material)].append(Reference(example.id, surface, example.condition))
+                rated = example.rated if self.kind.words else None
+                words = unknown if rated is None else torch.from_numpy(rated.means).float()
+                found[str(example.material)].append(Reference(example.id, surface, example.condition, words))
         return found
 
     def _batch(
@@ -164,11 +173,12 @@ class TextureFlowLearner:
         known = dict(zip(self.materials, self.surfaces, strict=True))
         spectra, labels = [], []
         for example, crop in crops.draw(number * count, count, partial(child_rng, seed)):
-            material, reference = str(example.material), None
+            material = str(example.material)
+            reference: Condition | None = None
             others = [found for found in measured[material] if found.id != example.id]
             if others and (material not in known or rng.random() < self.config.references):
-                _, surface, reference = others[rng.integers(len(others))]
-                surface, reference = self._at(surface, reference, example.condition)
+                other = others[rng.integers(len(others))]
+                surface, reference = self._at(other.surface, other.condition, example.condition)
             else:
                 surface = known[material]
             spectra.append(self.spectra.encode(crop, surface))
@@ -250,11 +260,13 @@ class TextureFlowLearner:
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
         if self.predictor is not None:
             self._fit_predictor([reference for references in measured for reference in references])
-        self.photographs.fit(
-            {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
-            child_rng(self.seed, "photographs"),
-        )
+        if self.config.photographs:
+            self.photographs.fit(
+                {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
+                child_rng(self.seed, "photographs"),
+            )
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
+        self.rms = float(np.median([_rms(example.signal) for example in examples]))
         return {"seconds": self.seconds}
 
     def _fit_predictor(self, references: Sequence[Reference]) -> None:
@@ -264,7 +276,8 @@ class TextureFlowLearner:
             raise ParameterError(
                 f"config.prediction_steps needs the {' or '.join(predictor.conditions)} of every recording; set it to 0"
             )
-        predictor.fit(torch.stack([vector_of(reference.surface) for reference in references]), at)
+        vectors = torch.stack([vector_of(reference.surface) for reference in references])
+        predictor.fit(vectors, at, torch.stack([reference.words for reference in references]))
         predictor.eval()
 
     def _surface_of(self, material: str, signals: Sequence[Signal]) -> Surface:
@@ -293,39 +306,36 @@ class TextureFlowLearner:
         return {
             "materials": list(self.materials),
             "seconds": self.seconds,
+            "rms": self.rms,
             "surfaces": [surface._asdict() for surface in self.surfaces],
             "codes": self.codes,
             "photographs": self.photographs.state(),
             "conditions": self.labels.state(),
             "average": self.average.state(),
             "network": self.network.state_dict(),
-            "optimisers": [self.optimiser.state_dict()],
-        } | self._state_of_prediction()
-
-    def _state_of_prediction(self) -> dict[str, Any]:
-        if self.predictor is None:
-            return {}
-        return {
-            "predictor": self.predictor.state_dict(),
-            "prediction_optimiser": self.prediction_optimiser.state_dict(),
+            "predictor": None if self.predictor is None else self.predictor.state_dict(),
+            "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
         }
+
+    @property
+    def _optimisers(self) -> list[Any]:
+        return [self.optimiser, *([] if self.predictor is None else [self.prediction_optimiser])]
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         check_state(state["materials"], self.materials)
-        self.seconds = float(state["seconds"])
+        self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
         self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
         self.codes = state["codes"]
         self.photographs.load_state(state["photographs"])
         self.labels.load_state(state["conditions"])
         self.average.load_state(state["average"])
         self.network.load_state_dict(state["network"])
-        if saved := state.get("optimisers"):
-            self.optimiser.load_state_dict(saved[0])
         if self.predictor is not None:
             self.predictor.load_state_dict(state["predictor"])
             self.predictor.eval()
-            if saved := state.get("prediction_optimiser"):
-                self.prediction_optimiser.load_state_dict(saved)
+        if saved := state.get("optimisers"):
+            for optimiser, own in zip(self._optimisers, saved, strict=True):
+                optimiser.load_state_dict(own)
 
     # -- use ---------------------------------------------------------------------------------------------
 
@@ -333,54 +343,88 @@ class TextureFlowLearner:
         """Return a signal, by default as long as the median of the training recordings.
 
         The surface is a material or mix, with weights scaled to sum to 1; the materials of a photograph, mixed by their
-        probabilities; or that of a measured vibration. Of a mix cross-spectra, log magnitudes and codes are mixed.
-        Beyond the recorded range, speed and force count as the nearest recorded ones. Trained with
-        ``config.prediction_steps``, it predicts the surface of a vibration at the speed and force wanted;
+        probabilities; that of a measured vibration; or that which scores of words describe, of which some may be
+        missing. Of a mix cross-spectra, log magnitudes and codes are mixed. Beyond the recorded range, speed and force
+        count as the nearest recorded ones. A vibration in another unit counts as loud as the training recordings, and
+        the result is in its unit.
+
+        Trained with ``config.prediction_steps``, it predicts the surface of a vibration at the speed and force wanted;
         ``vibration_speed_mm_s`` and ``vibration_force_n``, those that it was measured with, make this more accurate.
+        Words need such a training too, on rated surfaces.
         """
         check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION))
-        measured = self._measured_at(condition)
+        vibration = condition.get("vibration")
+        if vibration is not None and vibration.unit != self.kind.unit:
+            gain = self.rms / max(_rms(vibration), LEAST_RMS)
+            alike = vibration.with_samples(gain * vibration.samples, unit=self.kind.unit)
+            made = self.generate({**condition, "vibration": alike}, seconds=seconds, seed=seed)
+            return made.with_samples(made.samples / gain, unit=vibration.unit)
         self.labels.check(condition)
-        surface = self._surface(condition)
-        if measured is not None:
-            surface, measured = self._at(surface, measured, condition)
+        surface, measured = self._described(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
         spectrum = self._spectrum(self._label(surface, condition, measured), length, seed=seed)
         samples = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
         return self.kind.signal(samples)
 
-    def _measured_at(self, condition: Condition) -> Condition | None:
-        """Return speed and force of a given vibration, without those unknown; None if there is no vibration."""
+    def _described(self, condition: Condition) -> tuple[Surface, Condition | None]:
+        """Return the surface, and the speed and force of the one stroke that it was measured from or predicted for."""
+        given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
+        if not given:
+            first, *others = self._descriptions
+            instead = f", or {' or '.join(others)} instead" if others else ""
+            raise ParameterError(f"condition {first!r} is needed{instead}")
+        if len(given) > 1:
+            raise ParameterError(
+                f"conditions {' and '.join(given)} describe the surface twice; give one of them"
+            )
+        [description] = given
+        if description not in self._descriptions:
+            raise ParameterError(
+                f"condition {description!r} was not learned by this run; give {' or '.join(self._descriptions)}"
+            )
+        measured = self._measured_at(condition)
+        if description == "vibration":
+            vibration = condition["vibration"]
+            self.kind.check(vibration)
+            return self._at(self._surface_of("the vibration", [vibration]), measured, condition)
+        if description == "words":
+            return self._from_words(condition)
+        weights = (
+            self.photographs.probabilities(condition["image"])
+            if description == "image"
+            else material_weights(condition, self.materials)
+        )
+        return Surface.mixed(self.surfaces, weights), None
+
+    @property
+    def _descriptions(self) -> tuple[str, ...]:
+        """Those of `DESCRIPTIONS` that were learned."""
+        known = {
+            "material": bool(self.surfaces),
+            "image": bool(self.photographs.materials),
+            "words": self.predictor is not None and bool(self.kind.words),
+        }
+        return tuple(name for name in DESCRIPTIONS if known.get(name, True))
+
+    def _from_words(self, condition: Condition) -> tuple[Surface, Condition]:
+        scores = torch.from_numpy(unit_scores(condition["words"], self.kind, partial=True)).float()
+        wanted = self.predictor.conditions_of(condition)
+        like = self.spectra.blank(len(self.kind.axes))
+        return self.predictor.from_words(scores, wanted, like), {
+            name: condition.get(name) for name in NUMBERS
+        }
+
+    def _measured_at(self, condition: Condition) -> Condition:
+        """Return speed and force of a given vibration, without those unknown."""
         found = {
             name: condition[f"vibration_{name}"]
             for name in NUMBERS
             if condition.get(f"vibration_{name}") is not None
         }
-        if condition.get("vibration") is None:
-            if found:
-                raise ParameterError(f"vibration_{next(iter(found))} is of a vibration, and none is given")
-            return None
+        if found and condition.get("vibration") is None:
+            raise ParameterError(f"vibration_{next(iter(found))} is of a vibration, and none is given")
         self.labels.check(found)
         return found
-
-    def _surface(self, condition: Condition) -> Surface:
-        given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
-        if not given:
-            raise ParameterError("condition 'material' is needed, or image or vibration instead")
-        if len(given) > 1:
-            raise ParameterError(
-                f"conditions {' and '.join(given)} describe the surface twice; give one of them"
-            )
-        if given == ["vibration"]:
-            vibration = condition["vibration"]
-            self.kind.check(vibration)
-            return self._surface_of("the vibration", [vibration])
-        weights = (
-            self.photographs.probabilities(condition["image"])
-            if given == ["image"]
-            else material_weights(condition, self.materials)
-        )
-        return Surface.mixed(self.surfaces, weights)
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:
         probabilities = self.photographs.probabilities(image)
@@ -410,6 +454,10 @@ class TextureFlowLearner:
         return solve(velocity, noise.to(self.device), self.config.solver_steps)[0]
 
 
+def _rms(signal: Signal) -> float:
+    return float(np.sqrt(np.mean(np.var(signal.samples, axis=1, dtype=np.float64))))
+
+
 def build(
     config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
 ) -> TextureFlowLearner:
@@ -429,6 +477,7 @@ class _Strokes:
         strokes = [reference for references in several for reference in references]
         self.vectors = torch.stack([vector_of(stroke.surface) for stroke in strokes])
         self.at = torch.stack([predictor.conditions_of(stroke.condition) for stroke in strokes])
+        self.words = torch.stack([stroke.words for stroke in strokes])
         self.counts = np.array([len(references) for references in several])
         self.starts = np.cumsum(self.counts) - self.counts
 
@@ -438,4 +487,6 @@ class _Strokes:
         given, wanted = (
             torch.from_numpy(self.starts[material] + rng.integers(self.counts[material])) for _ in range(2)
         )
-        return StrokePair(self.vectors[given], self.at[given], self.vectors[wanted], self.at[wanted])
+        return StrokePair(
+            self.vectors[given], self.at[given], self.vectors[wanted], self.at[wanted], self.words[wanted]
+        )

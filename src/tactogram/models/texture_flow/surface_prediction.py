@@ -1,4 +1,4 @@
-"""A surface at a speed and a force that it was not measured at, from one stroke of it."""
+"""Prediction of a surface at any speed and force, from one stroke of it or from scores of words."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ LEAST_SPREAD = 1e-3
 """Least standard deviation that a measurement is divided by."""
 UNKNOWN = 0.3
 """Share of the strokes whose speed, or force, is not told in training."""
+WITHOUT_STROKE = 0.4
+"""Share of the surfaces that are predicted from words alone in training, if there are words."""
 REACH = 0.8
 """Distance between two strokes, in standard deviations of the logarithms of speed and force, over which a measurement
 counts for more than its prediction."""
@@ -32,12 +34,15 @@ class StrokePair(NamedTuple):
         Surfaces, as `vector_of` gives them.
     given_at, wanted_at : float32 tensors, shape (pair, condition)
         Their speeds and forces; NaN if unknown.
+    words : float32 tensor, shape (pair, word)
+        Scores of the surface, 0 to 1; NaN if unknown.
     """
 
     given: Tensor
     given_at: Tensor
     wanted: Tensor
     wanted_at: Tensor
+    words: Tensor
 
 
 def vector_of(surface: Surface) -> Tensor:
@@ -62,8 +67,8 @@ def surface_of(vector: Tensor, like: Surface) -> Surface:
 class SurfacePredictor(nn.Module):
     """Predicts the principal components of a surface by a perceptron and a linear map.
 
-    The label is the components of a stroke, its speed and force and those wanted: logarithms, standardised and limited
-    to the range of the training strokes, 0 if unknown, each with a 1 if it is known.
+    The label is the components of a stroke, its speed and force and those wanted (logarithms, limited to the range of
+    the training strokes) and the scores of words: standardised, 0 if unknown, each with a 1 if it is known.
     """
 
     mean: Tensor
@@ -73,17 +78,20 @@ class SurfacePredictor(nn.Module):
     at_mean: Tensor
     at_deviation: Tensor
     at_range: Tensor
+    word_mean: Tensor
+    word_deviation: Tensor
 
-    def __init__(self, size: int, *, components: int, conditions: Sequence[str]) -> None:
+    def __init__(self, size: int, *, components: int, conditions: Sequence[str], words: int = 0) -> None:
         super().__init__()
         self.conditions = tuple(conditions)
         count = len(self.conditions)
         for name, shape in (
             ("mean", (size,)), ("scale", (size,)), ("basis", (components, size)), ("spread", (components,)),
             ("at_mean", (count,)), ("at_deviation", (count,)), ("at_range", (2, count)),
+            ("word_mean", (words,)), ("word_deviation", (words,)),
         ):  # fmt: skip
             self.register_buffer(name, torch.zeros(shape))
-        label = components + 4 * count
+        label = components + 1 + 4 * count + 2 * words
         self.linear = nn.Linear(label, components)
         self.perceptron = nn.Sequential(
             nn.Linear(label, HIDDEN), nn.SiLU(), nn.Dropout(DROPOUT),
@@ -92,10 +100,11 @@ class SurfacePredictor(nn.Module):
         )  # fmt: skip
 
     @torch.no_grad()
-    def fit(self, vectors: Tensor, at: Tensor) -> None:
+    def fit(self, vectors: Tensor, at: Tensor, words: Tensor) -> None:
         """Measure principal components of surfaces, (stroke, number), and the range of ``at``, (stroke, condition).
 
-        A condition that is unknown for any of them counts as unknown, or the same, for all.
+        A condition that is unknown for any of them counts as unknown, or the same, for all. ``words`` are scores,
+        (stroke, word), of which some may be NaN.
         """
         self.mean.copy_(vectors.mean(0))
         self.scale.copy_(vectors.std(0, correction=0).clamp_min(LEAST_SPREAD))
@@ -106,6 +115,8 @@ class SurfacePredictor(nn.Module):
         self.at_mean.copy_(logs.mean(0))
         self.at_deviation.copy_(logs.std(0, correction=0).clamp_min(LEAST_SPREAD))
         self.at_range.copy_(torch.stack((logs.amin(0), logs.amax(0))))
+        self.word_mean.copy_(words.nanmean(0).nan_to_num(0.0))
+        self.word_deviation.copy_((words - self.word_mean).square().nanmean(0).sqrt().nan_to_num(0.0))
 
     def conditions_of(self, condition: Condition, *, prefix: str = "") -> Tensor:
         """Return speed and force of a condition, float32, shape (condition,); NaN if unknown."""
@@ -113,12 +124,24 @@ class SurfacePredictor(nn.Module):
         return torch.tensor([torch.nan if value is None else float(value) for value in found])
 
     def loss(self, pair: StrokePair) -> Tensor:
-        """Return the squared error of the components, weighed by their variance; some speeds and forces are hidden."""
-        hidden = torch.rand(pair.given_at.shape) < UNKNOWN
-        given_at = pair.given_at.masked_fill(hidden.to(pair.given_at.device), torch.nan)
-        error = self._components(pair.given, given_at, pair.wanted_at) - self._coordinates(pair.wanted)
+        """Return the squared error of the components, weighed by their variance.
+
+        Some speeds and forces are hidden; so are some words, and where any is known, some strokes.
+        """
+        device = pair.given.device
+        hidden = (torch.rand(pair.given_at.shape) < UNKNOWN).to(device)
+        some = torch.rand(pair.words.shape) < torch.rand(len(pair.words), 1)
+        words = pair.words.masked_fill(some.to(device), torch.nan)
+        alone = (torch.rand(len(words)) < WITHOUT_STROKE).to(device) & words.isfinite().any(1)
+        found = self._components(
+            self._coordinates(pair.given),
+            ~alone,
+            pair.given_at.masked_fill(hidden, torch.nan),
+            pair.wanted_at,
+            words,
+        )
         weight = self.spread.square() / self.spread.square().mean()
-        return (error.square() * weight).mean()
+        return ((found - self._coordinates(pair.wanted)).square() * weight).mean()
 
     @torch.no_grad()
     def predict(self, surface: Surface, at: Tensor, wanted: Tensor) -> Surface:
@@ -126,23 +149,47 @@ class SurfacePredictor(nn.Module):
 
         What the prediction lacks of the measured stroke itself is added, the less the further it is away.
         """
-        vector = vector_of(surface)[None].to(self.mean.device)
-        at, wanted = (
-            at[None].to(vector.device),
-            torch.where(wanted.isnan(), at, wanted)[None].to(vector.device),
-        )
-        found = self._vectors(self._components(vector, at, wanted))
+        device = self.mean.device
+        vector, at = vector_of(surface)[None].to(device), at[None].to(device)
+        wanted = torch.where(wanted.isnan(), at[0].cpu(), wanted)[None].to(device)
+        stroke, unknown = self._coordinates(vector), self.word_mean[None] * torch.nan
+        given = torch.ones(1, dtype=torch.bool, device=device)
+        found = self._vectors(self._components(stroke, given, at, wanted, unknown))
         if torch.equal(at.isfinite(), wanted.isfinite()):
-            missed = vector - self._vectors(self._components(vector, at, at))
+            missed = vector - self._vectors(self._components(stroke, given, at, at, unknown))
             distance = (self._standardised(wanted) - self._standardised(at)).norm(dim=1) / REACH
             found = found + torch.exp(-distance.square() / 2) * missed
         return surface_of(found[0].cpu(), surface)
 
-    def _components(self, given: Tensor, at: Tensor, wanted: Tensor) -> Tensor:
-        """Return the components of what is wanted, (pair, component), standardised."""
-        known = [x.isfinite().float() for x in (at, wanted)]
-        numbers = [self._standardised(x) for x in (at, wanted)]
-        label = torch.cat((self._coordinates(given), *numbers, *known), 1)
+    @torch.no_grad()
+    def from_words(self, words: Tensor, wanted: Tensor, like: Surface) -> Surface:
+        """Return the surface of scores, (word,), 0 to 1, at speed and force, (condition,), medians if NaN.
+
+        Unknown scores are NaN. ``like`` is any surface of as many axes and bins, without a mean.
+        """
+        device = self.mean.device
+        wanted = torch.where(wanted.isnan(), self.at_mean.exp().cpu(), wanted)[None].to(device)
+        nothing = torch.zeros(1, len(self.spread), device=device)
+        given = torch.zeros(1, dtype=torch.bool, device=device)
+        unknown = torch.full_like(wanted, torch.nan)
+        found = self._components(nothing, given, unknown, wanted, words[None].to(device))
+        return surface_of(self._vectors(found)[0].cpu(), like)
+
+    def _components(self, stroke: Tensor, given: Tensor, at: Tensor, wanted: Tensor, words: Tensor) -> Tensor:
+        """Return the components of what is wanted, (pair, component), standardised.
+
+        ``stroke`` are those of what is given, where ``given``, (pair,), is true; elsewhere it is unknown, ``at`` too.
+        """
+        at = at.masked_fill(~given[:, None], torch.nan)
+        scores = (words - self.word_mean) / self.word_deviation.clamp_min(LEAST_SPREAD)
+        label = torch.cat(
+            (
+                stroke * given[:, None], given[:, None],
+                self._standardised(at), self._standardised(wanted), at.isfinite(), wanted.isfinite(),
+                scores.nan_to_num(0.0), words.isfinite(),
+            ),
+            1,
+        )  # fmt: skip
         found: Tensor = self.linear(label) + self.perceptron(label)
         return found
 

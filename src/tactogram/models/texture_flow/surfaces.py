@@ -106,6 +106,11 @@ class SurfaceSpectra:
         size: int = 2 * self.bins * axes * (axes + 1) + self.code_size(axes)
         return size
 
+    def blank(self, axes: int) -> Surface:
+        """Return a surface of zeros."""
+        table, root = torch.zeros(axes, self.bins), torch.zeros(self.bins, axes, axes, dtype=torch.complex64)
+        return Surface(torch.zeros(axes), root, table, table, torch.zeros(self.code_size(axes)))
+
     def samples(self, frames: int) -> int:
         """Return the samples that ``frames`` whole windows cover."""
         return (frames - 1) * self.transform.hop + self.transform.n_fft

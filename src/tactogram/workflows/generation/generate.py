@@ -95,7 +95,7 @@ def generate_files(
         condition = {**condition, "image": image}
         found = _classified_as(loaded.model, image)
     if recording is not None:
-        condition = {**condition, "vibration": loaded.prepare(read_signal(recording))}
+        condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording))}
     named = {"photograph": photograph, "vibration_from": recording}
     more = {name: Path(file).name for name, file in named.items() if file is not None}
     facts = run_provenance(loaded, seed) | _named(condition) | more | found

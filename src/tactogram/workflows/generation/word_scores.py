@@ -38,9 +38,8 @@ class WordRequest:
 
         Lowest is mapped to lowest, highest to highest. Of yes/no ratings it is the share of people: 4 is one half.
         """
-        low, high = scale_of(run)
-        shares = {word: SEVEN_POINT.to_unit(score) for word, score in self.scores.items()}
-        return {word: low + float(shares[word]) * (high - low) for word in run.any_kind.words}
+        scaled = _on_scale(self.scores, run)
+        return {word: scaled[word] for word in run.any_kind.words}
 
     def as_dict(self) -> dict[str, Any]:
         """Return JSON values: ``scale``, ``asked``, ``filled``, ``filled_from``, ``scores``."""
@@ -73,20 +72,7 @@ def ask(
         scale, or missing words, each by name.
     """
     names = _names(runs)
-    given: dict[str, float] = {}
-    for name, score in (words or {}).items():
-        word = name if name in names else word_of(name) or name
-        if word in given:
-            raise ParameterError(f"words name {word!r} twice")
-        given[word] = float(score)
-    for word, score in given.items():
-        if word not in names:
-            raise ParameterError(f"words must be of {', '.join(names)}; got {word!r}")
-        if not SEVEN_POINT.low <= score <= SEVEN_POINT.high:
-            raise ParameterError(
-                f"{word} must be {SEVEN_POINT.low:g} to {SEVEN_POINT.high:g}, the raters' scale; got {score:g}"
-            )
-    given = {word: given[word] for word in names if word in given}
+    given = _checked(words or {}, names)
     missing = [word for word in names if word not in given]
     if rest is not None and like is not None:
         raise ParameterError("`rest` and `like` both fill missing scores; give one")
@@ -106,6 +92,14 @@ def ask(
     return WordRequest(given, {word: means[word] for word in missing}, source)
 
 
+def some_words(run: LoadedRun, words: Mapping[str, float]) -> dict[str, float]:
+    """Return the scores of some words, on the 7-point scale, as the ``words`` of a run's condition.
+
+    They are on the scale of its ratings; errors are those of `ask`.
+    """
+    return _on_scale(_checked(words, _names([run])), run)
+
+
 def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
     """Return the mean scores of a run's training items, on the 7-point scale, by item and word."""
     if not isinstance(run.model, RatedGenerator):
@@ -118,9 +112,9 @@ def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
     }
 
 
-def conditions_on_words(run: LoadedRun) -> bool:
-    """Return whether a run is conditioned on words."""
-    return "words" in run.facts.conditions
+def needs_words(run: LoadedRun) -> bool:
+    """Return whether a run needs scores of all its words."""
+    return "words" in run.facts.needs
 
 
 def scale_of(run: LoadedRun) -> tuple[float, float]:
@@ -130,9 +124,32 @@ def scale_of(run: LoadedRun) -> tuple[float, float]:
     return run.any_kind.scale
 
 
+def _checked(words: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
+    """Return valid scores in the order of ``names``."""
+    given: dict[str, float] = {}
+    for name, score in words.items():
+        word = name if name in names else word_of(name) or name
+        if word in given:
+            raise ParameterError(f"words name {word!r} twice")
+        given[word] = float(score)
+    for word, score in given.items():
+        if word not in names:
+            raise ParameterError(f"words must be of {', '.join(names)}; got {word!r}")
+        if not SEVEN_POINT.low <= score <= SEVEN_POINT.high:
+            raise ParameterError(
+                f"{word} must be {SEVEN_POINT.low:g} to {SEVEN_POINT.high:g}, the raters' scale; got {score:g}"
+            )
+    return {word: given[word] for word in names if word in given}
+
+
+def _on_scale(scores: Mapping[str, float], run: LoadedRun) -> dict[str, float]:
+    low, high = scale_of(run)
+    return {word: low + float(SEVEN_POINT.to_unit(score)) * (high - low) for word, score in scores.items()}
+
+
 def _names(runs: Sequence[LoadedRun]) -> tuple[str, ...]:
     for run in runs:
-        if not conditions_on_words(run):
+        if "words" not in run.facts.conditions or not run.any_kind.words:
             raise ParameterError(f"{run.run.name}: {run.facts.name} is not conditioned on words")
     first = runs[0]
     for other in runs[1:]:

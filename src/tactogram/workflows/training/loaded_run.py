@@ -15,6 +15,7 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.model import Classifier, Embedder, Generator, Kind, Predictor, SignalKind
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Signal
+from tactogram.signal.resampling import resample
 from tactogram.training.run import Run
 
 
@@ -92,6 +93,19 @@ class LoadedRun:
         self.kind.check(prepared)
         return prepared
 
+    def prepare_vibration(self, signal: Signal) -> Signal:
+        """Return a recording that describes a surface as the model was trained on it; its unit may be another.
+
+        Where the model has the three axes combined, one axis will do; a slow recording just lacks high frequencies.
+        """
+        preparation = self.as_trained
+        if preparation.band is not None and signal.rate <= 2 * preparation.band[1]:
+            signal = resample(signal, self.kind.rate)
+        if preparation.axes == "dft321" and len(signal.axes) == 1:
+            signal = signal.with_samples(signal.samples, axes=self.kind.axes)
+            preparation = preparation.model_copy(update={"axes": "all"})
+        return preparation.apply(signal)
+
     @property
     def as_trained(self) -> Preparation:
         """The recipe's preparation, to the rate of the training signals."""
@@ -101,6 +115,8 @@ class LoadedRun:
 def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
     """Return the finished run in ``folder``; ``model_folders`` are further to those recorded in it.
 
+    The name of a model that comes trained (`tactogram.models.shipped_run`) is its run, unless there is such a folder.
+
     Raises
     ------
     RunError
@@ -108,7 +124,7 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
     """
     from tactogram.training.checkpoint import load_state
 
-    run = Run.open(Path(folder))
+    run = Run.open(models.shipped_run(str(folder)) or Path(folder))
     kind, recipe = run.kind(), run.recipe
     facts = model_of(run, model_folders)
     model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)

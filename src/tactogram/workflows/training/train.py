@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +140,9 @@ def _material(
         require_photographs(recorded)
     recorded.prepare_all(progress=_preparing(progress, stop))
     kind = signal_kind(recorded, simulated=plan.store.simulated)
+    ratings = plan.store.ratings
+    if "words" in plan.facts.instead and ratings is not None:
+        kind = replace(kind, words=ratings.words, scale=(ratings.scale.low, ratings.scale.high))
     return kind, recorded, part_examples(plan.store, parts, "validation", prepare, label=plan.label)
 
 

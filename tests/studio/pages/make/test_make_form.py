@@ -185,6 +185,27 @@ def test_the_command_has_the_speed_and_force_of_a_recording_while_one_is_used():
         assert "vibration" not in command(form.used(unused), form)
 
 
+def test_words_replace_materials_where_a_model_allows_it():
+    form = replace(DESCRIBED, instead=("photo", "vibration", "words"), words=WORDS)
+    request = GenerationRequest("r", {"cork": 1.0}, words={"rough": 6.0})
+
+    assert shlex.split(command(form.used(request), form))[3:] == [
+        *("--words", "rough=6", "--seed", "0", "--out", "made.wav")
+    ]
+    assert "--words" not in command(form.used(replace(request, vibration="v.npz")), form)
+    assert "--mix cork=1" in command(form.used(replace(request, words={})), form)
+
+
+def test_without_materials_something_must_describe_the_surface():
+    form = replace(DESCRIBED, instead=("vibration", "words"), materials=(), words=WORDS)
+    request = adapted(GenerationRequest("r", {"cork": 1.0}), form)
+
+    assert not form.shows("materials")
+    with pytest.raises(ParameterError, match="Describe the surface"):
+        check_request(request, form)
+    check_request(replace(request, words={"rough": 6.0}), form)
+
+
 def test_words_are_in_both_languages():
     assert word_label("rough") == "rough  ざらざらする"
     assert word_label("other") == "other"

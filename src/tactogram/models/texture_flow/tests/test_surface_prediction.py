@@ -1,5 +1,6 @@
 """Prediction of surfaces at other speeds: vectors and back, what is learned, and the whole model."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +9,7 @@ import torch
 from scipy.signal import lfilter, welch
 
 from tactogram.errors import ParameterError
-from tactogram.model import Example, SignalKind
+from tactogram.model import Example, ItemRatings, SignalKind
 from tactogram.models.texture_flow import Config, build
 from tactogram.models.texture_flow.surface_prediction import (
     SurfacePredictor,
@@ -22,6 +23,8 @@ from tactogram.training.loop import fit
 RATE = 1000.0
 SPEEDS = (50.0, 80.0, 120.0, 200.0)
 MATERIALS = tuple(f"m{number}" for number in range(10))
+KIND = SignalKind(RATE, "m/s^2", ("z",), MATERIALS, simulated=True)
+WORDS = ("high", "loud")
 CONFIG = Config(
     widths=(8, 8), embedding=16, frames=16, batch_size=4, steps=30, warm_up=5, solver_steps=2, iterations=16,
     references=1.0, prediction_steps=400, prediction_batch=32, components=12,
@@ -49,8 +52,24 @@ def examples(places=range(10)):
 
 @cache
 def trained():
-    learner = build(CONFIG, SignalKind(RATE, "m/s^2", ("z",), MATERIALS, simulated=True), seed=0)
+    learner = build(CONFIG, KIND, seed=0)
     fit(learner, examples(), seed=0)
+    return learner
+
+
+@cache
+def trained_on_words():
+    """How high the resonance is and how loud, both 0 to 1, and no score of the second by half of the raters."""
+    config = CONFIG.model_copy(update={"prediction_steps": 1000})
+    learner = build(config, replace(KIND, words=WORDS, scale=(1.0, 7.0)), seed=0)
+    rated = [
+        ItemRatings(WORDS, ("a", "b"), np.array([[n / 10, n % 3 / 2], [n / 10, np.nan]])) for n in range(10)
+    ]
+    fit(
+        learner,
+        [replace(e, item=e.material, rated=rated[int(e.id.split("-")[0])]) for e in examples()],
+        seed=0,
+    )
     return learner
 
 
@@ -73,7 +92,7 @@ def test_all_components_give_the_vectors_back():
     torch.manual_seed(0)
     vectors, at = torch.randn(9, 30) * torch.linspace(0.1, 5, 30), torch.rand(9, 2) + 0.1
     predictor = SurfacePredictor(30, components=16, conditions=("speed_mm_s", "force_n"))
-    predictor.fit(vectors, at)
+    predictor.fit(vectors, at, torch.zeros(9, 0))
     again = predictor._vectors(predictor._coordinates(vectors))
     torch.testing.assert_close(again, vectors, atol=1e-3, rtol=1e-3)
     coordinates = predictor._coordinates(vectors)[:, :8]
@@ -82,7 +101,9 @@ def test_all_components_give_the_vectors_back():
 
 def test_speeds_are_logarithms_within_the_recorded_range_and_0_if_unknown():
     predictor = SurfacePredictor(3, components=2, conditions=("speed_mm_s", "force_n"))
-    predictor.fit(torch.randn(3, 3), torch.tensor([[50.0, torch.nan], [100.0, 1.0], [200.0, 2.0]]))
+    predictor.fit(
+        torch.randn(3, 3), torch.tensor([[50.0, torch.nan], [100.0, 1.0], [200.0, 2.0]]), torch.zeros(3, 0)
+    )
     found = predictor._standardised(
         torch.tensor([[50.0, 2.0], [100.0, 1.0], [400.0, 1.0], [torch.nan, torch.nan]])
     )
@@ -151,3 +172,44 @@ def test_what_cannot_be_learned_or_asked_is_refused():
         trained().generate({"material": "m0", "vibration_speed_mm_s": 80.0}, seed=0)
     with pytest.raises(ParameterError, match="force_n is unknown"):
         trained().generate({"vibration": stroke(0, 80.0, 0), "vibration_force_n": 1.0}, seed=0)
+
+
+def test_words_describe_a_surface_at_any_speed():
+    learner = trained_on_words()
+
+    def made(**condition):
+        return learner.generate(condition, seconds=4, seed=0).samples[0]
+
+    def centre(x):
+        frequencies, density = welch(x, RATE, nperseg=256)
+        return frequencies @ density / density.sum()
+
+    low, high = (made(words={"high": score, "loud": 4.0}, speed_mm_s=120.0) for score in (1.6, 5.8))
+    assert centre(high) > 1.2 * centre(low)
+    quiet, loud = (made(words={"loud": score}, speed_mm_s=120.0) for score in (1.0, 7.0))
+    assert loud.std() > 1.8 * quiet.std()
+    slow, fast = (made(words={"high": 4.0}, speed_mm_s=speed) for speed in (50.0, 200.0))
+    assert fast.std() > 2 * slow.std()
+
+
+def test_words_that_were_not_learned_are_refused():
+    with pytest.raises(ParameterError, match="'words' was not learned by this run; give material or image"):
+        trained().generate({"words": {"high": 4.0}}, seed=0)
+    with pytest.raises(ParameterError, match="words must be of high, loud; got 'soft'"):
+        trained_on_words().generate({"words": {"soft": 4.0}}, seed=0)
+    with pytest.raises(
+        ParameterError, match="words and vibration describe the surface twice|vibration and words"
+    ):
+        trained_on_words().generate({"words": {"loud": 4.0}, "vibration": stroke(1, 80.0, 0)}, seed=0)
+
+
+def test_a_vibration_in_another_unit_keeps_its_unit_and_level():
+    known = {"vibration_speed_mm_s": 120.0, "speed_mm_s": 120.0}
+    loud = stroke(4.5, 120.0, 9)
+    scale = trained().rms / loud.samples.std()
+    alike = loud.with_samples(scale * loud.samples)
+    full_scale = loud.with_samples(0.01 * loud.samples, unit="1")
+    expected = trained().generate({"vibration": alike, **known}, seconds=2, seed=0)
+    made = trained().generate({"vibration": full_scale, **known}, seconds=2, seed=0)
+    assert made.unit == "1"
+    np.testing.assert_allclose(made.samples, 0.01 / scale * expected.samples, rtol=1e-3, atol=1e-6)

@@ -310,7 +310,7 @@ def test_a_recording_stands_for_its_surface():
     assert made.samples[0].std() == pytest.approx(stroke.signal.samples[0].std(), rel=0.25)
     with pytest.raises(ParameterError, match="material and vibration describe the surface twice"):
         learner.generate({"material": "cork", "vibration": stroke.signal}, seed=0)
-    with pytest.raises(ParameterError, match="condition 'material' is needed, or image"):
+    with pytest.raises(ParameterError, match="condition 'material' is needed, or image or vibration instead"):
         learner.generate({}, seed=0)
     with pytest.raises(ParameterError, match="at least 64 samples, got none of the vibration"):
         learner.generate({"vibration": stroke.signal.cut(0, 63)}, seed=0)

@@ -38,8 +38,9 @@ Crop = tuple[float, float, float, float]
 class GenerationForm:
     """Required and optional parts of a run's form (values of `PARTS`), and the materials and words that it knows.
 
-    A photograph or vibration that is ``instead`` replaces the materials. ``gives`` is "signal" or "image", ``over`` the
-    domain of the results ("time", "displacement" or "space"), and ``drawn`` are the conditions that the seed draws.
+    A photograph, vibration or scores of words that are ``instead`` replace the materials, in this order. ``gives`` is
+    "signal" or "image", ``over`` the domain of the results ("time", "displacement" or "space"), and ``drawn`` are the
+    conditions that the seed draws.
     """
 
     needs: tuple[str, ...]
@@ -55,12 +56,20 @@ class GenerationForm:
         """Return whether the form has a part."""
         return part in (*self.needs, *self.instead, *self.takes)
 
+    def shows(self, part: str) -> bool:
+        """Return whether a part can be filled in: materials and words need names."""
+        return self.has(part) and (part not in ("materials", "words") or bool(getattr(self, part)))
+
     def used(self, request: GenerationRequest) -> GenerationRequest:
-        """Return ``request`` without what a photograph or a vibration replaces, and what goes with that."""
+        """Return ``request`` without what a photograph, vibration or words replace, and what goes with that."""
         if "photo" in self.instead and request.photo:
             request = replace(request, weights={}, vibration="")
-        elif "vibration" in self.instead and request.vibration:
+        elif ({"vibration"} & {*self.instead} and request.vibration) or (
+            "words" in self.instead and request.words
+        ):
             request = replace(request, weights={})
+        if "words" in self.instead and (request.photo or request.vibration):
+            request = replace(request, words={})
         if not request.vibration:
             request = replace(request, vibration_speed_mm_s=None, vibration_force_n=None)
         return request
@@ -68,7 +77,7 @@ class GenerationForm:
     @property
     def mixes(self) -> bool:
         """Whether materials are weighted; next to a photograph, a single one is chosen."""
-        return "materials" in self.needs
+        return "materials" in self.needs and bool(self.materials)
 
 
 def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
@@ -110,7 +119,7 @@ class GenerationRequest:
     to_one : bool
         Whether to divide the weights by their sum.
     words : mapping
-        Scores by word, 1 to 7; missing words are set to their mean over the run's rated items.
+        Scores by word, 1 to 7; missing words are left open, or set to their mean over the run's rated items.
     photo, vibration : str
         Files, relative to the workspace; empty if none.
     crop : tuple of float, optional
@@ -204,6 +213,8 @@ def check_request(request: GenerationRequest, form: GenerationForm) -> None:
     replaced = any(getattr(request, part) for part in form.instead)
     if form.mixes and not request.mix and not replaced:
         raise ParameterError("Set the weight of at least one material above 0.")
+    if form.instead and not form.materials and not replaced:
+        raise ParameterError("Describe the surface: give a recording of it, or the score of a word.")
     if "photo" in form.needs and not request.photo:
         raise ParameterError(
             "This model needs a photograph: drop or paste one, choose a file, or use the camera."
@@ -249,7 +260,7 @@ def command(request: GenerationRequest, form: GenerationForm, *, photo: str = ""
     if form.has("words"):
         if request.words:
             words += ["--words", _assignments(request.words)]
-        if set(form.words) - set(request.words):
+        if "words" not in form.instead and set(form.words) - set(request.words):
             words += ["--rest", "mean"]
     if request.vibration:
         words += ["--vibration", request.vibration]

@@ -40,15 +40,15 @@ def draw_form(page: MakePage) -> None:
     parts.append(("", "Settings", _draw_numbers))
     used = form.used(page.state.request)
     unused = {"materials"} if form.mixes and not used.weights else set()
-    if used.photo:
-        unused |= {"vibration"} & {*form.instead}
+    if used.photo or used.vibration:
+        unused |= {"vibration" if used.photo else "words", "words"} & {*form.instead}
     for part, title, draw in parts:
-        if part not in unused and (not part or form.has(part)):
+        if part not in unused and (not part or form.shows(part)):
             with ui.element("fieldset").classes("card part"):
                 with ui.element("legend"):
                     heading(title)
                 draw(page)
-                if part in form.instead:
+                if part in form.instead and form.materials:
                     hint(
                         "In place of the materials; remove it to use these."
                         if getattr(used, part)

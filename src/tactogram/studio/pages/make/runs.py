@@ -54,6 +54,8 @@ class FinishedRun:
     @property
     def title(self) -> str:
         """Name, model and training data."""
+        if self.name == self.model.name:
+            return f"{self.name}, as it comes with tactogram: from a recording or words alone"
         name = "example surfaces" if self.name == "studio/first/voices" else self.name
         return f"{name}: {self.model.name}, trained on {self.data.get('name', 'unknown data')}"
 
@@ -68,7 +70,7 @@ class RunCatalogue:
     _prepared: dict[tuple[Path, str], list[tuple[RecordingInfo, Signal]]] = field(default_factory=dict)
 
     def finished(self, task: str = "generation") -> list[FinishedRun]:
-        """Return the readable finished runs of a task, newest first."""
+        """Return the readable finished runs of a task, newest first; last those that models come with."""
         runs = []
         for folder in self.workspace.finished_runs():
             with suppress(TactogramError, OSError):
@@ -77,11 +79,12 @@ class RunCatalogue:
                     self._listed[key] = self.get(self.workspace.name_of(folder))
                 if self._listed[key].model.task == task:
                     runs.append(self._listed[key])
-        return runs
+        shipped = (name for name in models.available() if models.shipped_run(name))
+        return runs + [run for name in shipped if (run := self.get(name)).model.task == task]
 
     def get(self, name: str) -> FinishedRun:
-        """Return a finished run by its folder, relative to the workspace."""
-        folder = self.workspace.inside(name)
+        """Return a finished run by its folder, relative to the workspace, or by the name of the model it comes with."""
+        folder = models.shipped_run(name) or self.workspace.inside(name)
         if not (folder / "model.json").is_file():
             raise DataError(f"{name}: no such finished run in this workspace; it may have been deleted")
         facts = _read(folder / "model.json")
@@ -137,14 +140,20 @@ class RunCatalogue:
             condition["material"] = request.mix
         if request.photo and form.has("photo"):
             condition["image"] = self.photograph(request)
-        if form.has("words"):
+        if "words" in form.instead and request.words:
+            from tactogram.workflows.generation.word_scores import some_words
+
+            condition["words"] = some_words(run, request.words)
+        elif "words" in (*form.needs, *form.takes):
             from tactogram.workflows.generation.word_scores import ask
 
             rest = None if set(form.words) <= set(request.words) else "mean"
             condition["words"] = ask([run], request.words, rest=rest).on_scale_of(run)  # type: ignore[arg-type]
         if request.vibration and form.has("vibration"):
             vibration = read_signal(self.workspace.inside(request.vibration))
-            condition["vibration"] = run.prepare(vibration) if "vibration" in form.instead else vibration
+            condition["vibration"] = (
+                run.prepare_vibration(vibration) if "vibration" in form.instead else vibration
+            )
         for name in ("speed_mm_s", "force_n", "vibration_speed_mm_s", "vibration_force_n"):
             if getattr(request, name) is not None:
                 condition[name] = getattr(request, name)

@@ -20,12 +20,17 @@ def draw_words(page: MakePage) -> None:
     """Draw the scores of the words that the run knows."""
     state = page.state
     hint(
-        f"{scale_text(state.run.kind.scale if state.run else None)} Unticked words are set to their mean over the "
-        "training data."
+        f"{scale_text(state.run.kind.scale if state.run else None)} Unticked words are "
+        + ("left open." if _optional(page) else "set to their mean over the training data.")
     )
     with ui.element("div").classes("sliders words"):
         for word in state.form.words if state.form else ():
             _draw_word(page, word)
+
+
+def _optional(page: MakePage) -> bool:
+    """Return whether words may be missing."""
+    return page.state.form is not None and "words" in page.state.form.instead
 
 
 def scale_text(scale: tuple[float, float] | None) -> str:
@@ -55,7 +60,7 @@ def _draw_word(page: MakePage, word: str) -> None:
 
     def show() -> None:
         score = state.request.words.get(word)
-        share.text = "mean" if score is None else f"{score:.1f}"
+        share.text = f"{score:.1f}" if score is not None else "open" if _optional(page) else "mean"
         slider.classes(remove="unset") if score is not None else slider.classes("unset")
 
     def slid(event: Any) -> None:
