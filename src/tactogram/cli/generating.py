@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from tactogram.cli.printing import Printer, text_of
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import MixRequest
+from tactogram.workflows.generation.requests import CloneRequest
 from tactogram.workflows.request import Argument, Option, Request
 
 
@@ -127,6 +128,19 @@ def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Print
     show(result, "\n".join(lines))
 
 
+def _clone(request: CloneRequest, show: Printer) -> None:
+    from tactogram.workflows.generation.clone import clone
+    from tactogram.workflows.progress import shown
+
+    with shown() as progress:
+        run = clone(**vars(request) | {"progress": progress})
+    materials = run.facts()["kind"]["materials"]
+    show(
+        {"run": str(run.folder), "materials": materials},
+        f"run: {run.folder}\nmaterials: {', '.join(materials)}\ntactogram stream {run.folder} --mix {materials[0]}=1",
+    )
+
+
 def _mix(request: MixRequest, show: Printer) -> None:
     from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
     from tactogram.workflows.progress import shown
@@ -137,6 +151,7 @@ def _mix(request: MixRequest, show: Printer) -> None:
 
 
 VERBS = {
+    "clone": Verb(CloneRequest, _clone),
     "generate": Verb(_GenerateRequest, _generate, folders=("models",)),
     "mix": Verb(MixRequest, _mix, folders=("models",)),
 }

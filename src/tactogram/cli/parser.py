@@ -40,6 +40,7 @@ VERBS = {
     },
     "generating": {
         "generate": "Generate signals or images with a trained run, or both from the same words with two.",
+        "clone": "Make a texture for any speed and force from one stroke of a surface, or from words.",
         "mix": "Generate a ladder of mixes of two materials, and measure where each step lies.",
     },
     "recognising": {

@@ -45,6 +45,7 @@ def add_options(parser: argparse.ArgumentParser, verb: Verb, *, listing: bool = 
         settings = _settings(option, kind, field.default)
         if isinstance(option, Argument):
             nargs = settings.get("nargs") or (None if required else "?")
+            nargs = "*" if nargs == "+" and not required else nargs
             parser.add_argument(field.name, **settings | {"nargs": nargs})
         else:
             flags = _flag(field, option).split()

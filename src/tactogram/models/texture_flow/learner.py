@@ -317,6 +317,12 @@ class TextureFlowLearner:
             "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
         }
 
+    def state_without_materials(self) -> dict[str, Any]:
+        """Return the state of a model that is described surfaces by recordings or words alone, as it is shipped."""
+        names = ("seconds", "rms", "codes", "conditions", "average", "predictor")
+        nothing = {"materials": [], "surfaces": [], "photographs": PhotoClassifier(()).state()}
+        return {name: value for name, value in self.state().items() if name in names} | nothing
+
     @property
     def _optimisers(self) -> list[Any]:
         return [self.optimiser, *([] if self.predictor is None else [self.prediction_optimiser])]
@@ -329,7 +335,7 @@ class TextureFlowLearner:
         self.photographs.load_state(state["photographs"])
         self.labels.load_state(state["conditions"])
         self.average.load_state(state["average"])
-        self.network.load_state_dict(state["network"])
+        self.network.load_state_dict(state.get("network", state["average"]["weights"]))
         if self.predictor is not None:
             self.predictor.load_state_dict(state["predictor"])
             self.predictor.eval()

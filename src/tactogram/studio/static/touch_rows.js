@@ -68,10 +68,10 @@ export class Rows {
     this._tell(true);
   }
 
-  /** Update the list, and choose the file or kept result with this name. */
-  async choose(where, of) {
+  /** Update the list, and choose the file, kept result, or material of a run with this name. */
+  async choose(where, of, material = "") {
     this._offers = (await offersNow()).offers;
-    await this._change(this._rows[0], { key: keyOf({ where, of, material: "" }), lay: "auto", speed: null });
+    await this._change(this._rows[0], { key: keyOf({ where, of, material }), lay: "auto", speed: null });
   }
 
   async add() {

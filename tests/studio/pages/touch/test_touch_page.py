@@ -635,7 +635,18 @@ def test_a_dropped_recording_is_kept_and_felt(touch, workspace, tmp_path):
     wave = Signal(np.sin(np.arange(4000) / 3)[None].astype(np.float32), 2000.0, "m/s^2")
     write_signal(tmp_path / "mine.wav", wave)
     touch.get_by_text("Feel a recording of your own").click()
+    touch.get_by_text("Clone it, for any speed and force").click()
     touch.set_input_files("input[type=file]", tmp_path / "mine.wav")
     touch.get_by_text("Its recording speed is unknown: 100 mm/s is assumed.").wait_for()
     assert touch.evaluate("window.tactogramTouch.rows.tables()[0].head.name") == "mine"
     assert (workspace / "uploads" / "mine.wav").is_file()
+
+
+def test_a_dropped_recording_is_cloned_for_any_speed(touch, workspace, tmp_path):
+    noise = np.random.default_rng(0).standard_normal((1, 4000)).astype(np.float32)
+    write_signal(tmp_path / "stroke.wav", Signal(noise, 2000.0, "m/s^2"))
+    touch.get_by_text("Feel a recording of your own").click()
+    touch.set_input_files("input[type=file]", tmp_path / "stroke.wav")
+    touch.get_by_text("stroke is cloned and selected").wait_for()
+    touch.wait_for_function("window.tactogramTouch.rows.tables()[0]?.head.name == 'stroke'")
+    assert load_run(workspace / "clones" / "stroke.wav").facts.name == "texture_var"

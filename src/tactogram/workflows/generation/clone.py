@@ -1,0 +1,95 @@
+"""Clone of a surface: strokes at many speeds and forces, generated from one, and a texture fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from tactogram.datasets import Recording, create_store
+from tactogram.errors import ParameterError
+from tactogram.signal.io import read_signal
+from tactogram.signal.io.writable import check_writable
+from tactogram.training.run import Run
+from tactogram.training.seeds import child_seed
+from tactogram.workflows.generation.generate import run_provenance
+from tactogram.workflows.generation.requests import CloneRequest
+from tactogram.workflows.generation.word_scores import some_words
+from tactogram.workflows.request import takes
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.train import train
+
+WORDS = "words"
+"""Material of the surface that words describe."""
+
+
+@takes(CloneRequest)
+def clone(request: CloneRequest) -> Run:
+    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke of each.
+
+    Its strokes, generated at each of ``speeds`` and ``forces``, are beside the run, in the store ``OUT-strokes``; they
+    count as simulated. A recording in another unit than the model's keeps its unit, but then all must have it.
+
+    Raises
+    ------
+    ParameterError
+        If nothing describes a surface, two do so by one name, or the model cannot generate strokes at other speeds.
+    DataError
+        If a recording cannot be read.
+    RunError
+        If ``out`` holds a run.
+    """
+    out = Path(request.out)
+    strokes = out.with_name(f"{out.name}-strokes")
+    check_writable(out, folder=True)
+    Run(out).check_free()
+    loaded = load_run(request.model)
+    surfaces = _surfaces(request, loaded)
+    store = create_store(
+        strokes,
+        _strokes(request, loaded, surfaces),
+        name=f"clones of {', '.join(surfaces)}",
+        licence="that of the recordings",
+        source=f"tactogram clone, by {run_provenance(loaded, request.seed)['run']}",
+        simulated=True,
+    )
+    return train("texture_var", store.path, out=out, split="all", progress=request.progress)
+
+
+def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str, Any]]:
+    """Return the condition that describes each surface, by name."""
+    found: dict[str, Mapping[str, Any]] = {}
+    known = {"vibration_speed_mm_s": request.speed, "vibration_force_n": request.force}
+    for file in map(Path, request.recordings):
+        if file.stem in found:
+            raise ParameterError(f"recordings must have different names, got {file.stem!r} twice")
+        found[file.stem] = {"vibration": loaded.prepare_vibration(read_signal(file)), **known}
+    if request.words:
+        if WORDS in found:
+            raise ParameterError(f"a recording must not be called {WORDS!r} beside `words`")
+        found[WORDS] = {"words": some_words(loaded, request.words)}
+    if not found:
+        raise ParameterError("give a recording of a surface, or `words`")
+    return found
+
+
+def _strokes(
+    request: CloneRequest, loaded: LoadedRun, surfaces: Mapping[str, Mapping[str, Any]]
+) -> Iterator[Recording]:
+    at = [(name, *pair) for name in surfaces for pair in product(request.speeds, request.forces)]
+    for number, (name, speed, force) in enumerate(at, start=1):
+        made = loaded.generator.generate(
+            {**surfaces[name], "speed_mm_s": speed, "force_n": force},
+            seconds=request.seconds,
+            seed=child_seed(request.seed, "clone", number),
+        )
+        request.progress("generate", number, len(at))
+        yield Recording(
+            streams={"acceleration": made},  # type: ignore[dict-item]
+            material=name,
+            speed_mm_s=speed,
+            force_n=force,
+            simulated=True,
+            source=f"{name}-{speed:g}-{force:g}",
+        )

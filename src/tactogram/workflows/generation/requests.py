@@ -1,0 +1,32 @@
+"""Requests of generation."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.request import Argument, Option, Request
+
+
+@dataclass(frozen=True)
+class CloneRequest(Request):
+    """Surfaces to clone: one of each recording, named like its file, and one of ``words``."""
+
+    recordings: Annotated[Sequence[Path | str], Argument("one stroke of each surface", "FILE")] = ()
+    _: KW_ONLY
+    out: Annotated[Path | str, Option("folder of the run", "RUN")]
+    speed: Annotated[float | None, Option("speed of the recordings, mm/s, if known", "MM_S", above=0)] = None
+    force: Annotated[float | None, Option("normal force of the recordings, N, if known", "N", above=0)] = None
+    words: Annotated[
+        Mapping[str, float] | None,
+        Option("scores from 1 to 7 by word, instead of a recording", "rough=6,sticky=2"),
+    ] = None
+    speeds: Annotated[tuple[float, ...], Option("speeds to generate strokes at, mm/s", "MM_S,…")] = (
+        *(30.0, 60.0, 120.0, 240.0, 400.0),
+    )
+    forces: Annotated[tuple[float, ...], Option("forces to generate strokes at, N", "N,…")] = (0.3, 1.0, 3.0)
+    seconds: Annotated[float, Option("length of each stroke", above=0)] = 4.0
+    model: Annotated[str, Option("run that generates the strokes", "RUN")] = "texture_flow"
+    seed: Annotated[int, Option()] = 0
+    progress: ProgressCallback = silent

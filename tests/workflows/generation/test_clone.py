@@ -1,0 +1,84 @@
+"""Clones: from a recording or words to a texture for any speed and force, by the model that comes with the package."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tactogram.cli import main
+from tactogram.datasets import open_store
+from tactogram.errors import ParameterError, RunError
+from tactogram.signal import Signal
+from tactogram.signal.io import read_signal, write_signal
+from tactogram.workflows.generation.clone import clone
+from tactogram.workflows.training.loaded_run import load_run
+
+
+@pytest.fixture
+def stroke(tmp_path):
+    """Simulated: noise of 0.2 of full scale."""
+    noise = 0.2 * np.random.default_rng(0).standard_normal((1, 8000)).clip(-4, 4)
+    write_signal(tmp_path / "mine.wav", Signal(noise, 4000.0, "1"))
+    return tmp_path / "mine.wav"
+
+
+def test_a_clone_plays_at_any_speed_and_force(stroke, tmp_path, capsys):
+    out = tmp_path / "clone"
+    arguments = ["--out", str(out), "--speed", "100", "--speeds", "50,200", "--forces", "1", "--seconds", "1"]
+    assert main(["clone", str(stroke), *arguments, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"run": str(out), "materials": ["mine"]}
+    strokes = open_store(tmp_path / "clone-strokes")
+    assert strokes.simulated
+    assert [(info.speed_mm_s, info.force_n) for info in strokes.index] == [(50, 1), (200, 1)]
+    assert len(load_run(out).model.maps) == 1
+    assert load_run(out).kind.unit == "1"
+    told = [
+        "--material",
+        "mine",
+        "--speed",
+        "120",
+        "--force",
+        "1",
+        "--seconds",
+        "2",
+        "--out",
+        str(tmp_path / "x.wav"),
+    ]
+    assert main(["generate", str(out), *told]) == 0
+    assert 0 < read_signal(tmp_path / "x.wav").samples.std() < 1
+
+
+def test_words_are_cloned_and_generated_without_a_recording(tmp_path):
+    run = clone(words={"rough": 6}, out=tmp_path / "words", speeds=(100.0,), forces=(1.0,), seconds=1.0)
+    assert run.kind().materials == ("words",)
+    assert run.kind().unit == "m/s^2"
+    signals = []
+    for score in (1, 7):
+        out = tmp_path / f"{score}.wav"
+        told = ["generate", "texture_flow", "--words", f"rough={score}", "--speed", "100", "--out", str(out)]
+        assert main(told) == 0
+        signals.append(read_signal(out).samples)
+    assert signals[1].std() > 1.5 * signals[0].std()
+
+
+def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
+    with pytest.raises(ParameterError, match="give a recording of a surface, or `words`"):
+        clone(out=tmp_path / "a")
+    with pytest.raises(ParameterError, match="different names, got 'mine' twice"):
+        clone([stroke, stroke], out=tmp_path / "a")
+    with pytest.raises(ParameterError, match="words must be of dry, sleek"):
+        clone(words={"loud": 6}, out=tmp_path / "a")
+    assert not (tmp_path / "a").exists()
+    assert not (tmp_path / "a-strokes").exists()
+    (tmp_path / "b").mkdir()
+    (tmp_path / "b" / "recipe.toml").write_text("")
+    with pytest.raises(RunError, match="contains a run"):
+        clone([stroke], out=tmp_path / "b")
+
+
+def test_a_folder_comes_before_the_model_of_its_name(tmp_path, monkeypatch):
+    assert load_run("texture_flow").kind.materials == ()
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "texture_flow").mkdir()
+    with pytest.raises(RunError, match="not a run"):
+        load_run("texture_flow")
