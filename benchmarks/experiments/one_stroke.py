@@ -177,9 +177,10 @@ def _baselines(given: Signal) -> dict[str, Make]:
 
 
 def _scaled(signal: Signal, ratio: float, seed: int) -> Signal:
-    """Return a signal played faster by ``ratio``, at its own rate."""
+    """Return a signal played faster by ``ratio``, at its own rate, again and again."""
     faster = resample(signal, signal.rate / ratio)
-    return faster.with_samples(faster.samples, rate=signal.rate)
+    times = int(np.ceil(SECONDS * signal.rate / len(faster)))
+    return faster.with_samples(np.tile(faster.samples, times), rate=signal.rate)
 
 
 def _distances(

@@ -72,7 +72,7 @@ def test_a_crossfaded_recording_is_the_recording_elsewhere():
 
 def test_crops_depend_on_generators_and_number_alone():
     data = repeated(noise(300), noise(1500), noise(4000))
-    assert data.epoch().tolist() == [0, 1, 2, 2, 2]
+    assert data.epoch.tolist() == [0, 1, 2, 2, 2]
     all_of_them = data.draw(0, 12, seeded(4))
     for start, count in ((0, 5), (5, 7), (11, 1)):
         part = data.draw(start, count, seeded(4))

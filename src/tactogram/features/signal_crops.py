@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -38,8 +39,9 @@ class SignalCrops:
     lead: int = 0
     covers: Epoch = "recordings"
 
+    @cached_property
     def epoch(self) -> NDArray[np.int64]:
-        """Return the number of each recording, as often as an epoch crops it: int64, shape (crop,)."""
+        """Number of each recording, as often as an epoch crops it: int64, shape (crop,); reads all of them once."""
         times = [self._times(len(example.signal)) for example in self.examples]
         return np.repeat(np.arange(len(times)), times)
 
@@ -50,7 +52,7 @@ class SignalCrops:
 
     def draw(self, start: int, count: int, rng: Rng) -> list[tuple[Example, NDArray[np.float32]]]:
         """Return crops ``start`` to ``start + count``: each recording, and float32 (axis, lead + length)."""
-        members = self.epoch()
+        members = self.epoch
         drawn, orders = [], dict[int, NDArray[np.int64]]()
         for number in range(start, start + count):
             epoch, place = divmod(number, len(members))

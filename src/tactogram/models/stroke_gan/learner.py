@@ -51,7 +51,7 @@ class StrokeGANLearner(WaveGANLearner[Config]):
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.check_all_present(examples)
-        config, crops = self.config, len(self.crops(examples).epoch())
+        config, crops = self.config, len(self.crops(examples).epoch)
         steps = config.steps or math.ceil(config.epochs * crops / (config.batch_size * config.critic_updates))
         updates = {"critic": config.critic_updates, "generator": config.generator_updates}
         return Stage("fit", 1), Stage("train", steps, updates)

@@ -138,9 +138,14 @@ class TextureFlowLearner:
             while True:
                 yield step, strokes.pairs(self.config.prediction_batch, child_rng(seed, "pairs", step))
                 step += 1
+        crops = self._crops(examples)
         while True:
-            yield step, *self._batch(examples, measured, step, self.config.batch_size, seed=seed)
+            yield step, *self._batch(crops, measured, step, self.config.batch_size, seed=seed)
             step += 1
+
+    def _crops(self, examples: Sequence[Example]) -> SignalCrops:
+        length = self.spectra.samples(self.config.frames)
+        return SignalCrops(examples, length, overlap=self.spectra.transform.n_fft)
 
     def _measured(self, examples: Sequence[Example]) -> dict[str, list[Reference]]:
         """Return the surface of each recording that is long enough, by material."""
@@ -156,7 +161,7 @@ class TextureFlowLearner:
 
     def _batch(
         self,
-        examples: Sequence[Example],
+        crops: SignalCrops,
         measured: Mapping[str, Sequence[Reference]],
         number: int,
         count: int,
@@ -167,8 +172,6 @@ class TextureFlowLearner:
 
         The surface of a crop is that of its material, or of another recording of it alone.
         """
-        length = self.spectra.samples(self.config.frames)
-        crops = SignalCrops(examples, length, overlap=self.spectra.transform.n_fft)
         rng = child_rng(seed, "references", number)
         known = dict(zip(self.materials, self.surfaces, strict=True))
         spectra, labels = [], []
@@ -296,7 +299,8 @@ class TextureFlowLearner:
         examples = [e for e in examples if e.material in self.materials or len(measured[str(e.material)]) > 1]
         if not examples:
             return {}
-        spectra, label = self._batch(examples, measured, 0, max(len(examples), UNSEEN_CROPS), seed=0)
+        count = max(len(examples), UNSEEN_CROPS)
+        spectra, label = self._batch(self._crops(examples), measured, 0, count, seed=0)
         label = label.to(self.device)
         with torch_seeded(0, "validate"):
             loss = flow_loss(lambda x, t: self.average.network(x, t, label), spectra.to(self.device))

@@ -197,10 +197,13 @@ def test_words_replace_materials_where_a_model_allows_it():
 
 
 def test_without_materials_something_must_describe_the_surface():
-    form = replace(DESCRIBED, instead=("vibration", "words"), materials=(), words=WORDS)
+    form = replace(DESCRIBED, instead=("photo", "vibration", "words"), materials=(), words=WORDS)
     request = adapted(GenerationRequest("r", {"cork": 1.0}), form)
 
-    assert not form.shows("materials")
+    assert [part for part in ("photo", "words", "materials", "vibration") if form.shows(part)] == [
+        "words",
+        "vibration",
+    ]
     with pytest.raises(ParameterError, match="Describe the surface"):
         check_request(request, form)
     check_request(replace(request, words={"rough": 6.0}), form)

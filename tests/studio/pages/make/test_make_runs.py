@@ -45,6 +45,18 @@ def test_the_first_run_is_chosen_with_a_valid_form(state):
     assert made.axes == state.run.kind.axes
 
 
+def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
+    assert [run.title for run in state.runs.finished()][-1] == "texture_flow, ready to use"
+    state.choose("texture_flow")
+    state.set(words={"rough": 6.0}, seconds=0.5)
+
+    ((_, made),) = state.runs.generate(state.request)
+
+    assert state.form.words[:2] == ("dry", "sleek")
+    assert made.seconds == 0.5
+    assert state.command().startswith("tactogram generate texture_flow --words rough=6 --seconds 0.5")
+
+
 def test_the_command_generates_the_same_samples(state, tmp_path, monkeypatch, capsys):
     state.set(weights={"tile": 0.7, "carpet": 0.35}, seconds=0.5, seed=11, count=2)
     pieces = [made.samples for _, made in state.runs.generate(state.request)]

@@ -318,7 +318,7 @@ def test_a_recording_stands_for_its_surface():
 
 def test_a_quarter_of_the_crops_is_told_another_recording_of_its_surface():
     learner, size = trained(stroked=True), trained().codes.shape[1]
-    _, labels = learner._batch(STROKED, learner._measured(STROKED), 0, 200, seed=0)
+    _, labels = learner._batch(learner._crops(STROKED), learner._measured(STROKED), 0, 200, seed=0)
     other = labels[:, size + 1] == 1
     assert other.float().mean() == pytest.approx(0.25, abs=0.1)
     assert not (labels[other, size + 2] == labels[other, size + 6]).any()  # never the recording itself

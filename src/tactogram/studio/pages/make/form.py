@@ -57,8 +57,10 @@ class GenerationForm:
         return part in (*self.needs, *self.instead, *self.takes)
 
     def shows(self, part: str) -> bool:
-        """Return whether a part can be filled in: materials and words need names."""
-        return self.has(part) and (part not in ("materials", "words") or bool(getattr(self, part)))
+        """Return whether a part can be filled in: words need names, materials too, and a photograph in their place."""
+        known = {"materials": bool(self.materials), "words": bool(self.words)}
+        known["photo"] = known["materials"] or "photo" not in self.instead
+        return self.has(part) and known.get(part, True)
 
     def used(self, request: GenerationRequest) -> GenerationRequest:
         """Return ``request`` without what a photograph, vibration or words replace, and what goes with that."""

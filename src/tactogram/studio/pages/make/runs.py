@@ -55,7 +55,7 @@ class FinishedRun:
     def title(self) -> str:
         """Name, model and training data."""
         if self.name == self.model.name:
-            return f"{self.name}, as it comes with tactogram: from a recording or words alone"
+            return f"{self.name}, ready to use"
         name = "example surfaces" if self.name == "studio/first/voices" else self.name
         return f"{name}: {self.model.name}, trained on {self.data.get('name', 'unknown data')}"
 

@@ -1,0 +1,54 @@
+"""The weights that come with the model: what they are of, and that a stroke or words are enough."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter, welch
+
+from tactogram import models
+from tactogram.signal import Signal
+from tactogram.workflows.training.loaded_run import load_run
+
+RUN = models.find("texture_flow").folder / models.SHIPPED
+RATE = 2500.0
+
+
+def stroke(seconds=2.0):
+    """Simulated: a resonance at 200 Hz, 1 m/s^2."""
+    x = lfilter(
+        [1], [1, -1.9 * np.cos(2 * np.pi * 200 / RATE), 0.9025], np.random.default_rng(0).normal(size=9000)
+    )
+    x = x[1000 : 1000 + round(seconds * RATE)]
+    return Signal((x / x.std())[None], RATE, "m/s^2", ("z",))
+
+
+def spectrum(signal):
+    return 10 * np.log10(welch(signal.samples[0], signal.rate, nperseg=128)[1][2:50])
+
+
+def test_it_is_small_and_names_its_data_but_no_path():
+    assert sum(file.stat().st_size for file in RUN.iterdir()) < 8e6
+    data = json.loads((RUN / "data.json").read_text())
+    assert (data["simulated"], data["licence"]) == (True, "CC0-1.0")
+    assert "path" not in data
+    assert load_run("texture_flow").kind.simulated
+
+
+def test_a_stroke_of_an_unknown_surface_is_continued():
+    run = load_run("texture_flow")
+    given = run.prepare_vibration(stroke())
+    made = run.generator.generate({"vibration": given}, seconds=8, seed=0)
+    assert made.seconds == 8
+    assert made.samples.std() == pytest.approx(given.samples.std(), rel=0.3)
+    assert np.sqrt(np.mean((spectrum(made) - spectrum(given)) ** 2)) < 3
+
+
+def test_a_faster_stroke_is_stronger():
+    run = load_run("texture_flow")
+    given = {"vibration": run.prepare_vibration(stroke()), "vibration_speed_mm_s": 80.0}
+    slow, fast = (
+        run.generator.generate({**given, "speed_mm_s": speed}, seconds=4, seed=0).samples.std()
+        for speed in (50, 300)
+    )
+    assert fast > 1.5 * slow
