@@ -85,8 +85,10 @@ def weight_file(path: Path | str, weights: PretrainedWeights, *, option: str) ->
         return file
     file = weights.cached
     if not file.is_file():
+        folder, home = file.parent, Path.home()  # a result that quotes this names no one's home
+        place = f"~/{folder.relative_to(home)}" if folder.is_relative_to(home) else folder
         raise DataError(
-            f"weights of {weights.network} ({weights.used_for}) are missing: put {file.name} into {file.parent}, from "
+            f"weights of {weights.network} ({weights.used_for}) are missing: put {file.name} into {place}, from "
             f"{weights.url}, or set {option} to the file"
         )
     return file
