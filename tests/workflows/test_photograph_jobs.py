@@ -229,7 +229,11 @@ def test_a_run_is_judged_by_each_description_it_takes(described, given, baseline
 
 
 def test_a_description_that_it_does_not_take_is_refused(described, run):
-    with pytest.raises(ParameterError, match="texture_flow is given material, image, vibration, got 'words'"):
+    with pytest.raises(
+        ParameterError, match="texture_flow is given material, image, vibration, words, got 'speed"
+    ):
+        evaluate_run(described.folder, given="speed_mm_s")
+    with pytest.raises(ParameterError, match="needs ratings, and there are none of"):
         evaluate_run(described.folder, given="words")
     with pytest.raises(ParameterError, match="nearest_photo is given image, got 'material'"):
         evaluate_run(run.folder, given="material")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tactogram import models
@@ -180,7 +181,7 @@ class _ConditionedGenerator:
             if condition == plain:
                 raise
             signal = self.generator.generate(plain, seconds=seconds, seed=seed)
-            condition_name = {"image": "photographs", "vibration": "recordings"}.get(
+            condition_name = {"image": "photographs", "vibration": "recordings", "words": "words"}.get(
                 self.facts.needs[0], "materials"
             )
             self._note(
@@ -211,6 +212,8 @@ class _ConditionedGenerator:
                 for name, value in stroke.condition.items()
                 if f"vibration_{name}" in self.facts.takes and value is not None
             }
+        if "words" in self.facts.needs:
+            given["words"] = self._words(example)
         if "material" in self.facts.needs:
             given["material"] = example.material
             if example.material not in self.kind.materials and self.nearest is not None and len(pictures):
@@ -219,6 +222,14 @@ class _ConditionedGenerator:
                     f"{self.name} does not know every material: the one with the nearest photograph was used."
                 )
         return given | self._speed
+
+    def _words(self, example: Example) -> dict[str, float]:
+        """Return the mean ratings of the surface, on the run's scale."""
+        if example.rated is None or self.kind.scale is None:
+            raise ParameterError(f"{self.name} needs ratings, and there are none of {example.material}")
+        low, high = self.kind.scale
+        means = zip(example.rated.words, example.rated.means, strict=True)
+        return {word: low + float(mean) * (high - low) for word, mean in means if np.isfinite(mean)}
 
     @property
     def _over_displacement(self) -> bool:
