@@ -27,6 +27,9 @@ class Config(BaseModel):
     """Frames of a training crop."""
     batch_size: int = Field(default=16, gt=0)
     steps: int = Field(default=2500, gt=0)
+    start: str = ""
+    """Run whose network the training begins with, of as many axes and bins and the same widths; ``texture_flow`` is the
+    one that the model comes with. By default the weights are random."""
     learning_rate: float = Field(default=2e-3, gt=0, allow_inf_nan=False)
     """Of AdamW (Loshchilov & Hutter 2019); rises over `warm_up` steps, then falls to 0 as a cosine."""
     warm_up: int = Field(default=50, ge=1)

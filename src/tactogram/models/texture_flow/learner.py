@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property, partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from tactogram.model import (
     material_weights,
     unit_scores,
 )
+from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
 from tactogram.models.texture_flow.networks import VelocityUNet
@@ -34,6 +36,7 @@ from tactogram.nn import MovingAverage
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Image, Signal
+from tactogram.training.checkpoint import load_state
 from tactogram.training.seeds import child_generator, child_rng, torch_seeded
 
 NOISE_FRAMES = 64
@@ -253,6 +256,8 @@ class TextureFlowLearner:
         return label * kept.repeat_interleave(torch.tensor([label.shape[1] - wanted, wanted]), dim=1)
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
+        if self.config.start:
+            self._start_from(shipped_run(self.config.start) or Path(self.config.start))
         self.labels.fit(examples)
         members = self.kind.by_material(examples)
         self.surfaces = [
@@ -271,6 +276,18 @@ class TextureFlowLearner:
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
         self.rms = float(np.median([_rms(example.signal) for example in examples]))
         return {"seconds": self.seconds}
+
+    def _start_from(self, run: Path) -> None:
+        """Take over the average weights of another run."""
+        weights = load_state(run / "model.safetensors")[0].get("average", {}).get("weights", {})
+        try:
+            bare(self.network).load_state_dict(weights)
+        except RuntimeError as error:
+            raise ParameterError(
+                f"config.start must be a run of texture_flow of {len(self.kind.axes)} axes, {self.spectra.bins} bins "
+                f"and widths {self.config.widths}; {run} is not"
+            ) from error
+        self.average.network.load_state_dict(weights)
 
     def _fit_predictor(self, references: Sequence[Reference]) -> None:
         predictor = bare(self.predictor)

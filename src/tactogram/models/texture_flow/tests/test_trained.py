@@ -4,9 +4,13 @@ import json
 
 import numpy as np
 import pytest
+import torch
 from scipy.signal import lfilter, welch
 
 from tactogram import models
+from tactogram.errors import ParameterError
+from tactogram.model import Example, SignalKind, Stage
+from tactogram.models.texture_flow import Config, build
 from tactogram.signal import Signal
 from tactogram.workflows.training.loaded_run import load_run
 
@@ -52,3 +56,16 @@ def test_a_faster_stroke_is_stronger():
         for speed in (50, 300)
     )
     assert fast > 1.5 * slow
+
+
+def test_a_training_begins_with_its_weights():
+    kind = SignalKind(RATE, "m/s^2", ("z",), ("a", "b"), simulated=True)
+    examples = [Example(f"{name}{k}", stroke(), name) for name in "ab" for k in range(2)]
+    learner = build(Config(start="texture_flow"), kind, seed=0)
+    learner.step(Stage("fit", 1), examples)
+    shipped = load_run("texture_flow").model.average.network.state_dict()
+    for weights in (learner.network.state_dict(), learner.average.network.state_dict()):
+        assert all(torch.equal(weights[name], value) for name, value in shipped.items())
+    narrow = build(Config(start="texture_flow", widths=(8, 16)), kind, seed=0)
+    with pytest.raises(ParameterError, match="config.start must be a run of texture_flow of 1 axes, 64 bins"):
+        narrow.step(Stage("fit", 1), examples)
