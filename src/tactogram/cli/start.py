@@ -86,15 +86,20 @@ def _device(name: str, show: Printer) -> None:
 
 
 def _models(request: _ModelsRequest, show: Printer) -> None:
-    from tactogram.models import available
+    from tactogram.models import available, shipped_run
 
     models = {
         name: model.model_dump(mode="json", exclude={"folder", "package", "name"})
-        | {"recipes": list(model.recipes())}
+        | {"recipes": list(model.recipes()), "trained": shipped_run(name) is not None}
         for name, model in available().items()
     }
     rows = [
-        (name, str(m["year"]), f"{'+'.join(m['needs']) or '-'} -> {m['gives']}", m["title"])
+        (
+            name,
+            str(m["year"]),
+            f"{'|'.join(('+'.join(m['needs']) or '-', *m['instead']))} -> {m['gives']}",
+            m["title"] + "; comes trained" * m["trained"],
+        )
         for name, m in models.items()
     ]
     show(models, columns(rows))
