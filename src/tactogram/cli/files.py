@@ -63,12 +63,20 @@ def _converted_text(facts: Mapping[str, Any]) -> str:
     written = facts.get("written") or {}
     other = {name: value for name, value in facts.items() if name != "written"}
     lines = [lines_of(other), lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss")})]
-    if loss := written.get("loss"):
-        by_axis = loss if isinstance(next(iter(loss.values())), Mapping) else {"": loss}
-        for axis, values in by_axis.items():
-            known = {name: value for name, value in values.items() if value is not None}
-            lines.append(f"loss{f' of {axis}' if axis else ''}: {text_of(known)}")
-    return "\n".join(line for line in lines if line)
+    return "\n".join([*filter(None, lines), *loss_lines(written)])
+
+
+def loss_lines(written: Mapping[str, Any]) -> list[str]:
+    """Return what a haptic file lost, a line per axis; ``written`` is as of `write_haptic`."""
+    loss = written.get("loss")
+    if not loss:
+        return []
+    by_axis = loss if isinstance(next(iter(loss.values())), Mapping) else {"": loss}
+    return [
+        f"loss{f' of {axis}' * bool(axis)}: "
+        + text_of({name: value for name, value in values.items() if value is not None})
+        for axis, values in by_axis.items()
+    ]
 
 
 def _folder_text(facts: Mapping[str, Any]) -> str:

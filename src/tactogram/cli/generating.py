@@ -5,6 +5,7 @@ from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+from tactogram.cli.files import loss_lines
 from tactogram.cli.printing import Printer, text_of
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import MixRequest
@@ -22,7 +23,9 @@ class _GenerateRequest(Request):
             "RUN",
         ),
     ]
-    out: Annotated[str, Option(".wav, .flac, .csv, .npz, .xlsx or .png; a folder for words", "FILE")]
+    out: Annotated[
+        str, Option("a signal (.wav …), haptic file (.ahap …) or image; a folder for words", "FILE")
+    ]
     _: KW_ONLY
     material: Annotated[str | None, Option(metavar="NAME")] = None
     mix: Annotated[Mapping[str, float] | None, Option("weights by material", "A=0.6,B=0.4")] = None
@@ -83,7 +86,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
         recording=request.vibration,
     )
     first = written[0]
-    lines = [row["file"] for row in written]
+    lines = [line for row in written for line in (row["file"], *loss_lines(row.get("written", {})))]
     if "classified_as" in first:
         sure = f", confidence {first['confidence']:.2f}" if "confidence" in first else ""
         lines.append(f"photograph classified as {first['classified_as']}{sure}")
@@ -108,7 +111,7 @@ def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Print
         count=request.count,
     )
     note = result["scores"][0]
-    lines = [row["file"] for row in result["files"]]
+    lines = [line for row in result["files"] for line in (row["file"], *loss_lines(row.get("written", {})))]
     lines.append(f"requested: {text_of(note['asked']) or 'nothing'}")
     if note["filled"]:
         lines.append(f"filled with the {note['filled_from']}: {text_of(note['filled'])}")

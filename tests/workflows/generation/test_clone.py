@@ -1,4 +1,4 @@
-"""Clones: from a recording or words to a texture for any speed and force, by the model that comes with the package."""
+"""The model that comes with the package: clones for any speed and force, from a recording or words; haptic files."""
 
 import json
 
@@ -82,3 +82,11 @@ def test_a_folder_comes_before_the_model_of_its_name(tmp_path, monkeypatch):
     (tmp_path / "texture_flow").mkdir()
     with pytest.raises(RunError, match="not a run"):
         load_run("texture_flow")
+
+
+@pytest.mark.parametrize("suffix", [".ahap", ".haptic", ".hjif"])
+def test_words_are_generated_straight_into_a_haptic_file(suffix, tmp_path, capsys):
+    out = tmp_path / f"rough{suffix}"
+    assert main(["generate", "texture_flow", "--words", "rough=6", "--seconds", "1", "--out", str(out)]) == 0
+    assert "loss: " in capsys.readouterr().out
+    assert main(["convert", "--check", str(out)]) == 0

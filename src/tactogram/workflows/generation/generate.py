@@ -8,6 +8,8 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, NoiselessGenerator, PhotographClassifier
+from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
+from tactogram.rendering.files.conversion import write_haptic
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
 from tactogram.training.seeds import child_seed
@@ -77,8 +79,9 @@ def generate_files(
     list of dict
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (trained on simulated data), ``rms`` per
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
-        ``columns`` and ``simulated``. Where the model classifies the photograph: ``classified_as`` and possibly
-        ``confidence``; of several results of a model without noise ``differ_by``.
+        ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. Where the model
+        classifies the photograph: ``classified_as`` and possibly ``confidence``; of several results of a model without
+        noise ``differ_by``.
 
     Raises
     ------
@@ -111,8 +114,10 @@ def generate_files(
 
 
 def suffixes_for(gives: str) -> tuple[str, ...]:
-    """Return the suffixes of files for a model's output, ``image`` or some kind of signal."""
-    return (".png",) if gives == "image" else WRITABLE
+    """Return the suffixes of files for a model's output, ``image`` or some kind of signal: haptic files, too."""
+    if gives == "image":
+        return (".png",)
+    return *WRITABLE, *(suffix for suffix in haptic_suffixes() if len(formats_with(suffix)) == 1)
 
 
 def run_provenance(run: LoadedRun, seed: int) -> dict[str, Any]:
@@ -138,7 +143,11 @@ def write_made(
         write_image(file, made, metadata=metadata)
         rows, columns = made.size
         return {"file": str(file), "rows": rows, "columns": columns, "simulated": simulated}
-    write_signal(file, made, metadata=metadata)
+    kind, written = format_for(file), {}
+    if kind is None:
+        write_signal(file, made, metadata=metadata)
+    else:
+        written = {"written": write_haptic(file, made, format=kind.name, metadata=metadata)}
     extent = (
         {"seconds": made.seconds, "rate_hz": made.rate}
         if made.domain == "time"
@@ -151,6 +160,7 @@ def write_made(
         "axes": list(made.axes),
         "simulated": simulated,
         "rms": float((made.samples.astype(float) ** 2).mean() ** 0.5),
+        **written,
     }
 
 

@@ -12,7 +12,7 @@ from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.errors import ParameterError
 from tactogram.model import Predictor, SelectionReporter, SignalKind
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import WRITABLE, read_signal
+from tactogram.signal.io import read_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.generation.generate import (
     generate,
@@ -102,7 +102,7 @@ def _conditions(run: LoadedRun) -> tuple[str, ...]:
 
 
 def _is_file(out: Path) -> bool:
-    return out.suffix.lower() in (*WRITABLE, ".png")
+    return out.suffix.lower() in (*suffixes_for("signal"), ".png")
 
 
 def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
@@ -135,7 +135,7 @@ def _shown(gives: Sequence[str]) -> str:
     """Return the files that are accepted instead of a folder, in words."""
     if len(gives) > 1:
         return "with two runs always"
-    return "or a file that ends in " + (".png" if gives[0] == "image" else ", ".join(WRITABLE))
+    return "or a file that ends in " + (", ".join(suffixes_for(gives[0])))
 
 
 def _made(
