@@ -7,7 +7,7 @@ recordings, given the first of each material and compared with the last two. Bas
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,7 @@ MEASURES: dict[str, Callable[[Sequence[Signal], Sequence[Signal]], float]] = {
     "modulation": modulation_spectrum_distance,
     "amplitude": amplitude_distance,
 }
-SURFACES, SEED = 40, 1
+SURFACES, OTHERS, SEED = 40, 3, 1
 LAST = 2
 """Recordings of a material that are compared with."""
 SECONDS = 4.0
@@ -55,6 +55,7 @@ def run(
     progress: ProgressCallback,
     generator: str = "texture_flow",
     surfaces: int = SURFACES,
+    others: int = OTHERS,
     recorded: str = "",
     drawings: int = 3,
 ) -> dict[str, Any]:
@@ -66,8 +67,8 @@ def run(
         As of every experiment; ``paper`` changes nothing.
     generator : str
         Run of texture_flow, or the one that it comes with.
-    surfaces : int
-        Number of simulated surfaces.
+    surfaces, others : int
+        Number of simulated surfaces, and of strokes of each besides the given one.
     recorded : str
         Store of recordings with materials; "" for none.
     drawings : int
@@ -81,7 +82,7 @@ def run(
         store = open_store(folder / "surfaces")
     groups, rows = _by_material(store), []
     for number, group in enumerate(groups, 1):
-        rows += _other_speeds(loaded, store, group, drawings)
+        rows += _other_speeds(loaded, store, group[: others + 1], drawings)
         progress("surfaces", number, len(groups))
     strokes = _mean(rows)
     result: dict[str, Any] = {
@@ -113,7 +114,7 @@ def _other_speeds(
     """Return the distances to each other stroke of a surface, given the first and its speed and force, or words."""
     first, *others = group
     given = _prepared(loaded, store, first)
-    baselines = _baselines(given)
+    baselines = {name: cache(make) for name, make in _baselines(given).items()}
     known = {"vibration_speed_mm_s": first.speed_mm_s, "vibration_force_n": first.force_n}
     described: dict[str, dict[str, Any]] = {
         "from the stroke": {"vibration": given, **known},

@@ -30,7 +30,7 @@ from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
 from tactogram.models.texture_flow.networks import VelocityUNet
-from tactogram.models.texture_flow.surface_prediction import StrokePair, SurfacePredictor, vector_of
+from tactogram.models.texture_flow.surface_prediction import UNKNOWN, StrokePair, SurfacePredictor, vector_of
 from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
 from tactogram.nn import MovingAverage
 from tactogram.nn.bare_and_fixed import bare
@@ -173,7 +173,8 @@ class TextureFlowLearner:
     ) -> tuple[Tensor, Tensor]:
         """Return the spectra of crops, (crop, axis, bin, frame), and their labels, (crop, label).
 
-        The surface of a crop is that of its material, or of another recording of it alone.
+        The surface of a crop is that of its material, or of another recording of it alone; of its own recording where
+        surfaces are predicted at its speed and force: as these are taken for true in use, they are in training.
         """
         rng = child_rng(seed, "references", number)
         known = dict(zip(self.materials, self.surfaces, strict=True))
@@ -181,14 +182,19 @@ class TextureFlowLearner:
         for example, crop in crops.draw(number * count, count, partial(child_rng, seed)):
             material = str(example.material)
             reference: Condition | None = None
+            wanted = example.condition
             others = [found for found in measured[material] if found.id != example.id]
-            if others and (material not in known or rng.random() < self.config.references):
+            own = [found for found in measured[material] if found.id == example.id]
+            if self.predictor is not None and own:
+                surface = own[0].surface
+                wanted = reference = {} if rng.random() < UNKNOWN else wanted
+            elif others and (material not in known or rng.random() < self.config.references):
                 other = others[rng.integers(len(others))]
-                surface, reference = self._at(other.surface, other.condition, example.condition)
+                surface, reference = other.surface, other.condition
             else:
                 surface = known[material]
             spectra.append(self.spectra.encode(crop, surface))
-            labels.append(self._label(surface, example.condition, reference))
+            labels.append(self._label(surface, wanted, reference))
         return torch.stack(spectra), torch.stack(labels)
 
     def _label(self, surface: Surface, condition: Condition, measured: Condition | None) -> Tensor:
@@ -389,7 +395,8 @@ class TextureFlowLearner:
         self.labels.check(condition)
         surface, measured = self._described(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
-        spectrum = self._spectrum(self._label(surface, condition, measured), length, seed=seed)
+        wanted = condition if self.predictor is None or measured is None else measured
+        spectrum = self._spectrum(self._label(surface, wanted, measured), length, seed=seed)
         samples = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
         return self.kind.signal(samples)
 
