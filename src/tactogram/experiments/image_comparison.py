@@ -153,24 +153,27 @@ def _trade_off(name: str, cells: Sequence[Mapping[str, Any]], measure: str) -> T
     )
 
 
+def _spread(values: Sequence[float]) -> str:
+    """Return the mean, and the standard deviation where there is more than one."""
+    return f"{np.mean(values):.3g}" + (f" ± {np.std(values, ddof=1):.2g}" if len(values) > 1 else "")
+
+
 def _text(result: Mapping[str, Any], title: str, notes: Mapping[str, str]) -> str:
     names = [name for name in ("fid", "efficientnet_lite0_frechet_distance") if name not in result["missing"]]
     columns = [*COLUMNS, *((MEASURES[name][0], "quality", name) for name in names)]
-    across = [max(15, len(head)) for head, _, _ in columns]
-    left = max(map(len, result["variants"]))
-    lines = [
-        f"{title}; mean ± sd over trainings, losses over their last half; scores of 0 to 1 predicted by a rater model",
-        " " * left + "  n" + "".join(f"{c[0]:>{w + 2}}" for c, w in zip(columns, across, strict=True)),
-    ]
+    rows = [["", "n", *(head for head, _, _ in columns), ""]]
     for name, row in result["variants"].items():
-        cells = ""
-        for (_, part, key), width in zip(columns, across, strict=True):
-            values = [cell[part][key] for cell in row]
-            spread = f" ± {np.std(values, ddof=1):.3g}" if len(values) > 1 else ""
-            cells += f"{f'{np.mean(values):.3g}{spread}':>{width + 2}}"
         collapse = ", ".join(sorted({cell["collapse"] or "no collapse" for cell in row}))
         note = f"; {notes[name]}" if name in notes else ""
-        lines.append(f"{name:{left}}{len(row):>3}{cells}  {collapse}{note}")
+        cells = [_spread([cell[part][key] for cell in row]) for _, part, key in columns]
+        rows.append([name, str(len(row)), *cells, collapse + note])
+    left, *across = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1])
+    lines = [
+        f"{title}; mean ± sd over trainings, losses over their last half; scores of 0 to 1 predicted by a rater model"
+    ]
+    for name, *cells, remark in rows:
+        figures = "".join(f"{cell:>{width + 2}}" for cell, width in zip(cells, across, strict=True))
+        lines.append(f"{name:{left}}{figures}  {remark}".rstrip())
     if best := result["rater_on_unseen_images"]:
         lines.append(
             f"the rater model on unseen real images: r {best['correlation']:.2f}, "
