@@ -18,6 +18,7 @@ from tactogram.workflows.study.sessions import begin_session, log_played, origin
 from tactogram.workflows.study.simulation import effect_of, simulate_study
 from tactogram.workflows.study.stimuli import StudyStimuli, stronger
 from tactogram.workflows.study.studies import study_folder
+from tactogram.workflows.training import loaded_run
 
 STUDY = """
 title = "Small"
@@ -180,6 +181,7 @@ def test_a_generated_stimulus_has_its_photograph_as_condition(tmp_path, monkeypa
     monkeypatch.setattr(
         generate, "generate", lambda run, condition, **more: asked.append(condition) or [buzz]
     )
+    monkeypatch.setattr(loaded_run, "load_run", lambda run: run)
     write_image(tmp_path / "cloth.png", Image(np.zeros((8, 8, 3), np.uint8)))
     made = {"simulated": "", "run": "run", "photograph": "../{item}.png"}
     study = Study.load(
@@ -193,8 +195,37 @@ def test_a_generated_stimulus_has_its_photograph_as_condition(tmp_path, monkeypa
         StudyStimuli(study, tmp_path / "study", within=[tmp_path / "study"]).check_places()
 
 
+def test_stimuli_are_generated_from_words_or_a_stroke_by_the_model_that_comes_trained(study_file, tmp_path):
+    made = {"run": "texture_flow", "seconds": 2.0}
+    changes = {
+        "design": {"kind": "magnitude"},
+        "stimuli": [
+            {"name": "rough", "words": {"rough": 6.0}, "given": {"speed_mm_s": 150.0}, **made},
+            {"name": "slow", "vibration": "buzz.wav", "given": {"vibration_speed_mm_s": 100.0}, **made},
+        ],
+    }
+    study = Study.load(study_file, changes=changes)
+    stimuli = StudyStimuli(study, tmp_path, within=[tmp_path])
+    stimuli.check_places()
+    rough, slow = map(stimuli.signal, study.all_stimuli)
+    assert (rough.unit, rough.seconds, slow.seconds) == ("m/s^2", 2.0, 2.0)
+    frequencies = np.fft.rfftfreq(len(slow), 1 / slow.rate)
+    assert frequencies[np.abs(np.fft.rfft(slow.samples[0])).argmax()] == pytest.approx(80, abs=20)
+    outside = Study.load(
+        study_file, changes={**changes, "stimuli": [{**changes["stimuli"][1], "vibration": "../x.wav"}]}
+    )
+    with pytest.raises(ParameterError, match="outside the study's folder"):
+        StudyStimuli(outside, tmp_path, within=[tmp_path]).check_places()
+
+
 @pytest.mark.parametrize(
-    "given", [{"run": "r", "reconstructed": "griffin_lim"}, {"file": "f", "photograph": "p"}]
+    "given",
+    [
+        {"run": "r", "reconstructed": "griffin_lim"},
+        {"file": "f", "photograph": "p"},
+        {"file": "f", "vibration": "v"},
+        {"file": "f", "given": {"speed_mm_s": 100.0}},
+    ],
 )
 def test_a_condition_without_its_source_is_refused(given):
     with pytest.raises(ValueError, match="needs a recording|condition of a run"):

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from tactogram.study.wording import Wording
 
 Name = Annotated[str, Field(min_length=1, max_length=120)]
+Given = Literal["speed_mm_s", "force_n", "vibration_speed_mm_s", "vibration_force_n"]
 SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simulated_image")
 """Sources of a signal, and of a picture."""
 
@@ -24,7 +25,7 @@ class StimulusSource(BaseModel):
     file: str = ""
     """Signal file, relative to the study's file."""
     run: str = ""
-    """Trained generator of the signal."""
+    """Trained generator of the signal, or the name of a model that comes trained."""
     material: str = ""
     """Condition of ``run`` and ``image_run``."""
     words: dict[str, float] = Field(default_factory=dict)
@@ -41,6 +42,10 @@ class StimulusSource(BaseModel):
     Griffin-Lim, as Neshov et al. 2026 name it, or as the models of this project do."""
     photograph: str | None = None
     """File of the photograph that ``run`` generates the signal from; it is not shown."""
+    vibration: str = ""
+    """File of the recording whose surface ``run`` generates."""
+    given: dict[Given, Annotated[float, Field(gt=0)]] = Field(default_factory=dict)
+    """Speeds and forces that ``run`` is given, mm/s and N: those wanted, and those of ``vibration``."""
     image: str = ""
     """Picture file, relative to the study's file."""
     image_run: str = ""
@@ -70,8 +75,9 @@ class StimulusSource(BaseModel):
             raise ValueError("autoregressive needs a recording: give file or simulated, too")
         if self.reconstructed and not (self.file or self.simulated):
             raise ValueError("reconstructed needs a recording: give file or simulated, too")
-        if self.photograph and not self.run:
-            raise ValueError("photograph is a condition of a run; give run, too")
+        for name in ("photograph", "vibration", "given"):
+            if getattr(self, name) and not self.run:
+                raise ValueError(f"{name} is a condition of a run; give run, too")
         pictures = [name for name in PICTURES if getattr(self, name)]
         if len(pictures) > 1:
             raise ValueError(f"a stimulus has one picture, got {' and '.join(pictures)}")

@@ -16,6 +16,7 @@ import numpy as np
 from tactogram.datasets.simulate.sets import SETS, make, tasks
 from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.models import shipped_run
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
@@ -158,15 +159,12 @@ class StudyStimuli:
         """
         for stimulus in self.study.all_stimuli:
             try:
-                for name in (
-                    stimulus.file,
-                    stimulus.image,
-                    stimulus.run,
-                    stimulus.image_run,
-                    stimulus.photograph,
-                ):
+                for name in (stimulus.file, stimulus.image, stimulus.photograph, stimulus.vibration):
                     if name:
                         self._path(name)
+                for name in (stimulus.run, stimulus.image_run):
+                    if name:
+                        self._run(name)
                 if stimulus.is_played:
                     self.display(stimulus)
             except TactogramError as error:
@@ -212,7 +210,7 @@ class StudyStimuli:
         from tactogram.workflows.training.loaded_run import load_run
 
         try:
-            return texture_of_run(load_run(self._path(stimulus.run)), stimulus.material, settings)
+            return texture_of_run(load_run(self._run(stimulus.run)), stimulus.material, settings)
         except TactogramError as error:
             raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
@@ -240,16 +238,24 @@ class StudyStimuli:
 
     def _generated(self, stimulus: Stimulus, run: str) -> Signal | Image:
         from tactogram.workflows.generation.generate import generate
+        from tactogram.workflows.training.loaded_run import load_run
 
-        condition: dict[str, Any] = {}
+        loaded = load_run(self._run(run))
+        condition: dict[str, Any] = {str(name): value for name, value in stimulus.given.items()}
         if stimulus.material:
             condition["material"] = {stimulus.material: 1.0}
         if stimulus.words:
             condition["words"] = dict(stimulus.words)
         if stimulus.photograph:
             condition["image"] = read_image(self._file(stimulus.photograph))
-        [made] = generate(self._path(run), condition, seconds=stimulus.seconds, seed=stimulus.seed)
+        if stimulus.vibration:
+            condition["vibration"] = loaded.prepare_vibration(read_signal(self._file(stimulus.vibration)))
+        [made] = generate(loaded, condition, seconds=stimulus.seconds, seed=stimulus.seed)
         return made
+
+    def _run(self, name: str) -> Path:
+        own = self.folder / name
+        return (None if own.exists() else shipped_run(name)) or self._path(name)
 
     def _path(self, name: str) -> Path:
         path = Path(name)
