@@ -180,8 +180,11 @@ def draw_vibration(page: MakePage) -> None:
     with ui.row().classes("gap-2"):
         button = ui.button("Upload a recording").props("no-caps outline dense")
         button.on("click", js_handler=f"() => window.tactogramMake.choose({upload.id})")
-        training = ui.button("From the training data", on_click=report_errors(lambda: _ask_recording(page)))
-        training.props("no-caps outline dense")
+        if not (state.run and state.run.ships):
+            training = ui.button(
+                "From the training data", on_click=report_errors(lambda: _ask_recording(page))
+            )
+            training.props("no-caps outline dense")
 
 
 def _use_vibration(page: MakePage, name: str, signal: Signal) -> None:

@@ -106,7 +106,7 @@ def _draw_comparison_bar(
             select.props("outlined dense options-dense").classes("grow")
         if present.is_image:
             return
-        if present.facts.get("what") == "made":
+        if present.facts.get("what") == "made" and not (state.run and state.run.ships):
             nearest = ui.button(NEAREST).props("no-caps outline dense")
             nearest.on_click(report_errors(lambda: _add_nearest(page, present, nearest)))
         with ui.element("div").props("data-player-loop"):

@@ -52,9 +52,14 @@ class FinishedRun:
         return form_of(self.model, self.kind)
 
     @property
+    def ships(self) -> bool:
+        """Whether the model came with this run, whose training data no workspace has."""
+        return self.name == self.model.name
+
+    @property
     def title(self) -> str:
         """Name, model and training data."""
-        if self.name == self.model.name:
+        if self.ships:
             return f"{self.name}, ready to use"
         name = "example surfaces" if self.name == "studio/first/voices" else self.name
         return f"{name}: {self.model.name}, trained on {self.data.get('name', 'unknown data')}"
