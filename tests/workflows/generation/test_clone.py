@@ -29,7 +29,14 @@ def test_a_clone_plays_at_any_speed_and_force(stroke, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out) == {"run": str(out), "materials": ["mine"]}
     strokes = open_store(tmp_path / "clone-strokes")
     assert strokes.simulated
-    assert [(info.speed_mm_s, info.force_n) for info in strokes.index] == [(50, 1), (200, 1)]
+    assert [(info.speed_mm_s, info.force_n, info.simulated) for info in strokes.index] == [
+        (100, 1, False),
+        (50, 1, True),
+        (200, 1, True),
+    ]
+    recorded = strokes.signal(strokes.index[0].id, "acceleration")
+    prepared = load_run("texture_flow").prepare_vibration(read_signal(stroke))
+    np.testing.assert_allclose(recorded.samples, prepared.samples, atol=1e-6)
     assert len(load_run(out).model.maps) == 1
     assert load_run(out).kind.unit == "1"
     told = [

@@ -1,4 +1,4 @@
-"""Clone of a surface: strokes at many speeds and forces, generated from one, and a texture fitted to them."""
+"""Clone of a surface: strokes at many speeds and forces, generated from one, and a texture fitted to all."""
 
 from __future__ import annotations
 
@@ -22,14 +22,17 @@ from tactogram.workflows.training.train import train
 
 WORDS = "words"
 """Material of the surface that words describe."""
+LEAST_S = 1.0
+"""Shortest recording that is itself a stroke of its clone."""
 
 
 @takes(CloneRequest)
 def clone(request: CloneRequest) -> Run:
     """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke of each.
 
-    Its strokes, generated at each of ``speeds`` and ``forces``, are beside the run, in the store ``OUT-strokes``; they
-    count as simulated. A recording in another unit than the model's keeps its unit, but then all must have it.
+    Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
+    which count as simulated; and a recording of 1 s or more whose speed is known, as of the middle one of ``forces``
+    if its own is not. A recording in another unit than the model's keeps its unit, but then all must have it.
 
     Raises
     ------
@@ -77,19 +80,32 @@ def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str
 def _strokes(
     request: CloneRequest, loaded: LoadedRun, surfaces: Mapping[str, Mapping[str, Any]]
 ) -> Iterator[Recording]:
+    recorded = {
+        name: (request.speed, request.force or sorted(request.forces)[len(request.forces) // 2])
+        for name, given in surfaces.items()
+        if request.speed and "vibration" in given and given["vibration"].seconds >= LEAST_S
+    }
+    for name, (speed, force) in recorded.items():
+        yield _stroke(name, surfaces[name]["vibration"], speed, force, simulated=False)
     at = [(name, *pair) for name in surfaces for pair in product(request.speeds, request.forces)]
     for number, (name, speed, force) in enumerate(at, start=1):
+        if recorded.get(name) == (speed, force):
+            continue
         made = loaded.generator.generate(
             {**surfaces[name], "speed_mm_s": speed, "force_n": force},
             seconds=request.seconds,
             seed=child_seed(request.seed, "clone", number),
         )
         request.progress("generate", number, len(at))
-        yield Recording(
-            streams={"acceleration": made},  # type: ignore[dict-item]
-            material=name,
-            speed_mm_s=speed,
-            force_n=force,
-            simulated=True,
-            source=f"{name}-{speed:g}-{force:g}",
-        )
+        yield _stroke(name, made, speed, force, simulated=True)
+
+
+def _stroke(name: str, signal: Any, speed: float, force: float, *, simulated: bool) -> Recording:
+    return Recording(
+        streams={"acceleration": signal},
+        material=name,
+        speed_mm_s=speed,
+        force_n=force,
+        simulated=simulated,
+        source=f"{name}-{speed:g}-{force:g}",
+    )
