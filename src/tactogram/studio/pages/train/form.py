@@ -30,7 +30,7 @@ def draw(context: TrainContext, *, model: str = "", data: str = "") -> None:
     for name, default in DEFAULTS.items():
         values.setdefault(name, default)
     values.setdefault("changes", {})
-    values["model"] = model if model in models else _valid(values.get("model"), models, "texture_gan")
+    values["model"] = model if model in models else _valid(values.get("model"), models, "texture_flow")
     values["data"] = data if data in stores else _valid(values.get("data"), stores, next(iter(stores), None))
     heading("Start a training")
     if not stores:
