@@ -39,6 +39,9 @@ class Config(BaseModel):
     """Share of crops without their material, and, drawn apart, without speed and force (Ho & Salimans 2021)."""
     references: float = Field(default=0.25, ge=0, le=1)
     """Share of crops whose surface is measured from one other recording of it, not from all."""
+    modulated: float = Field(default=0.0, ge=0, le=1)
+    """Share of the materials whose recordings are modulated at random in training, so that the network follows swells,
+    rattles and pauses that its data lack (Tobin et al. 2017)."""
     photographs: bool = True
     """Whether to learn which material a photograph shows."""
     prediction_steps: int = Field(default=0, ge=0)
@@ -64,6 +67,10 @@ class Config(BaseModel):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
+        if self.modulated and not self.prediction_steps:
+            raise ValueError(
+                "modulated needs prediction_steps: a material is otherwise one surface, not several"
+            )
         if self.frames % self.multiple:
             raise ValueError(
                 f"frames must be a multiple of {self.multiple} for these widths, got {self.frames}"
