@@ -22,7 +22,7 @@ LEAST_SPEED = 0.1
 
 
 class Modulation(NamedTuple):
-    """How the strength of a surface's recordings changes, in two bands and on two time scales.
+    """Changes of the strength of a surface's recordings, in two bands and on two time scales.
 
     Attributes
     ----------
