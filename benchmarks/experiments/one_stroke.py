@@ -70,7 +70,7 @@ def run(
     surfaces, others : int
         Number of simulated surfaces, and of strokes of each besides the given one.
     recorded : str
-        Store of recordings with materials; "" for none.
+        Stores of recordings with materials, separated by commas; "" for none.
     drawings : int
         Seeds of everything that is generated.
     """
@@ -92,12 +92,11 @@ def run(
         "data_sha256": store.sha256,
         "drawings": drawings,
         "strokes": strokes,
+        "recordings": {},
     }
-    if recorded:
-        real = open_store(recorded)
+    for real in map(open_store, filter(None, recorded.split(","))):
         rows = [_same_speed(loaded, real, group, drawings) for group in _by_material(real)]
-        result["recorded"] = {"name": real.name, "sha256": real.sha256, "simulated": real.simulated}
-        result["recordings"] = _mean(rows)
+        result["recordings"][real.name] = {"sha256": real.sha256, "simulated": real.simulated} | _mean(rows)
     return result | {"text": _text(result)}
 
 
@@ -205,15 +204,13 @@ def _mean(rows: Sequence[Mapping[str, Mapping[str, float]]]) -> dict[str, dict[s
 
 def _text(result: Mapping[str, Any]) -> str:
     lines = []
-    for part, title in (
-        ("strokes", f"other strokes of {result['data']}"),
-        ("recordings", "the last recordings"),
-    ):
-        if part in result:
-            lines.append(f"{'to ' + title:42}" + "".join(f"{name:>12}" for name in MEASURES))
-            lines += [
-                f"{name:42}" + "".join(f"{row[measure]:>12.2f}" for measure in MEASURES)
-                for name, row in result[part].items()
-                if name != "number"
-            ]
+    titles = {f"other strokes of {result['data']}": result["strokes"]}
+    titles |= {f"the last recordings of {name}": part for name, part in result["recordings"].items()}
+    for title, part in titles.items():
+        lines.append(f"{'to ' + title:42}" + "".join(f"{name:>12}" for name in MEASURES))
+        lines += [
+            f"{name:42}" + "".join(f"{row[measure]:>12.2f}" for measure in MEASURES)
+            for name, row in part.items()
+            if name not in ("number", "sha256", "simulated")
+        ]
     return "\n".join(lines)
