@@ -1,25 +1,42 @@
-"""Put a run of texture_flow's foundation into the package, without its materials: ``python -m benchmarks.ship RUN``."""
+"""Put a run of texture_flow's foundation into the package: ``python -m benchmarks.ship RUN STORE``.
+
+Instead of its own materials it knows those of a store, e.g. of ``tactogram data simulate everyday``.
+"""
 
 import json
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 
+from tactogram.datasets import open_store
+from tactogram.model import Example
 from tactogram.models import SHIPPED, find
 from tactogram.signal.io.atomic import write_text
 from tactogram.training.checkpoint import save_state
 from tactogram.workflows.training.loaded_run import load_run
 
 
-def ship(folder):
+def ship(folder, store):
     """Write the run to its model's folder, and return where."""
-    loaded = load_run(folder)
+    loaded, known = load_run(folder), open_store(store)
+    examples = [
+        Example(
+            info.id,
+            loaded.prepare_vibration(
+                known.signal(info.id, loaded.recipe.prepare.stream_of(known.streams_of(info.id)))
+            ),
+            info.material,
+            condition={name: getattr(info, name) for name in ("speed_mm_s", "force_n")},
+        )
+        for info in known.index
+    ]
     out = find(loaded.facts.name).folder / SHIPPED
     out.mkdir(exist_ok=True)
-    save_state(out / "model.safetensors", loaded.model.state_without_materials())
+    save_state(out / "model.safetensors", loaded.model.state_with_materials(examples))
     write_text(out / "recipe.toml", (loaded.run.folder / "recipe.toml").read_text(encoding="utf-8"))
     data = {name: value for name, value in loaded.run.data.items() if name not in ("path", "photographs")}
-    kind = asdict(replace(loaded.kind, materials=()))
+    data["materials"] = {"name": known.name, "licence": known.licence, "sha256": known.sha256}
+    kind = asdict(replace(loaded.kind, materials=loaded.model.materials))
     for name, values in (
         ("data.json", data),
         ("model.json", {**loaded.run.facts(), "kind": kind}),
@@ -30,4 +47,4 @@ def ship(folder):
 
 
 if __name__ == "__main__":
-    print(ship(Path(sys.argv[1])))
+    print(ship(Path(sys.argv[1]), Path(sys.argv[2])))

@@ -84,7 +84,7 @@ def run(
     for number, group in enumerate(groups, 1):
         rows += _other_speeds(loaded, store, group[: others + 1], drawings)
         progress("surfaces", number, len(groups))
-    strokes = _mean(rows)
+    strokes = means(rows)
     result: dict[str, Any] = {
         "generator": {"run_id": loaded.run.data["run_id"], "data": loaded.run.data.get("name")},
         "simulated": True,
@@ -96,7 +96,7 @@ def run(
     }
     for real in map(open_store, filter(None, recorded.split(","))):
         rows = [_same_speed(loaded, real, group, drawings) for group in _by_material(real)]
-        result["recordings"][real.name] = {"sha256": real.sha256, "simulated": real.simulated} | _mean(rows)
+        result["recordings"][real.name] = {"sha256": real.sha256, "simulated": real.simulated} | means(rows)
     return result | {"text": _text(result)}
 
 
@@ -127,9 +127,9 @@ def _other_speeds(
         made: dict[str, Make] = {
             **baselines,
             "replay, spectrum scaled with the speed": partial(_scaled, given, ratio),
-            **{name: partial(_generated, loaded, {**each, **at}) for name, each in described.items()},
+            **{name: partial(generated, loaded, {**each, **at}) for name, each in described.items()},
         }
-        rows.append(_distances(made, [_prepared(loaded, store, wanted)], drawings))
+        rows.append(distances(made, [_prepared(loaded, store, wanted)], drawings))
     return rows
 
 
@@ -141,9 +141,9 @@ def _same_speed(
     made: dict[str, Make] = {
         "other recordings": lambda seed: others[seed % (len(others) - LAST)],
         **_baselines(given),
-        "from the stroke": partial(_generated, loaded, {"vibration": given}),
+        "from the stroke": partial(generated, loaded, {"vibration": given}),
     }
-    return _distances(made, others[-LAST:], drawings)
+    return distances(made, others[-LAST:], drawings)
 
 
 def _words(store: Store, item: str) -> dict[str, float]:
@@ -162,7 +162,7 @@ def _prepared(loaded: LoadedRun, store: Store, info: RecordingInfo) -> Signal:
     )
 
 
-def _generated(loaded: LoadedRun, condition: Mapping[str, Any], seed: int) -> Signal:
+def generated(loaded: LoadedRun, condition: Mapping[str, Any], seed: int) -> Signal:
     return loaded.generator.generate(condition, seconds=SECONDS, seed=seed)  # type: ignore[return-value]
 
 
@@ -183,9 +183,7 @@ def _scaled(signal: Signal, ratio: float, seed: int) -> Signal:
     return faster.with_samples(np.tile(faster.samples, times), rate=signal.rate)
 
 
-def _distances(
-    made: Mapping[str, Make], real: Sequence[Signal], drawings: int
-) -> dict[str, dict[str, float]]:
+def distances(made: Mapping[str, Make], real: Sequence[Signal], drawings: int) -> dict[str, dict[str, float]]:
     return {
         name: {
             measure: float(np.mean([distance([make(seed)], real) for seed in range(drawings)]))
@@ -195,7 +193,7 @@ def _distances(
     }
 
 
-def _mean(rows: Sequence[Mapping[str, Mapping[str, float]]]) -> dict[str, dict[str, float]]:
+def means(rows: Sequence[Mapping[str, Mapping[str, float]]]) -> dict[str, dict[str, float]]:
     return {
         name: {measure: float(np.mean([row[name][measure] for row in rows])) for measure in MEASURES}
         for name in rows[0]

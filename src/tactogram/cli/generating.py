@@ -29,6 +29,10 @@ class _GenerateRequest(Request):
     _: KW_ONLY
     material: Annotated[str | None, Option(metavar="NAME")] = None
     mix: Annotated[Mapping[str, float] | None, Option("weights by material", "A=0.6,B=0.4")] = None
+    text: Annotated[
+        str | None,
+        Option("the material in English, e.g. 'corrugated cardboard': a mix of those most like it", "TEXT"),
+    ] = None
     words: Annotated[Mapping[str, float] | None, Option("scores from 1 to 7 by word", "rough=6,sticky=2")] = (
         None
     )
@@ -61,7 +65,16 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
         raise UsageError("argument --mix: not allowed with argument --material")
     runs = [load_run(folder) for folder in request.runs]
     if len(runs) > 1 or request.rest or request.like or request.raters or needs_words(runs[0]):
-        for name in ("material", "mix", "image", "speed", "force", "vibration_speed", "vibration_force"):
+        for name in (
+            "material",
+            "mix",
+            "text",
+            "image",
+            "speed",
+            "force",
+            "vibration_speed",
+            "vibration_force",
+        ):
             if getattr(request, name) is not None:
                 raise ParameterError(f"--{name.replace('_', '-')} is not for models conditioned on words")
         _generate_from_words(request, runs, show)
@@ -69,6 +82,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     material = {request.material: 1.0} if request.material else request.mix
     condition = {
         "material": material,
+        "text": request.text,
         "words": some_words(runs[0], request.words) if request.words else None,
         "speed_mm_s": request.speed,
         "force_n": request.force,
@@ -90,6 +104,8 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     if "classified_as" in first:
         sure = f", confidence {first['confidence']:.2f}" if "confidence" in first else ""
         lines.append(f"photograph classified as {first['classified_as']}{sure}")
+    if "text" in first:
+        lines.append(f"described: {text_of(first['material'])}")
     if "differ_by" in first:
         lines.append(f"they differ by {first['differ_by']}")
     show({"files": written}, "\n".join(lines))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,9 @@ CONDITIONS: Mapping[str, str] = {
 """All condition names. Command line and studio build their forms from them."""
 
 Condition = Mapping[str, Any]
+
+MOST_NAMES = 30
+"""Names that a message lists in full."""
 
 
 def check_condition(condition: Condition, *, needs: Sequence[str] = (), takes: Sequence[str] = ()) -> None:
@@ -82,10 +86,18 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
     weights = np.zeros(len(materials))
     for name, weight in given.items():
         if name not in materials:
-            raise ParameterError(f"material must be one of {', '.join(materials)}, got {name!r}")
+            raise ParameterError(f"material must be {_some_of(materials, like=name)}, got {name!r}")
         if not (np.isfinite(weight) and weight >= 0):
             raise ParameterError(f"weight of {name} must be finite and >= 0, got {weight}")
         weights[materials.index(name)] = weight
     if not weights.any():
         raise ParameterError("at least one material needs a weight > 0, got all 0")
     return weights
+
+
+def _some_of(names: Sequence[str], *, like: str) -> str:
+    """Return names in words: of very many those that are spelt most alike."""
+    if len(names) <= MOST_NAMES:
+        return f"one of {', '.join(names)}"
+    alike = get_close_matches(like, names, n=8, cutoff=0.5) or names[:8]
+    return f"one of {len(names)}, e.g. {', '.join(alike)}"

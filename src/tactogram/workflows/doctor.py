@@ -17,6 +17,7 @@ from tactogram.nn.weight_files import PRETRAINED
 EXTRAS = {
     "dev": "tests, style, types, benchmarks",
     "docs": "building the documentation",
+    "text": "materials described in English",
     "devices": "serial boards, audio displays, OSC",
     "lsl": "Lab Streaming Layer",
     "daq": "National Instruments devices",

@@ -11,6 +11,7 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.generation.clone import clone
+from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import load_run
 
 
@@ -68,11 +69,35 @@ def test_words_are_cloned_and_generated_without_a_recording(tmp_path):
     assert signals[1].std() > 1.5 * signals[0].std()
 
 
+def test_materials_by_name_are_cloned(tmp_path):
+    told = {"speeds": (60.0, 240.0), "forces": (1.0,), "seconds": 1.0}
+    run = clone(materials=["corduroy", "silk"], out=tmp_path / "named", **told)
+    assert run.kind().materials == ("corduroy", "silk")
+    corduroy, silk = (
+        [
+            signal.samples.std()
+            for speed in (60.0, 240.0)
+            for signal in generate(
+                run.folder, {"material": name, "speed_mm_s": speed, "force_n": 1.0}, seconds=2
+            )
+        ]
+        for name in ("corduroy", "silk")
+    )
+    assert corduroy[0] > 3 * silk[0]
+    assert corduroy[1] > corduroy[0]
+
+
 def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
-    with pytest.raises(ParameterError, match="give a recording of a surface, or `words`"):
+    with pytest.raises(ParameterError, match="give a recording of a surface, `materials` or `words`"):
         clone(out=tmp_path / "a")
     with pytest.raises(ParameterError, match="different names, got 'mine' twice"):
         clone([stroke, stroke], out=tmp_path / "a")
+    with pytest.raises(ParameterError, match="material must be one of 88, e.g. denim, got 'dennim'"):
+        clone(materials=["dennim"], out=tmp_path / "a")
+    silk = stroke.with_name("silk.wav")
+    silk.write_bytes(stroke.read_bytes())
+    with pytest.raises(ParameterError, match="must not be called 'silk' beside `materials`"):
+        clone([silk], materials=["silk"], out=tmp_path / "a")
     with pytest.raises(ParameterError, match="words must be of dry, sleek"):
         clone(words={"loud": 6}, out=tmp_path / "a")
     assert not (tmp_path / "a").exists()
@@ -84,7 +109,7 @@ def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
 
 
 def test_a_folder_comes_before_the_model_of_its_name(tmp_path, monkeypatch):
-    assert load_run("texture_flow").kind.materials == ()
+    assert len(load_run("texture_flow").kind.materials) == 88
     monkeypatch.chdir(tmp_path)
     (tmp_path / "texture_flow").mkdir()
     with pytest.raises(RunError, match="not a run"):

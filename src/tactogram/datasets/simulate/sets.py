@@ -11,6 +11,7 @@ import numpy as np
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import CONTACTORS, Contactor, ContactSignals, feel
+from tactogram.datasets.simulate.everyday import EVERYDAY
 from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.metal_plates import PLATES
@@ -44,6 +45,7 @@ class SimulatedSet:
     surfaces: tuple[Surface, ...]
     contactors: tuple[str, ...]
     speeds_mm_s: tuple[float, ...]
+    """() if each stroke has a speed and a force of its own."""
     seconds: float
     per_class: int
     sensor: Sensor
@@ -74,6 +76,11 @@ SETS: Mapping[str, SimulatedSet] = {
         "signals for an ultrasonic display; ten words scored 1-7 by 32 simulated raters (layout of the study of "
         "ultrasonic_cgan)",
         tuple(plate.surface for plate in PLATES), (SENSOR.name,), (20.0,), 2.5, 10, wired(10_000.0), False, "strain",
+    ),
+    "everyday": SimulatedSet(
+        f"simulated: {len(EVERYDAY)} everyday surfaces, each stroked in one direction by a finger at random speeds "
+        "(30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire",
+        EVERYDAY, ("finger",), (), 2.0, 8, wired(2500.0), False,
     ),
     RANDOM: SimulatedSet(
         "simulated: surfaces drawn at random, each stroked in one direction by a finger or a pen at random speeds "
@@ -148,8 +155,8 @@ def tasks(
         raise ParameterError(f"speeds must differ, got {', '.join(map('{:g}'.format, speeds))}")
     if seed < 0:
         raise ParameterError(f"seed must be >= 0, got {seed}")
-    if set_name == RANDOM:
-        return _random_tasks(seed, surfaces, takes, speeds, length, hertz, own_images)
+    if not facts.speeds_mm_s:
+        return _tasks_of_any_speed(set_name, seed, surfaces, takes, speeds, length, hertz, own_images)
     return [
         RecordingTask(set_name, seed, surface, contactor, speed, take, length, hertz, own_image=own_images)
         for surface in surfaces
@@ -159,7 +166,8 @@ def tasks(
     ]
 
 
-def _random_tasks(
+def _tasks_of_any_speed(
+    set_name: str,
     seed: int,
     surfaces: range,
     takes: int,
@@ -168,16 +176,16 @@ def _random_tasks(
     rate: float,
     own_images: bool,
 ) -> list[RecordingTask]:
-    """Return ``takes`` strokes of each surface drawn at random, at each of ``speeds``, or if there are none at any."""
+    """Return ``takes`` strokes of each surface at each of ``speeds``, or if there are none at any; at any force."""
     found = []
     for surface in surfaces:
-        contactor = random_contactor(seed, surface).name
+        contactor = _contactor(set_name, seed, surface).name
         for place in range(takes * max(1, len(speeds))):
             drawn, force = random_stroke(seed, surface, place)
             speed = speeds[place // takes] if speeds else drawn
             found.append(
                 RecordingTask(
-                    RANDOM,
+                    set_name,
                     seed,
                     surface,
                     contactor,
@@ -221,10 +229,11 @@ def _surface(set_name: str, seed: int, number: int) -> Surface:
     return random_surface(seed, number) if set_name == RANDOM else SETS[set_name].surfaces[number]
 
 
-def _contactor(task: RecordingTask) -> Contactor:
-    return (
-        random_contactor(task.seed, task.surface) if task.set_name == RANDOM else CONTACTORS[task.contactor]
-    )
+def _contactor(set_name: str, seed: int, surface: int, name: str | None = None) -> Contactor:
+    """Return a contactor of a set, by default its first."""
+    if set_name == RANDOM:
+        return random_contactor(seed, surface)
+    return CONTACTORS[name or SETS[set_name].contactors[0]]
 
 
 def _set(set_name: str) -> SimulatedSet:
@@ -245,7 +254,8 @@ def make(task: RecordingTask) -> Recording:
 
 def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
     """Return the acceleration of a contactor, with force, position and friction."""
-    surface, contactor = _surface(task.set_name, task.seed, task.surface), _contactor(task)
+    surface = _surface(task.set_name, task.seed, task.surface)
+    contactor = _contactor(task.set_name, task.seed, task.surface, task.contactor)
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
     rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
     rate = task.rate * max(2.0, np.ceil(INTERNAL_RATE / task.rate))

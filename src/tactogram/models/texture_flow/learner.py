@@ -8,10 +8,11 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
@@ -32,7 +33,13 @@ from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
 from tactogram.models.texture_flow.modulation import Modulation
 from tactogram.models.texture_flow.networks import VelocityUNet
-from tactogram.models.texture_flow.surface_prediction import UNKNOWN, StrokePair, SurfacePredictor, vector_of
+from tactogram.models.texture_flow.surface_prediction import (
+    UNKNOWN,
+    Reference,
+    StrokePair,
+    Strokes,
+    SurfacePredictor,
+)
 from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
 from tactogram.nn import MovingAverage
 from tactogram.nn.bare_and_fixed import bare
@@ -58,15 +65,6 @@ LARGEST_GRADIENT = 1.0
 """Norm that gradients are limited to."""
 
 
-class Reference(NamedTuple):
-    """A recording that a surface is measured from, and the scores of the surface, (word,), NaN if unknown."""
-
-    id: str
-    surface: Surface
-    condition: Condition
-    words: Tensor
-
-
 class TextureFlowLearner:
     """Whitened spectra, the network that generates them, and the average of its weights."""
 
@@ -77,7 +75,9 @@ class TextureFlowLearner:
         self.device = torch.device(device)
         self.spectra = SurfaceSpectra(config, kind.rate)
         self.surfaces: list[Surface] = []
-        """Of each material."""
+        """Of each material, measured from all its recordings."""
+        self.strokes: Strokes | None = None
+        """Of each material, from which its surface is predicted at any speed and force, if one is."""
         self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
         """Mean and standard deviation of the codes of recordings."""
         self.photographs = PhotoClassifier(kind.materials)
@@ -140,7 +140,12 @@ class TextureFlowLearner:
         measured = self._measured(examples)
         step = start
         if stage.name == "predict":
-            strokes = _Strokes(measured, bare(self.predictor))
+            several = [found for found in measured.values() if len(found) > 1]
+            if not several:
+                raise ParameterError(
+                    "config.prediction_steps needs several recordings of a material; set it to 0"
+                )
+            strokes = Strokes.of(several, bare(self.predictor))
             while True:
                 yield step, strokes.pairs(self.config.prediction_batch, child_rng(seed, "pairs", step))
                 step += 1
@@ -292,7 +297,8 @@ class TextureFlowLearner:
         codes = torch.stack([reference.surface.code for references in measured for reference in references])
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
         if self.predictor is not None:
-            self._fit_predictor([reference for references in measured for reference in references])
+            self._fit_predictor(Strokes.of([*measured], bare(self.predictor)))
+            self.strokes = self._strokes_of(examples)
         if self.config.photographs:
             self.photographs.fit(
                 {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
@@ -314,16 +320,19 @@ class TextureFlowLearner:
             ) from error
         self.average.network.load_state_dict(weights)
 
-    def _fit_predictor(self, references: Sequence[Reference]) -> None:
+    def _fit_predictor(self, strokes: Strokes) -> None:
         predictor = bare(self.predictor)
-        at = torch.stack([predictor.conditions_of(reference.condition) for reference in references])
-        if at.isnan().any(0).all():
+        if strokes.at.isnan().any(0).all():
             raise ParameterError(
                 f"config.prediction_steps needs the {' or '.join(predictor.conditions)} of every recording; set it to 0"
             )
-        vectors = torch.stack([vector_of(reference.surface) for reference in references])
-        predictor.fit(vectors, at, torch.stack([reference.words for reference in references]))
+        predictor.fit(strokes.vectors, strokes.at, strokes.words)
         predictor.eval()
+
+    def _strokes_of(self, examples: Sequence[Example]) -> Strokes:
+        """Return the strokes of all materials."""
+        measured = self._measured(examples)
+        return Strokes.of([measured[name] for name in self.materials], bare(self.predictor))
 
     def _surface_of(self, material: str, signals: Sequence[Signal]) -> Surface:
         surface = self.spectra.measure(signals)
@@ -354,6 +363,7 @@ class TextureFlowLearner:
             "seconds": self.seconds,
             "rms": self.rms,
             "surfaces": [surface._asdict() for surface in self.surfaces],
+            "strokes": None if self.strokes is None else self.strokes.state(),
             "codes": self.codes,
             "photographs": self.photographs.state(),
             "conditions": self.labels.state(),
@@ -363,11 +373,13 @@ class TextureFlowLearner:
             "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
         }
 
-    def state_without_materials(self) -> dict[str, Any]:
-        """Return the state of a model that is described surfaces by recordings or words alone, as it is shipped."""
+    def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
+        """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
         names = ("seconds", "rms", "codes", "conditions", "average", "predictor")
-        nothing = {"materials": [], "surfaces": [], "photographs": PhotoClassifier(()).state()}
-        return {name: value for name, value in self.state().items() if name in names} | nothing
+        self.materials = tuple(dict.fromkeys(str(example.material) for example in examples))
+        others = {"surfaces": [], "photographs": PhotoClassifier(self.materials).state()}
+        others |= {"materials": list(self.materials), "strokes": self._strokes_of(examples).state()}
+        return {name: value for name, value in self.state().items() if name in names} | others
 
     @property
     def _optimisers(self) -> list[Any]:
@@ -377,6 +389,8 @@ class TextureFlowLearner:
         check_state(state["materials"], self.materials)
         self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
         self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
+        if stored := state.get("strokes"):
+            self.strokes = Strokes.from_state(stored)
         self.codes = state["codes"]
         self.photographs.load_state(state["photographs"])
         self.labels.load_state(state["conditions"])
@@ -400,9 +414,9 @@ class TextureFlowLearner:
         count as the nearest recorded ones. A vibration in another unit counts as loud as the training recordings, and
         the result is in its unit.
 
-        Trained with ``config.prediction_steps``, it predicts the surface of a vibration at the speed and force wanted;
-        ``vibration_speed_mm_s`` and ``vibration_force_n``, those that it was measured with, make this more accurate.
-        Words need such a training too, on rated surfaces.
+        Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
+        its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
+        those that it was measured with. Words need such a training too, on rated surfaces.
         """
         check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION))
         vibration = condition.get("vibration")
@@ -447,25 +461,40 @@ class TextureFlowLearner:
             if description == "image"
             else material_weights(condition, self.materials)
         )
-        return Surface.mixed(self.surfaces, weights), None
+        return self._of_materials(weights, condition)
 
     @property
     def _descriptions(self) -> tuple[str, ...]:
         """Those of `DESCRIPTIONS` that were learned."""
         known = {
-            "material": bool(self.surfaces),
-            "image": bool(self.photographs.materials),
+            "material": bool(self.materials),
+            "image": self.photographs.fitted,
             "words": self.predictor is not None and bool(self.kind.words),
         }
         return tuple(name for name in DESCRIPTIONS if known.get(name, True))
 
+    def _of_materials(
+        self, weights: NDArray[np.float64], condition: Condition
+    ) -> tuple[Surface, Condition | None]:
+        if self.strokes is None:
+            return Surface.mixed(self.surfaces, weights), None
+        predictor = bare(self.predictor)
+        wanted = predictor.conditions_of(condition)
+        chosen = np.flatnonzero(weights).tolist()
+        surfaces = [
+            predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
+            for number in chosen
+        ]
+        return Surface.mixed(surfaces, weights[chosen]), _speed_and_force(condition)
+
+    def _like(self, material: int) -> Surface:
+        """Return a surface of the material's mean, 0 if it is not known."""
+        return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
+
     def _from_words(self, condition: Condition) -> tuple[Surface, Condition]:
         scores = torch.from_numpy(unit_scores(condition["words"], self.kind, partial=True)).float()
-        wanted = self.predictor.conditions_of(condition)
-        like = self.spectra.blank(len(self.kind.axes))
-        return self.predictor.from_words(scores, wanted, like), {
-            name: condition.get(name) for name in NUMBERS
-        }
+        wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(len(self.kind.axes))
+        return self.predictor.from_words(scores, wanted, like), _speed_and_force(condition)
 
     def _measured_at(self, condition: Condition) -> Condition:
         """Return speed and force of a given vibration, without those unknown."""
@@ -507,6 +536,10 @@ class TextureFlowLearner:
         return solve(velocity, noise.to(self.device), self.config.solver_steps)[0]
 
 
+def _speed_and_force(condition: Condition) -> Condition:
+    return {name: condition.get(name) for name in NUMBERS}
+
+
 def _rms(signal: Signal) -> float:
     return float(np.sqrt(np.mean(np.var(signal.samples, axis=1, dtype=np.float64))))
 
@@ -516,30 +549,3 @@ def build(
 ) -> TextureFlowLearner:
     """Return an untrained model for signals of ``kind``."""
     return TextureFlowLearner(config, kind, seed=seed, device=device)
-
-
-class _Strokes:
-    """Surfaces of strokes, to draw pairs of one material from."""
-
-    def __init__(self, measured: Mapping[str, Sequence[Reference]], predictor: SurfacePredictor) -> None:
-        several = [references for references in measured.values() if len(references) > 1]
-        if not several:
-            raise ParameterError(
-                "config.prediction_steps needs several recordings of a material; set it to 0"
-            )
-        strokes = [reference for references in several for reference in references]
-        self.vectors = torch.stack([vector_of(stroke.surface) for stroke in strokes])
-        self.at = torch.stack([predictor.conditions_of(stroke.condition) for stroke in strokes])
-        self.words = torch.stack([stroke.words for stroke in strokes])
-        self.counts = np.array([len(references) for references in several])
-        self.starts = np.cumsum(self.counts) - self.counts
-
-    def pairs(self, count: int, rng: np.random.Generator) -> StrokePair:
-        """Return pairs of strokes of one material each, which may be the same stroke."""
-        material = rng.integers(len(self.counts), size=count)
-        given, wanted = (
-            torch.from_numpy(self.starts[material] + rng.integers(self.counts[material])) for _ in range(2)
-        )
-        return StrokePair(
-            self.vectors[given], self.at[given], self.vectors[wanted], self.at[wanted], self.words[wanted]
-        )

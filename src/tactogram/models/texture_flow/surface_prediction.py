@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
+import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
@@ -23,6 +24,19 @@ WITHOUT_STROKE = 0.4
 REACH = 0.8
 """Distance between two strokes, in standard deviations of the logarithms of speed and force, over which a measurement
 counts for more than its prediction."""
+
+
+LEAST_SHARE = 1e-3
+"""Weight of the farthest stroke of a material, as a share of that of one at the speed and force wanted."""
+
+
+class Reference(NamedTuple):
+    """A recording that a surface is measured from, and the scores of the surface, (word,), NaN if unknown."""
+
+    id: str
+    surface: Surface
+    condition: Condition
+    words: Tensor
 
 
 class StrokePair(NamedTuple):
@@ -62,6 +76,61 @@ def surface_of(vector: Tensor, like: Surface) -> Surface:
         deviation.reshape(like.deviation.shape).clamp_min(LEAST_DEVIATION),
         code,
     )
+
+
+class Strokes:
+    """Strokes of several materials, one material after the other.
+
+    Attributes
+    ----------
+    vectors : float32 tensor, shape (stroke, number)
+        Their surfaces, as `vector_of` gives them.
+    at : float32 tensor, shape (stroke, condition)
+        Their speeds and forces; NaN if unknown.
+    words : float32 tensor, shape (stroke, word)
+        Scores of their surfaces, 0 to 1; NaN if unknown.
+    counts : int64 tensor, shape (material,)
+        Strokes of each material.
+    """
+
+    def __init__(self, vectors: Tensor, at: Tensor, words: Tensor, counts: Tensor) -> None:
+        self.vectors, self.at, self.words, self.counts = vectors, at, words, counts
+
+    @staticmethod
+    def of(materials: Sequence[Sequence[Reference]], predictor: SurfacePredictor) -> Strokes:
+        """Return the strokes of materials."""
+        strokes = [reference for references in materials for reference in references]
+        return Strokes(
+            torch.stack([vector_of(stroke.surface) for stroke in strokes]),
+            torch.stack([predictor.conditions_of(stroke.condition) for stroke in strokes]),
+            torch.stack([stroke.words for stroke in strokes]),
+            torch.tensor([len(references) for references in materials]),
+        )
+
+    def of_material(self, number: int) -> tuple[Tensor, Tensor]:
+        """Return the vectors of a material's strokes, and their speeds and forces."""
+        end = int(self.counts[: number + 1].sum())
+        own = slice(end - int(self.counts[number]), end)
+        return self.vectors[own], self.at[own]
+
+    def pairs(self, count: int, rng: np.random.Generator) -> StrokePair:
+        """Return pairs of strokes of one material each, which may be the same stroke."""
+        counts = self.counts.numpy()
+        material = rng.integers(len(counts), size=count)
+        first = np.cumsum(counts) - counts
+        given, wanted = (torch.from_numpy(first[material] + rng.integers(counts[material])) for _ in range(2))
+        return StrokePair(
+            self.vectors[given], self.at[given], self.vectors[wanted], self.at[wanted], self.words[wanted]
+        )
+
+    def state(self) -> dict[str, Any]:
+        """Return the arrays."""
+        return {name: getattr(self, name) for name in ("vectors", "at", "words", "counts")}
+
+    @staticmethod
+    def from_state(state: Mapping[str, Any]) -> Strokes:
+        """Return strokes from `state`."""
+        return Strokes(**state)
 
 
 class SurfacePredictor(nn.Module):
@@ -161,6 +230,21 @@ class SurfacePredictor(nn.Module):
             found = found + torch.exp(-distance.square() / 2) * missed
         return surface_of(found[0].cpu(), surface)
 
+    def from_strokes(self, vectors: Tensor, at: Tensor, wanted: Tensor, like: Surface) -> Surface:
+        """Return the mean of a material's surfaces predicted from each of its strokes, the nearest counting most.
+
+        ``vectors``, (stroke, number), were measured ``at`` speeds and forces, (stroke, condition). ``wanted`` and
+        ``like`` are as for `from_words`.
+        """
+        wanted = self._or_median(wanted)
+        distance = (self._standardised(at) - self._standardised(wanted)).norm(dim=1) / REACH
+        weights = torch.exp(-distance.square() / 2).clamp_min(LEAST_SHARE)
+        found = [
+            self.predict(surface_of(vector, like), own, wanted)
+            for vector, own in zip(vectors, at, strict=True)
+        ]
+        return Surface.mixed(found, weights.double().numpy())
+
     @torch.no_grad()
     def from_words(self, words: Tensor, wanted: Tensor, like: Surface) -> Surface:
         """Return the surface of scores, (word,), 0 to 1, at speed and force, (condition,), medians if NaN.
@@ -168,7 +252,7 @@ class SurfacePredictor(nn.Module):
         Unknown scores are NaN. ``like`` is any surface of as many axes and bins, without a mean.
         """
         device = self.mean.device
-        wanted = torch.where(wanted.isnan(), self.at_mean.exp().cpu(), wanted)[None].to(device)
+        wanted = self._or_median(wanted)[None].to(device)
         nothing = torch.zeros(1, len(self.spread), device=device)
         given = torch.zeros(1, dtype=torch.bool, device=device)
         unknown = torch.full_like(wanted, torch.nan)
@@ -193,6 +277,9 @@ class SurfacePredictor(nn.Module):
         found: Tensor = self.linear(label) + self.perceptron(label)
         return found
 
+    def _or_median(self, wanted: Tensor) -> Tensor:
+        return torch.where(wanted.isnan(), self.at_mean.exp().cpu(), wanted)
+
     def _coordinates(self, vectors: Tensor) -> Tensor:
         return F.linear((vectors - self.mean) / self.scale, self.basis) / self.spread.clamp_min(LEAST_SPREAD)
 
@@ -200,5 +287,9 @@ class SurfacePredictor(nn.Module):
         return (components * self.spread) @ self.basis * self.scale + self.mean
 
     def _standardised(self, at: Tensor) -> Tensor:
-        logs = at.clamp_min(torch.finfo(torch.float32).tiny).log().clamp(*self.at_range)
-        return ((logs - self.at_mean) / self.at_deviation).nan_to_num(0.0)
+        low, high, mean, deviation = (
+            value.to(at.device) for value in (*self.at_range, self.at_mean, self.at_deviation)
+        )
+        logs = at.clamp_min(torch.finfo(torch.float32).tiny).log().clamp(low, high)
+        found: Tensor = ((logs - mean) / deviation).nan_to_num(0.0)
+        return found

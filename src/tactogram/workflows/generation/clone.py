@@ -28,7 +28,7 @@ LEAST_S = 1.0
 
 @takes(CloneRequest)
 def clone(request: CloneRequest) -> Run:
-    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke of each.
+    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke of each or its name.
 
     Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
     which count as simulated; and a recording of 1 s or more whose speed is known, as of the middle one of ``forces``
@@ -68,12 +68,14 @@ def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str
         if file.stem in found:
             raise ParameterError(f"recordings must have different names, got {file.stem!r} twice")
         found[file.stem] = {"vibration": loaded.prepare_vibration(read_signal(file)), **known}
+    described: dict[str, Mapping[str, Any]] = {name: {"material": name} for name in request.materials}
     if request.words:
-        if WORDS in found:
-            raise ParameterError(f"a recording must not be called {WORDS!r} beside `words`")
-        found[WORDS] = {"words": some_words(loaded, request.words)}
+        described[WORDS] = {"words": some_words(loaded, request.words)}
+    if taken := sorted(found.keys() & described.keys()):
+        raise ParameterError(f"a recording must not be called {taken[0]!r} beside `materials` or `words`")
+    found |= described
     if not found:
-        raise ParameterError("give a recording of a surface, or `words`")
+        raise ParameterError("give a recording of a surface, `materials` or `words`")
     return found
 
 

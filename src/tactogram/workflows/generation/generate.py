@@ -13,6 +13,7 @@ from tactogram.rendering.files.conversion import write_haptic
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
 from tactogram.training.seeds import child_seed
+from tactogram.workflows.generation.descriptions import with_materials
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 MOST = 100_000
@@ -32,7 +33,8 @@ def generate(
     """Yield ``count`` signals or images for ``condition``; number n of a seed is always the same.
 
     ``condition`` has names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words
-    are on the scale of the ratings that the run was trained on. The length is by default the model's own.
+    are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead
+    (`tactogram.workflows.generation.descriptions`). The length is by default the model's own.
 
     Raises
     ------
@@ -47,6 +49,7 @@ def generate(
         raise ParameterError(f"seed must be >= 0, got {seed}")
     if not 1 <= count <= MOST:
         raise ParameterError(f"count must be at least 1 and at most {MOST}, got {count}")
+    condition = with_materials(loaded, condition)
     for drawn in seeds_of(seed, count):
         yield generator.generate(condition, seconds=seconds, seed=drawn)
 
@@ -80,7 +83,8 @@ def generate_files(
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (trained on simulated data), ``rms`` per
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
         ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. Where the model
-        classifies the photograph: ``classified_as`` and possibly ``confidence``; of several results of a model without
+        classifies the photograph: ``classified_as`` and possibly ``confidence``; of a text the ``material`` that it
+        describes, weight by name; of several results of a model without
         noise ``differ_by``.
 
     Raises
@@ -97,6 +101,9 @@ def generate_files(
         image = read_image(photograph)
         condition = {**condition, "image": image}
         found = _classified_as(loaded.model, image)
+    if text := condition.get("text"):
+        condition = with_materials(loaded, condition)
+        found = {"text": text, "material": condition["material"]}
     if recording is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording))}
     named = {"photograph": photograph, "vibration_from": recording}

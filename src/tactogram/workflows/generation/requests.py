@@ -11,13 +11,16 @@ from tactogram.workflows.request import Argument, Option, Request
 
 @dataclass(frozen=True)
 class CloneRequest(Request):
-    """Surfaces to clone: one of each recording, named like its file, and one of ``words``."""
+    """Surfaces to clone: each recording, named like its file, each of ``materials`` of the model, and ``words``."""
 
     recordings: Annotated[Sequence[Path | str], Argument("one stroke of each surface", "FILE")] = ()
     _: KW_ONLY
     out: Annotated[Path | str, Option("folder of the run", "RUN")]
     speed: Annotated[float | None, Option("speed of the recordings, mm/s, if known", "MM_S", above=0)] = None
     force: Annotated[float | None, Option("normal force of the recordings, N, if known", "N", above=0)] = None
+    materials: Annotated[
+        Sequence[str], Option("material of the model, instead of a recording", "NAME", "--material")
+    ] = ()
     words: Annotated[
         Mapping[str, float] | None,
         Option("scores from 1 to 7 by word, instead of a recording", "rough=6,sticky=2"),

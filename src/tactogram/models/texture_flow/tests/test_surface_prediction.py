@@ -153,12 +153,63 @@ def test_generated_strokes_follow_the_speed_wanted():
         assert frequencies[density.argmax()] == pytest.approx(frequencies[truth.argmax()], abs=40)
 
 
-def test_a_saved_model_predicts_the_same():
+def test_a_material_is_predicted_from_its_strokes_at_the_speed_wanted():
+    learner = trained()
+    for number, speed in ((2, 100.0), (7, 160.0)):
+        strokes = learner.strokes.of_material(number)
+        assert strokes[1][:, 0].tolist() == list(SPEEDS)
+        truth = measure(stroke(number, speed, 9))
+        found = learner.predictor.from_strokes(*strokes, torch.tensor([speed, torch.nan]), truth)
+        errors = [
+            (surface.log_root - truth.log_root).real.square().mean().sqrt().item()
+            for surface in (found, *(surface_of(vector, truth) for vector in strokes[0]))
+        ]
+        assert errors[0] < min(errors[1:])
+    slow, fast = (
+        learner.generate({"material": "m7", "speed_mm_s": speed}, seconds=4, seed=0).samples.std()
+        for speed in (50.0, 200.0)
+    )
+    assert fast / slow == pytest.approx(4, rel=0.3)
+
+
+def test_of_a_material_whose_speed_is_not_asked_it_is_the_median():
+    learner = trained()
+    strokes, nothing = learner.strokes.of_material(3), torch.tensor([torch.nan, torch.nan])
+    like = measure(stroke(3, 80.0, 9))
+    median = torch.tensor([np.exp(np.log(SPEEDS).mean()), torch.nan]).float()
+    found, at_median = (
+        learner.predictor.from_strokes(*strokes, wanted, like) for wanted in (nothing, median)
+    )
+    torch.testing.assert_close(vector_of(found), vector_of(at_median), atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("given", ["vibration", "material"])
+def test_a_saved_model_predicts_the_same(given):
     learner = build(CONFIG, trained().kind, seed=1)
     learner.load_state(trained().state())
-    given = {"vibration": stroke(4.5, 80.0, 9), "vibration_speed_mm_s": 80.0, "speed_mm_s": 150.0}
-    one, other = (model.generate(given, seconds=1, seed=0).samples for model in (learner, trained()))
+    described = {
+        "vibration": {"vibration": stroke(4.5, 80.0, 9), "vibration_speed_mm_s": 80.0},
+        "material": {"material": {"m1": 0.3, "m4": 0.7}},
+    }[given]
+    condition = described | {"speed_mm_s": 150.0}
+    one, other = (model.generate(condition, seconds=1, seed=0).samples for model in (learner, trained()))
     np.testing.assert_array_equal(one, other)
+
+
+def test_it_is_shipped_with_other_materials_than_it_was_trained_on():
+    state = trained().state()
+    learner = build(CONFIG, KIND, seed=0)
+    learner.load_state(state)
+    others = [replace(e, material=f"new-{e.material}") for e in examples((2.5, 6.5))]
+    stored = learner.state_with_materials(others)
+    again = build(CONFIG, replace(KIND, materials=("new-m2.5", "new-m6.5")), seed=0)
+    again.load_state(stored)
+    slow, fast = (
+        again.generate({"material": "new-m6.5", "speed_mm_s": speed}, seconds=4, seed=0).samples.std()
+        for speed in (50.0, 200.0)
+    )
+    assert fast / slow == pytest.approx(4, rel=0.4)
+    assert {"network", "optimisers"}.isdisjoint(stored)
 
 
 def test_what_cannot_be_learned_or_asked_is_refused():
@@ -193,7 +244,9 @@ def test_words_describe_a_surface_at_any_speed():
 
 
 def test_words_that_were_not_learned_are_refused():
-    with pytest.raises(ParameterError, match="'words' was not learned by this run; give material or image"):
+    with pytest.raises(
+        ParameterError, match="'words' was not learned by this run; give material or vibration"
+    ):
         trained().generate({"words": {"high": 4.0}}, seed=0)
     with pytest.raises(ParameterError, match="words must be of high, loud; got 'soft'"):
         trained_on_words().generate({"words": {"soft": 4.0}}, seed=0)

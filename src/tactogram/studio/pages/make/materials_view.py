@@ -1,15 +1,19 @@
-"""Materials of the page Make's form: a slider each, and a map with a point to drag."""
+"""Materials of the page Make's form: a slider each, a description, and a map with a point to drag."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 
+from tactogram.datasets.simulate.everyday import ALSO_CALLED
 from tactogram.errors import TactogramError
+from tactogram.features.text_classifier import describe
 from tactogram.studio.layout import attribute, hint, in_background, report_errors
 from tactogram.studio.pages.make.map_view import map_html
 from tactogram.studio.pages.make.material_map import point_of, weights_at
@@ -59,7 +63,22 @@ class _Mix:
             select.on_value_change(report_errors(self._add_material))
             select.classes("w-full").props("outlined dense options-dense")
         if len(materials) > 1:
+            self._draw_text()
             self._draw_map()
+
+    def _draw_text(self) -> None:
+        """Draw the field of a description that is turned into weights, where its extra is installed."""
+        if find_spec("wordllama") is None:
+            return
+        text = ui.input("Describe it in English", placeholder="corrugated cardboard")
+        text.classes("w-full").props('outlined dense clearable data-describe="1"')
+        text.on("keydown.enter", report_errors(lambda: self._describe(text.value or "")))
+
+    async def _describe(self, text: str) -> None:
+        if text.strip():
+            weights = await in_background(partial(describe, text, self.materials, others=ALSO_CALLED))
+            self.state.set(weights=weights)
+            self.page.committed(redraw=True)
 
     def _show_shares(self) -> None:
         request = self.state.request

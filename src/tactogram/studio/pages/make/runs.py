@@ -6,7 +6,7 @@ import json
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,7 +49,10 @@ class FinishedRun:
     @property
     def form(self) -> GenerationForm:
         """The form of the page for this run; raises `ParameterError` if it generates nothing."""
-        return form_of(self.model, self.kind)
+        form = form_of(self.model, self.kind)
+        if self.ships:  # trained without photographs
+            form = replace(form, instead=tuple(part for part in form.instead if part != "photo"))
+        return form
 
     @property
     def ships(self) -> bool:

@@ -1,0 +1,33 @@
+"""Surfaces described by an English text: the materials of a run that it is most like."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tactogram.datasets.simulate.everyday import ALSO_CALLED
+from tactogram.errors import ParameterError
+from tactogram.features.text_classifier import describe
+from tactogram.model import Condition
+from tactogram.workflows.training.loaded_run import LoadedRun
+
+
+def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
+    """Return a condition whose ``text``, if it has one, is replaced by the weights of the materials it describes.
+
+    Raises
+    ------
+    ParameterError
+        If the model takes no material or knows none, a material is given too, or the text is like none of them.
+    MissingExtraError
+        Without the extra ``text``.
+    """
+    found = dict(condition)
+    text = found.pop("text", None)
+    if text is None:
+        return found
+    if found.get("material") is not None:
+        raise ParameterError("conditions 'material' and 'text' describe the surface twice; give one of them")
+    materials = run.any_kind.materials
+    if "material" not in run.facts.conditions or not materials:
+        raise ParameterError(f"condition 'text' needs a run that knows materials; {run.run.name} knows none")
+    return {**found, "material": describe(text, materials, others=ALSO_CALLED)}
