@@ -131,3 +131,22 @@ def test_the_map_places_names_for_a_desktop_and_for_a_tablet():
     picture = map_html(tuple(FIRST), np.array(list(FIRST.values())), [0.5, 0.5])
 
     assert picture.count("--wide: translate(") == picture.count("--narrow: translate(") == len(FIRST)
+
+
+def test_on_a_crowded_map_some_names_show_only_when_pointed_at():
+    places = np.random.default_rng(0).uniform(0.1, 0.9, (90, 2))
+    names = tuple(f"material-{number}" for number in range(90))
+
+    shifts = label_shifts(names, places, WIDE_PX)
+
+    shown = [(place * WIDE_PX + shift) for place, shift in zip(places, shifts, strict=True) if shift]
+    corner = np.array(shown)
+    far = corner + np.array((6 * len(names[-1]), 14))
+    shared = np.prod(
+        np.clip(np.minimum(far[:, None], far) - np.maximum(corner[:, None], corner), 0, None), -1
+    )
+    assert 20 < len(shown) < 70
+    assert (shared - np.diag(np.diag(shared))).max() < 0.25 * 6 * len(names[-1]) * 14
+    picture = map_html(names, places, [0.5, 0.5])
+    assert "scale(0)" in picture
+    assert picture.count('title="material-') == 90

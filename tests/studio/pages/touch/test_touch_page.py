@@ -650,3 +650,13 @@ def test_a_dropped_recording_is_cloned_for_any_speed(touch, workspace, tmp_path)
     touch.get_by_text("stroke is cloned and selected").wait_for()
     touch.wait_for_function("window.tactogramTouch.rows.tables()[0]?.head.name == 'stroke'")
     assert load_run(workspace / "clones" / "stroke.wav").facts.name == "texture_var"
+
+
+def test_an_everyday_material_is_felt_by_its_name(touch, workspace):
+    touch.get_by_text("Feel an everyday material").click()
+    field = touch.get_by_label("One of 88 materials")
+    field.fill("cordu")
+    touch.get_by_role("option", name="corduroy").click()
+    touch.get_by_text("corduroy is selected").wait_for()
+    touch.wait_for_function("window.tactogramTouch.rows.tables()[0]?.head.name == 'corduroy'")
+    assert load_run(workspace / "clones" / "corduroy").kind.materials == ("corduroy",)

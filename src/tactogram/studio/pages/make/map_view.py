@@ -1,4 +1,4 @@
-"""Map of materials as HTML, with the least overlap of its names."""
+"""Map of materials as HTML, with as many of its names as fit beside each other."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ Box = tuple[float, float, float, float]
 WIDE_PX, NARROW_PX = (360.0, 324.0), (268.0, 241.0)
 """Sizes of the map (width, height) on a desktop and on a tablet; names are placed for each."""
 LONGEST_NAME, CHARACTER_PX = 22, 6.0
+MOST_HIDDEN = 0.2
+"""Share of a name that earlier ones may hide; beyond this it is left out, and shows when its dot is pointed at."""
 
 
 def map_html(materials: tuple[str, ...], places: Any, point: list[float]) -> str:
@@ -18,8 +20,9 @@ def map_html(materials: tuple[str, ...], places: Any, point: list[float]) -> str
     for name, (x, y), wide, narrow in zip(materials, places, *shifts, strict=True):
         where = f"left: {100 * x:.2f}%; top: {100 * y:.2f}%"
         dots.append(
-            f'<span class="dot" style="{where}"></span><span class="dot-name" style="{where}; '
-            f'--wide: {_translation(wide)}; --narrow: {_translation(narrow)}">{escape(_shortened(name))}</span>'
+            f'<span class="dot" style="{where}" title="{escape(name, quote=True)}"></span>'
+            f'<span class="dot-name" style="{where}; --wide: {_translation(wide)}; '
+            f'--narrow: {_translation(narrow)}">{escape(_shortened(name))}</span>'
         )
     names = escape(", ".join(materials), quote=True)
     return (
@@ -34,21 +37,22 @@ def _shortened(name: str) -> str:
     return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"
 
 
-def _translation(shift: tuple[float, float]) -> str:
-    return f"translate({shift[0]:.0f}px, {shift[1]:.0f}px)"
+def _translation(shift: tuple[float, float] | None) -> str:
+    return "scale(0)" if shift is None else f"translate({shift[0]:.0f}px, {shift[1]:.0f}px)"
 
 
 def label_shifts(
     materials: tuple[str, ...], places: Any, size: tuple[float, float]
-) -> list[tuple[float, float]]:
+) -> list[tuple[float, float] | None]:
     """Return the offset of each name's upper left corner from its dot, in pixels, on a map of ``size``.
 
-    Names are placed one after another, where they overlap least with dots, earlier names and the edge.
+    Names are placed one after another, where they overlap least with dots, earlier names and the edge; None for one
+    that does not fit.
     """
     width, height = size
     dots = [(width * x - 6, height * y - 6, width * x + 6, height * y + 6) for x, y in places]
     taken: list[Box] = []
-    shifts = []
+    shifts: list[tuple[float, float] | None] = []
     for number, name in enumerate(materials):
         x, y = width * places[number][0], height * places[number][1]
         long = CHARACTER_PX * len(_shortened(name))
@@ -60,8 +64,12 @@ def label_shifts(
                 cost = sum(_shared(box, other) for other in others) + _outside(box, width, height)
                 if cost < best[0] - 1e-9:
                     best = (cost, (dx, dy), box)
-        shifts.append(best[1])
-        taken.append(best[2])
+        hidden = sum(_shared(best[2], other) for other in taken) + _outside(best[2], width, height)
+        if hidden > MOST_HIDDEN * 14 * long:
+            shifts.append(None)
+        else:
+            shifts.append(best[1])
+            taken.append(best[2])
     return shifts
 
 
