@@ -40,6 +40,7 @@ KEPT = {
     "SelectionReporter": {"ultrasonic_cgan"},
     "SpreadReporter": {"tactile_image_cgan"},
     "TextureMapModel": {"ar_texture", "texture_var"},
+    "MotionPredictor": {"texture_flow"},
     "NoveltyReporter": {"rater"},
     "FeatureReporter": {"rater"},
 }

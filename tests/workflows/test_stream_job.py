@@ -134,6 +134,20 @@ def test_a_run_of_texture_var_follows_speed_and_force(recordings, tmp_path):
     assert read_signal(out).samples[0, 800:].std() == pytest.approx(texture.level, rel=0.2)
 
 
+def test_the_trained_model_streams_its_materials_at_any_speed_and_force():
+    made, _ = textures_of(["texture_flow"], ["corduroy", "silk"], TextureSettings(8000.0, 40))
+    corduroy, silk = sorted(made, key=lambda texture: texture.name)
+    assert [corduroy.name, silk.name] == ["corduroy", "silk"]
+    assert isinstance(corduroy, ModulatedNoiseTexture)
+    levels = [np.exp(corduroy.table.at(speed, 1.0).deviation[0]) for speed in (40.0, 120.0, 360.0)]
+    assert levels[0] < levels[1] < levels[2]
+    assert corduroy.level > 3 * silk.level
+    with pytest.raises(
+        ParameterError, match="texture_flow has 88 materials; choose with `mix`: one of 88, e.g"
+    ):
+        textures_of(["texture_flow"], [], TextureSettings(8000.0, 40))
+
+
 @pytest.mark.parametrize("backend", ["null", "clock", "osc"])
 def test_backends_without_hardware(textures, backend):
     lines = []
@@ -153,7 +167,7 @@ def test_backends_without_hardware(textures, backend):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"mix": {"velvet": 1.0}}, "no texture velvet; there are cork"),
+        ({"mix": {"velvet": 1.0}}, "no texture velvet; it must be one of cork"),
         ({"display": "voice-coil"}, "give `display` and `level`, or neither"),
         ({"display": "phone", "level": "peak=1"}, "render a file"),
         ({"display": "audio", "level": "peak=1", "equalise": True}, "response is not known"),
@@ -322,8 +336,9 @@ def test_the_carrier_of_a_stream_is_tracked(grating, tmp_path):
         to_file(grating("a.wav", 150), track={})
 
 
-def test_a_material_of_a_run_is_streamed_in_a_study_over_speed_and_force(textures, tmp_path):
-    study = Study.of(
+def streamed(stimulus):
+    """Return a study of one stimulus that follows the finger."""
+    return Study.of(
         {
             "name": "streamed",
             "title": "Streamed",
@@ -333,9 +348,13 @@ def test_a_material_of_a_run_is_streamed_in_a_study_over_speed_and_force(texture
             "played_by": "stream",
             "level": "gain=0.5",
             "design": {"kind": "staircase"},
-            "stimuli": [{"name": "cork", "run": str(textures), "material": "cork"}],
+            "stimuli": [stimulus],
         }
     )
+
+
+def test_a_material_of_a_run_is_streamed_in_a_study_over_speed_and_force(textures, tmp_path):
+    study = streamed({"name": "cork", "run": str(textures), "material": "cork"})
     stimuli = StudyStimuli(study, tmp_path)
     [cork] = study.all_stimuli
     plain = stimuli.played(PresentedStimulus("A", cork))
@@ -347,3 +366,11 @@ def test_a_material_of_a_run_is_streamed_in_a_study_over_speed_and_force(texture
     assert (plain.sha256, plain.level, plain.display) == (weaker.sha256, "gain=0.5", "voice-coil")
     with pytest.raises(ParameterError, match="stimulus cork: phone: .* cannot be streamed to"):
         StudyStimuli(study.model_copy(update={"display": "phone"}), tmp_path).check_names()
+
+
+def test_words_of_a_streamed_study_follow_speed_and_force(tmp_path):
+    study = streamed({"name": "rough", "run": "texture_flow", "words": {"rough": 6.0}})
+    played = StudyStimuli(study, tmp_path).played(PresentedStimulus("A", study.all_stimuli[0]))
+    assert isinstance(played.stream.texture, ModulatedNoiseTexture)
+    slow, fast = (played.stream.texture.table.at(speed, 0.5).deviation[0] for speed in (60.0, 240.0))
+    assert fast > slow + np.log(1.2)

@@ -8,6 +8,7 @@ from tactogram.model.conditions import Condition as Condition
 from tactogram.model.conditions import check_condition as check_condition
 from tactogram.model.conditions import check_state as check_state
 from tactogram.model.conditions import material_weights as material_weights
+from tactogram.model.conditions import some_of as some_of
 from tactogram.model.examples import Example as Example
 from tactogram.model.examples import ImageExample as ImageExample
 from tactogram.model.examples import ItemRatings as ItemRatings
@@ -22,6 +23,7 @@ from tactogram.model.protocols import FeatureReporter as FeatureReporter
 from tactogram.model.protocols import FigureReporter as FigureReporter
 from tactogram.model.protocols import Generator as Generator
 from tactogram.model.protocols import Learner as Learner
+from tactogram.model.protocols import MotionPredictor as MotionPredictor
 from tactogram.model.protocols import NoiselessGenerator as NoiselessGenerator
 from tactogram.model.protocols import NoveltyReporter as NoveltyReporter
 from tactogram.model.protocols import OutcomeReporter as OutcomeReporter

@@ -86,7 +86,7 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
     weights = np.zeros(len(materials))
     for name, weight in given.items():
         if name not in materials:
-            raise ParameterError(f"material must be {_some_of(materials, like=name)}, got {name!r}")
+            raise ParameterError(f"material must be {some_of(materials, like=name)}, got {name!r}")
         if not (np.isfinite(weight) and weight >= 0):
             raise ParameterError(f"weight of {name} must be finite and >= 0, got {weight}")
         weights[materials.index(name)] = weight
@@ -95,8 +95,8 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
     return weights
 
 
-def _some_of(names: Sequence[str], *, like: str) -> str:
-    """Return names in words: of very many those that are spelt most alike."""
+def some_of(names: Sequence[str], *, like: str = "") -> str:
+    """Return names in words, for a message: of very many those that are spelt most alike."""
     if len(names) <= MOST_NAMES:
         return f"one of {', '.join(names)}"
     alike = get_close_matches(like, names, n=8, cutoff=0.5) or names[:8]

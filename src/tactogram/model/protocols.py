@@ -302,6 +302,16 @@ class TextureMapModel(Protocol):
         ...
 
 
+@runtime_checkable
+class MotionPredictor(Protocol):
+    """A generator that can predict surfaces at speeds and forces that it has no recording of."""
+
+    @property
+    def predicts_motion(self) -> bool:
+        """Whether this run was trained to."""
+        ...
+
+
 # -- optional, of a predictor ---------------------------------------------------------------------------------
 
 

@@ -508,6 +508,10 @@ class TextureFlowLearner:
         self.labels.check(found)
         return found
 
+    @property
+    def predicts_motion(self) -> bool:
+        return self.strokes is not None
+
     def classify_photograph(self, image: Image) -> tuple[str, float]:
         probabilities = self.photographs.probabilities(image)
         return self.materials[probabilities.argmax()], float(probabilities.max())

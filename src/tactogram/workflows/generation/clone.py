@@ -9,12 +9,16 @@ from typing import Any
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
+from tactogram.model import Condition
+from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.signal.io.writable import check_writable
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise
+from tactogram.signal.texture_map import NoiseMap
 from tactogram.training.run import Run
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.generate import run_provenance
-from tactogram.workflows.generation.requests import CloneRequest
+from tactogram.workflows.generation.requests import FORCES_N, SPEEDS_MM_S, STROKE_S, CloneRequest
 from tactogram.workflows.generation.word_scores import some_words
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
@@ -58,6 +62,23 @@ def clone(request: CloneRequest) -> Run:
         simulated=True,
     )
     return train("texture_var", store.path, out=out, split="all", progress=request.progress)
+
+
+def live_map(run: LoadedRun, condition: Condition, *, seed: int = 0) -> NoiseMap:
+    """Return a surface over speed and force, to be streamed: a clone that is not stored.
+
+    ``condition`` describes it to a run that predicts surfaces at any speed and force (`MotionPredictor`).
+    """
+    at = list(product(SPEEDS_MM_S, FORCES_N))
+    strokes = [
+        run.generator.generate(
+            {**condition, "speed_mm_s": speed, "force_n": force},
+            seconds=STROKE_S,
+            seed=child_seed(seed, "clone", number),
+        )
+        for number, (speed, force) in enumerate(at, start=1)
+    ]
+    return NoiseMap([fit_modulated_noise(stroke) for stroke in strokes if isinstance(stroke, Signal)], at)
 
 
 def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str, Any]]:

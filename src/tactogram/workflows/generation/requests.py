@@ -8,6 +8,10 @@ from typing import Annotated
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import Argument, Option, Request
 
+SPEEDS_MM_S, FORCES_N = (30.0, 60.0, 120.0, 240.0, 400.0), (0.3, 1.0, 3.0)
+"""Of the strokes that a clone is made of."""
+STROKE_S = 4.0
+
 
 @dataclass(frozen=True)
 class CloneRequest(Request):
@@ -26,10 +30,10 @@ class CloneRequest(Request):
         Option("scores from 1 to 7 by word, instead of a recording", "rough=6,sticky=2"),
     ] = None
     speeds: Annotated[tuple[float, ...], Option("speeds to generate strokes at, mm/s", "MM_S,…")] = (
-        *(30.0, 60.0, 120.0, 240.0, 400.0),
+        SPEEDS_MM_S
     )
-    forces: Annotated[tuple[float, ...], Option("forces to generate strokes at, N", "N,…")] = (0.3, 1.0, 3.0)
-    seconds: Annotated[float, Option("length of each stroke", above=0)] = 4.0
+    forces: Annotated[tuple[float, ...], Option("forces to generate strokes at, N", "N,…")] = FORCES_N
+    seconds: Annotated[float, Option("length of each stroke", above=0)] = STROKE_S
     model: Annotated[str, Option("run that generates the strokes", "RUN")] = "texture_flow"
     seed: Annotated[int, Option()] = 0
     progress: ProgressCallback = silent

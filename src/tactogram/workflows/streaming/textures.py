@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from tactogram.errors import ParameterError
-from tactogram.model import TextureMapModel
+from tactogram.model import Condition, MotionPredictor, TextureMapModel, material_weights, some_of
+from tactogram.models import shipped_run
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
 from tactogram.rendering.streaming.surface import Along, SurfaceTexture
@@ -84,13 +87,13 @@ def textures_of(
     known: list[str] = []
     for number, source in enumerate(sources):
         path = Path(source)
-        if path.is_dir():
+        if path.is_dir() or shipped_run(str(source)):
             run = load_run(path)
             offered: Sequence[str] = run.kind.materials
             chosen = [name for name in offered if not names or name in names]
             if not names and len(chosen) > MOST_TEXTURES:
                 raise ParameterError(
-                    f"{path} has {len(chosen)} materials; choose with `mix` out of {', '.join(offered)}"
+                    f"{path} has {len(chosen)} materials; choose with `mix`: {some_of(offered)}"
                 )
             made = [_of_run(run, name, settings, number) for name in chosen]
             simulated = simulated or run.simulated
@@ -103,17 +106,19 @@ def textures_of(
         textures += made
     missing = [name for name in names if name not in known]
     if missing:
-        raise ParameterError(f"`mix`: no texture {', '.join(missing)}; there are {', '.join(known)}")
+        raise ParameterError(
+            f"`mix`: no texture {', '.join(missing)}; it must be {some_of(known, like=missing[0])}"
+        )
     return textures, simulated
 
 
 def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -> StreamingTexture:
-    """Return one material of a run: its own models over speed and force, or else a signal that it generates."""
-    if isinstance(run.model, TextureMapModel):
-        return mapped_texture(run, run.model, name, settings, number)
+    """Return one material of a run: over speed and force where it can, or else a signal that it generates."""
+    condition: dict[str, Any] = {"material": {name: 1.0}}
+    if texture := live_texture(run, name, condition, settings, number):
+        return texture
     from tactogram.workflows.generation.generate import generate
 
-    condition: dict[str, Any] = {"material": {name: 1.0}}
     if settings.speed_mm_s is not None and "speed_mm_s" in run.facts.conditions:
         condition["speed_mm_s"] = settings.speed_mm_s
     made = next(iter(generate(run, condition, seconds=settings.seconds, seed=settings.seed)))
@@ -122,14 +127,23 @@ def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -
     return surface_of(name, made, settings, settings.speed_mm_s)
 
 
-def mapped_texture(
-    run: LoadedRun, model: TextureMapModel, name: str, settings: TextureSettings, number: int = 0
-) -> AutoregressiveTexture | ModulatedNoiseTexture:
-    """Return a material of a run whose model is a map over speed and force; ``number`` varies the seed."""
-    if name not in run.kind.materials:
-        raise ParameterError(f"{run.run.name} has no material {name!r}; give {', '.join(run.kind.materials)}")
-    place = run.kind.materials.index(name)
-    return texture_of_map(name, model.maps[place], settings, seed=settings.seed + 1000 * number + place)
+def live_texture(
+    run: LoadedRun, name: str, condition: Condition, settings: TextureSettings, number: int = 0
+) -> AutoregressiveTexture | ModulatedNoiseTexture | None:
+    """Return what ``condition`` describes as a texture over speed and force; None if the run only generates signals.
+
+    Of a run whose materials are such maps ``condition`` is one material; one that predicts surfaces at any speed and
+    force (`MotionPredictor`) is cloned. ``number`` varies the seed.
+    """
+    seed = settings.seed + 1000 * number
+    if isinstance(run.model, TextureMapModel):
+        place = int(np.argmax(material_weights(condition, run.kind.materials)))
+        return texture_of_map(name, run.model.maps[place], settings, seed=seed + place)
+    if isinstance(run.model, MotionPredictor) and run.model.predicts_motion:
+        from tactogram.workflows.generation.clone import live_map
+
+        return texture_of_map(name, live_map(run, condition, seed=seed), settings, seed=seed)
+    return None
 
 
 def texture_of_map(

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,14 +31,16 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import PresentedStimulus
-from tactogram.workflows.streaming.textures import TextureSettings
+from tactogram.workflows.streaming.textures import TextureSettings, live_texture
 from tactogram.workflows.study.streams import (
     StimulusStream,
     stimulus_stream,
-    texture_of_run,
     texture_of_signal,
     texture_settings,
 )
+
+if TYPE_CHECKING:
+    from tactogram.workflows.training.loaded_run import LoadedRun
 
 SEEDS = 16
 """Number of pictures of each simulated family for ``any/TEXT``."""
@@ -205,12 +207,14 @@ class StudyStimuli:
         return SlotPlayback(None, made.sha256, text, display.name, gain_db, made)
 
     def _texture_of_run(self, stimulus: Stimulus, settings: TextureSettings) -> StreamingTexture | None:
+        """Return a texture over speed and force; None if there is only a signal to lay out."""
         if not stimulus.run:
             return None
         from tactogram.workflows.training.loaded_run import load_run
 
         try:
-            return texture_of_run(load_run(self._run(stimulus.run)), stimulus.material, settings)
+            run = load_run(self._run(stimulus.run))
+            return live_texture(run, stimulus.name, self._condition(stimulus, run), settings)
         except TactogramError as error:
             raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
@@ -241,6 +245,12 @@ class StudyStimuli:
         from tactogram.workflows.training.loaded_run import load_run
 
         loaded = load_run(self._run(run))
+        [made] = generate(
+            loaded, self._condition(stimulus, loaded), seconds=stimulus.seconds, seed=stimulus.seed
+        )
+        return made
+
+    def _condition(self, stimulus: Stimulus, run: LoadedRun) -> dict[str, Any]:
         condition: dict[str, Any] = {str(name): value for name, value in stimulus.given.items()}
         if stimulus.material:
             condition["material"] = {stimulus.material: 1.0}
@@ -249,9 +259,8 @@ class StudyStimuli:
         if stimulus.photograph:
             condition["image"] = read_image(self._file(stimulus.photograph))
         if stimulus.vibration:
-            condition["vibration"] = loaded.prepare_vibration(read_signal(self._file(stimulus.vibration)))
-        [made] = generate(loaded, condition, seconds=stimulus.seconds, seed=stimulus.seed)
-        return made
+            condition["vibration"] = run.prepare_vibration(read_signal(self._file(stimulus.vibration)))
+        return condition
 
     def _run(self, name: str) -> Path:
         own = self.folder / name

@@ -15,10 +15,9 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.model import TextureMapModel
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.level_scaling import without_constant
@@ -34,10 +33,7 @@ from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal
 from tactogram.workflows.streaming.session import Backend, run
 from tactogram.workflows.streaming.stream import rehearsal
-from tactogram.workflows.streaming.textures import TextureSettings, mapped_texture, surface_of
-
-if TYPE_CHECKING:
-    from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram.workflows.streaming.textures import TextureSettings, surface_of
 
 FORCE_N = 0.5
 """Force of a finger that touches the page, N: a screen reports contact only. Our choice."""
@@ -73,13 +69,6 @@ def texture_settings(display: Display, axes: str, *, seed: int = 0) -> TextureSe
     check_streams(display)
     return TextureSettings(
         display.rate, max(1, int(LONGEST_BLOCK_S * display.rate + 1e-9)), axes or display.axes, seed=seed
-    )
-
-
-def texture_of_run(run: LoadedRun, material: str, settings: TextureSettings) -> StreamingTexture | None:
-    """Return a material of a run as a texture over speed and force; None if its model generates signals."""
-    return (
-        mapped_texture(run, run.model, material, settings) if isinstance(run.model, TextureMapModel) else None
     )
 
 
