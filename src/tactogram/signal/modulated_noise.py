@@ -59,6 +59,8 @@ RIDGE = 1e-3
 """Added to the variance of every normal score, 1: nearly constant gains have a singular covariance."""
 TAPS = 512
 """Of the minimum-phase filter."""
+INNER = np.array([1.5, 0.86])
+"""Edges, as shares of the lowest and the highest of the bands, within which a spectrum may be moved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,6 +222,26 @@ def mix(models: Sequence[ModulatedNoise], weights: ArrayLike) -> ModulatedNoise:
     mixed["spectrum"] = mixed["spectrum"] + missing
     mixed["equaliser"] = mixed["equaliser"] + missing
     return replace(first, **mixed)
+
+
+def stretched(model: ModulatedNoise, factor: float) -> ModulatedNoise:
+    """Return the model with its spectrum moved up by ``factor`` along frequency, at the same power.
+
+    It stays as it is at both ends of the bands, where recordings were filtered.
+    """
+    frequency = np.linspace(0, model.rate / 2, model.spectrum.shape[1])
+    moved = model.spectrum + stretch_difference(model.spectrum, frequency, factor, model.rate)
+    moved += (_log_power(model.spectrum) - _log_power(moved))[..., None] / 2
+    return replace(model, spectrum=moved, equaliser=model.equaliser + moved - model.spectrum)
+
+
+def stretch_difference(spectrum: Array, frequency: Array, factor: float, rate: float) -> Array:
+    """Return what a log spectrum, (axis, frequency), gains if it is moved up by ``factor`` within the bands."""
+    low, high = INNER * band_edges(rate)[[0, -1]]
+    inside, source = (np.clip(hz, low, high) for hz in (frequency, frequency / factor))
+    return np.array(
+        [np.interp(source, frequency, row) - np.interp(inside, frequency, row) for row in spectrum]
+    )
 
 
 def check_rate_of_noise(rate: float) -> None:

@@ -16,6 +16,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -24,13 +25,22 @@ from scipy.spatial import Delaunay
 
 from tactogram.errors import ParameterError
 from tactogram.signal.autoregressive import AutoregressiveModel, Level, mix
-from tactogram.signal.modulated_noise import ModulatedNoise
+from tactogram.signal.modulated_noise import (
+    INNER,
+    ModulatedNoise,
+    band_edges,
+    stretch_difference,
+    stretched,
+)
 from tactogram.signal.modulated_noise import mix as mix_noise
 
 Array = NDArray[np.float64]
 M = TypeVar("M")
 """Model of one texture."""
 NAMES = ("speed_mm_s", "force_n")
+EXPONENTS = np.linspace(0, 1, 21)
+LEAST_RATIO = 0.05
+"""Of two speeds whose spectra are compared, as a logarithm."""
 
 
 class ConditionMap:
@@ -87,6 +97,10 @@ class ConditionMap:
             corners, inside = _nearest(point, self._points, self._edges)
         shares[corners] = inside
         return shares
+
+    def moved(self, models: Sequence[Any], speed_mm_s: float | None) -> Sequence[Any]:
+        """Return models of the conditions as they are to be mixed at a speed: here as they are."""
+        return models
 
 
 def group_by_condition(
@@ -156,11 +170,64 @@ class TextureMap(ModelMap[AutoregressiveModel]):
 
 
 class NoiseMap(ModelMap[ModulatedNoise]):
-    """Models of modulated noise over speed and force."""
+    """Models of modulated noise over speed and force.
+
+    A pattern of k cycles per mm is felt at v k, a resonance at one frequency. So before models are mixed, their spectra
+    are moved to the speed wanted, by its ratio to that of their recordings to the power of `exponent`.
+    """
 
     def mix(self, weights: Array) -> ModulatedNoise:
         """Return the mix of the models."""
         return mix_noise(self.models, weights)
+
+    def at(self, speed_mm_s: float | None = None, force_n: float | None = None) -> ModulatedNoise:
+        """Return the model at a condition, with parameters as `weights`."""
+        weights = self.weights(speed_mm_s, force_n)
+        return mix_noise(self.moved(self.models, speed_mm_s), weights)
+
+    def moved(self, models: Sequence[ModulatedNoise], speed_mm_s: float | None) -> Sequence[ModulatedNoise]:
+        """Return models of the conditions with their spectra moved to a speed, or to the nearest recorded one."""
+        if speed_mm_s is None or not self.exponent:
+            return models
+        recorded = self.conditions[:, 0]
+        speed = float(np.clip(speed_mm_s, recorded.min(), recorded.max()))
+        return [
+            model if own == speed else stretched(model, (speed / own) ** self.exponent)
+            for model, own in zip(models, recorded, strict=True)
+        ]
+
+    @cached_property
+    def exponent(self) -> float:
+        """Power of the speed, 0 to 1, with which peaks move; the spectra of neighbouring conditions decide."""
+        speeds = self.conditions[:, 0]
+        pairs = [
+            (a, b) if speeds[a] < speeds[b] else (b, a)
+            for a, b in self._edges
+            if speeds[a] > 0 and speeds[b] > 0 and abs(np.log(speeds[a] / speeds[b])) > LEAST_RATIO
+        ]
+        if not pairs:
+            return 0.0
+        rate = self.models[0].rate
+        frequency = np.linspace(0, rate / 2, self.models[0].spectrum.shape[1])
+        low, high = INNER * band_edges(rate)[[0, -1]]
+        inside = (frequency >= low) & (frequency <= high)
+
+        def misfit(exponent: float) -> float:
+            total = 0.0
+            for slow, fast in pairs:
+                factor = (speeds[fast] / speeds[slow]) ** (exponent / 2)
+                one, other = (
+                    spectrum + stretch_difference(spectrum, frequency, each, rate)
+                    for spectrum, each in (
+                        (self.models[slow].spectrum, factor),
+                        (self.models[fast].spectrum, 1 / factor),
+                    )
+                )
+                difference = (other - one)[:, inside]
+                total += float(np.sum((difference - difference.mean(axis=1, keepdims=True)) ** 2))
+            return total
+
+        return float(min(EXPONENTS, key=misfit))
 
 
 def _simplices(points: Array, triangles: ArrayLike | None) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

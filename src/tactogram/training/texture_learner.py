@@ -152,6 +152,6 @@ class TextureLearner(OneStepLearner, Generic[M]):
                     condition.get(name) if known or not lenient else None
                     for name, known in zip(NAMES, points.has_conditions, strict=True)
                 ]
-                chosen += models
+                chosen += points.moved(models, point[0])
                 shares.append(weight * points.weights(*point))
         return self.mix(chosen, np.concatenate(shares))

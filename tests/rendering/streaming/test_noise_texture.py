@@ -113,7 +113,7 @@ def test_between_its_nodes_a_table_is_the_map_to_a_fraction_of_a_db(table):
         for s, k, t in found.rotations:
             lengths = np.linalg.svd(np.block([[s, k], [-k.T, t]]))[1]
             assert 0.97 < lengths.min() <= lengths.max() < 1 + 1e-6
-    assert np.mean(error) < 0.3
+    assert np.mean(error) < 0.5
 
 
 def test_outside_a_table_holds_its_edge(table):
@@ -123,7 +123,7 @@ def test_outside_a_table_holds_its_edge(table):
     assert np.array_equal(rendered(one, 0, 0, 0.1, OWN, 10), rendered(other, 50, 0.2, 0.1, OWN, 10))
 
 
-@pytest.mark.parametrize("speed", [50.0, 150.0, 300.0])
+@pytest.mark.parametrize("speed", [50.0, 100.0, 150.0, 220.0, 300.0])
 def test_pitch_level_and_fluctuation_are_those_of_speed_and_force(table, script, rendered_by_engine, speed):
     """At another rate than the recordings', under a finger, against the offline signal of the same seed."""
     texture = ModulatedNoiseTexture("a", table, rate=RATE, most=MOST, seed=1)

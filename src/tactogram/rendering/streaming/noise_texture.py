@@ -30,8 +30,8 @@ from tactogram.signal.texture_map import NoiseMap
 
 Array = NDArray[np.float64]
 
-SPEEDS, FORCES = 9, 5
-"""Least number of nodes; a node has 2,800 numbers for one axis."""
+SPEEDS, FORCES = 33, 3
+"""Least number of nodes; a node has 2,800 numbers for one axis. Spectra move with the speed, not with the force."""
 DRAWINGS, DRAWN_S = 8, 2.0
 """Signals to which a model of one axis is fitted, and their length, s."""
 
@@ -59,7 +59,7 @@ class NoiseTable:
         self, surface: NoiseMap, *, axis: str = "dft321", speeds: int = SPEEDS, forces: int = FORCES
     ) -> None:
         self.surface = NoiseMap([one_axis(model, axis) for model in surface.models], surface.conditions)
-        speed, force, models = models_on_grid(self.surface, speeds, forces)
+        speed, force, models = models_on_grid(self.surface, speeds, forces, geometric=True)
         values = np.array([[parameters_of(model) for model in row] for row in models], np.float32)
         self.grid = NoiseGrid(speed, force, values)
         first = models[0][0]

@@ -109,9 +109,15 @@ def check_axis(axis: str, axes: tuple[str, ...]) -> None:
         raise ParameterError(f"axis must be dft321, all or one of {', '.join(axes)}, got {axis!r}")
 
 
-def models_on_grid(surface: ModelMap[M], speeds: int, forces: int) -> tuple[Array, Array, list[list[M]]]:
-    """Return at least so many speeds (S,) and forces (F,) with those of the surface's models, and the models there."""
-    grid_v, grid_f = _grid(surface.conditions[:, 0], speeds), _grid(surface.conditions[:, 1], forces)
+def models_on_grid(
+    surface: ModelMap[M], speeds: int, forces: int, *, geometric: bool = False
+) -> tuple[Array, Array, list[list[M]]]:
+    """Return at least so many speeds (S,) and forces (F,) with those of the surface's models, and the models there.
+
+    Speeds are evenly spaced, or their logarithms if ``geometric``.
+    """
+    grid_v = _grid(surface.conditions[:, 0], speeds, geometric=geometric)
+    grid_f = _grid(surface.conditions[:, 1], forces)
     known_v, known_f = surface.has_conditions
     return (
         grid_v,
@@ -139,21 +145,21 @@ def _one_axis(model: AutoregressiveModel, axis: str) -> AutoregressiveModel:
     )
 
 
-def _grid(values: Array, least: int) -> Array:
+def _grid(values: Array, least: int, *, geometric: bool = False) -> Array:
     """Return the values and at least ``least`` nodes between them, evenly spaced; a single node if unknown."""
     if np.isnan(values).any():
         return np.zeros(1)
     nodes = np.unique(values)
     if len(nodes) == 1:
         return nodes
-    widest = np.ptp(nodes) / (least - 1)
-    parts = [
-        np.linspace(a, b, max(1, int(np.ceil((b - a) / widest - 1e-9))), endpoint=False)
-        for a, b in pairwise(nodes)
-    ]
+    geometric = geometric and nodes[0] > 0
+    spaced, scale = (np.geomspace, np.log(nodes)) if geometric else (np.linspace, nodes)
     if len(nodes) > 4 * least:  # a free-hand recording: nearly every sample is a separate condition
-        return np.linspace(nodes[0], nodes[-1], least)
-    return np.concatenate([*parts, nodes[-1:]])
+        return np.asarray(spaced(nodes[0], nodes[-1], least))
+    widest = np.ptp(scale) / (least - 1)
+    parts = np.maximum(1, np.ceil(np.diff(scale) / widest - 1e-9)).astype(int)
+    between = [spaced(a, b, count + 1)[:-1] for (a, b), count in zip(pairwise(nodes), parts, strict=True)]
+    return np.concatenate([*between, nodes[-1:]])
 
 
 @numba.njit(cache=True, nogil=True)

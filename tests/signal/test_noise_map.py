@@ -1,0 +1,87 @@
+"""Modulated noise over speed: peaks that move with the speed, and those that stay."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tactogram.signal import Signal
+from tactogram.signal.modulated_noise import stretched
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise
+from tactogram.signal.texture_map import NoiseMap
+
+RATE = 2000.0
+SLOW, FAST, BETWEEN = 60.0, 240.0, 120.0
+
+
+def resonance(hz, seed, *, level=1.0):
+    """Return noise with a peak."""
+    noise = np.random.default_rng(seed).standard_normal(9000)
+    x = lfilter([1], [1, -1.9 * np.cos(2 * np.pi * hz / RATE), 0.9025], noise)[1000:]
+    return Signal((level * x / x.std())[None], RATE, "m/s^2", ("z",))
+
+
+def mapped(hz_at, speeds=(SLOW, FAST), forces=None):
+    forces = [np.nan] * len(speeds) if forces is None else forces
+    models = [
+        fit_modulated_noise(resonance(hz_at(speed), n, level=speed / 100)) for n, speed in enumerate(speeds)
+    ]
+    return NoiseMap(models, np.column_stack((speeds, forces)))
+
+
+def peak_hz(model):
+    frequency = np.linspace(10, 900, 1781)
+    return frequency[model.power_spectrum(frequency)[0].argmax()]
+
+
+def test_a_pattern_is_felt_at_speed_over_period_between_recorded_speeds():
+    surface = mapped(lambda speed: 1.25 * speed)
+    assert surface.exponent == pytest.approx(1, abs=0.1)
+    for speed in (SLOW, 90.0, BETWEEN, 200.0, FAST):
+        assert peak_hz(surface.at(speed)) == pytest.approx(1.25 * speed, abs=15)
+    truth = fit_modulated_noise(resonance(1.25 * BETWEEN, 9))
+    band = slice(10, 110)  # 40 to 440 Hz
+    errors = []
+    for found in (surface.at(BETWEEN), surface.mix(surface.weights(BETWEEN))):
+        difference = (found.spectrum - truth.spectrum)[0, band]
+        errors.append(np.std(difference))
+    assert errors[0] < 0.4 * errors[1]
+
+
+def test_a_resonance_stays_where_it_is():
+    surface = mapped(lambda speed: 180.0)
+    assert surface.exponent == pytest.approx(0, abs=0.1)
+    assert peak_hz(surface.at(BETWEEN)) == pytest.approx(180, rel=0.1)
+
+
+def test_level_is_that_of_the_mix_and_recorded_conditions_stay():
+    surface = mapped(lambda speed: 1.25 * speed, (SLOW, BETWEEN, FAST), (1.0, 1.0, 1.0))
+    for model, speed in zip(surface.models, (SLOW, BETWEEN, FAST), strict=True):
+        np.testing.assert_allclose(surface.at(speed, 1.0).spectrum, model.spectrum)
+    at = surface.at(170.0, 1.0)
+    np.testing.assert_allclose(at.deviation, surface.mix(surface.weights(170.0, 1.0)).deviation)
+    powers = [np.log(np.exp(2 * model.spectrum).sum()) for model in (*surface.models, at)]
+    assert powers[1] < powers[3] < powers[2]
+
+
+def test_beyond_the_recorded_speeds_it_is_the_nearest():
+    surface = mapped(lambda speed: 1.25 * speed)
+    np.testing.assert_array_equal(surface.at(900.0).spectrum, surface.models[1].spectrum)
+    np.testing.assert_array_equal(surface.at(1.0).spectrum, surface.models[0].spectrum)
+
+
+def test_without_speeds_nothing_moves():
+    model = fit_modulated_noise(resonance(100, 0))
+    assert NoiseMap([model], [[np.nan, np.nan]]).exponent == 0
+    by_force = NoiseMap([model, fit_modulated_noise(resonance(300, 1))], [[np.nan, 0.5], [np.nan, 1.0]])
+    assert by_force.exponent == 0
+    assert by_force.at(None, 0.5).spectrum.shape == model.spectrum.shape
+
+
+def test_a_stretched_model_has_the_power_it_had_and_its_ends_stay():
+    model = fit_modulated_noise(resonance(200, 0))
+    moved = stretched(model, 1.5)
+    assert peak_hz(moved) == pytest.approx(300, rel=0.1)
+    powers = [np.exp(2 * each.spectrum).sum() for each in (model, moved)]
+    assert powers[0] == pytest.approx(powers[1])
+    np.testing.assert_allclose(moved.equaliser - model.equaliser, moved.spectrum - model.spectrum)
+    assert np.ptp((moved.spectrum - model.spectrum)[0, :6]) < 1e-9  # below the bands
