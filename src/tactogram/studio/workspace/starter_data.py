@@ -95,7 +95,7 @@ def make(store: Path, run: Path) -> None:
     )
     sys.stdout.write("fitting their textures\n")
     sys.stdout.flush()
-    train("ar_texture", store, split="all", out=run)
+    train("texture_var", store, split="all", out=run)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +10,7 @@ import numpy as np
 from nicegui import ui
 from numpy.typing import NDArray
 
-from tactogram.datasets.simulate.everyday import ALSO_CALLED
 from tactogram.errors import TactogramError
-from tactogram.features.text_classifier import describe
 from tactogram.studio.layout import attribute, hint, in_background, report_errors
 from tactogram.studio.pages.make.map_view import map_html
 from tactogram.studio.pages.make.material_map import point_of, weights_at
@@ -76,8 +73,7 @@ class _Mix:
 
     async def _describe(self, text: str) -> None:
         if text.strip():
-            weights = await in_background(partial(describe, text, self.materials, others=ALSO_CALLED))
-            self.state.set(weights=weights)
+            self.state.set(weights=await in_background(_weights_of, text, self.materials))
             self.page.committed(redraw=True)
 
     def _show_shares(self) -> None:
@@ -163,6 +159,13 @@ class _Mix:
             slider.value = weights.get(name, 0.0)
         self.setting = False
         self._show_shares()
+
+
+def _weights_of(text: str, materials: Sequence[str]) -> dict[str, float]:
+    from tactogram.datasets.simulate.everyday import ALSO_CALLED
+    from tactogram.features.text_classifier import describe
+
+    return describe(text, materials, others=ALSO_CALLED)
 
 
 def draw_material(page: MakePage) -> None:
