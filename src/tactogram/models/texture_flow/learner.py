@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -31,7 +30,7 @@ from tactogram.model import (
 from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
-from tactogram.models.texture_flow.modulation import Modulation
+from tactogram.models.texture_flow.modulation import modulated
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surface_prediction import (
     UNKNOWN,
@@ -136,7 +135,7 @@ class TextureFlowLearner:
         if stage.name == "fit":
             yield examples
             return
-        examples = self._modulated(examples)
+        examples = modulated(examples, self.config.modulated, seed=self.seed)
         measured = self._measured(examples)
         step = start
         if stage.name == "predict":
@@ -157,22 +156,6 @@ class TextureFlowLearner:
     def _crops(self, examples: Sequence[Example]) -> SignalCrops:
         length = self.spectra.samples(self.config.frames)
         return SignalCrops(examples, length, overlap=self.spectra.transform.n_fft)
-
-    def _modulated(self, examples: Sequence[Example]) -> list[Example]:
-        """Return the recordings, those of a share of the surfaces modulated; no words are known of these."""
-        modulations: dict[str, Modulation | None] = {}
-        for name in self.materials:
-            rng = child_rng(self.seed, "modulation", name)
-            modulations[name] = Modulation.drawn(rng) if rng.random() < self.config.modulated else None
-        found = []
-        for number, example in enumerate(examples):
-            modulation = modulations.get(str(example.material))
-            if modulation is None:
-                found.append(example)
-            else:
-                signal = modulation.apply(example.signal, child_rng(self.seed, "modulated", number))
-                found.append(replace(example, signal=signal, rated=None))
-        return found
 
     def _measured(self, examples: Sequence[Example]) -> dict[str, list[Reference]]:
         """Return the surface of each recording that is long enough, by material."""
@@ -293,7 +276,7 @@ class TextureFlowLearner:
         self.surfaces = [
             self._surface_of(name, [example.signal for example in members[name]]) for name in self.materials
         ]
-        measured = self._measured(self._modulated(examples)).values()
+        measured = self._measured(modulated(examples, self.config.modulated, seed=self.seed)).values()
         codes = torch.stack([reference.surface.code for references in measured for reference in references])
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
         if self.predictor is not None:

@@ -5,18 +5,27 @@ A simulated stroke is even; a hand swells, rattles and pauses.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.model import Example
 from tactogram.signal import Signal
+from tactogram.training.seeds import child_rng
 
 CROSSOVER_HZ = 60.0, 500.0
+"""Range of the frequency between the two bands."""
 SLOW_HZ, FAST_HZ = (0.4, 4.0), (4.0, 100.0)
+"""Ranges of the corner frequencies of slow and of fast changes."""
 DEEPEST = 1.0
+"""Largest standard deviation of a gain's logarithm."""
 SKEWED = -0.5, 0.25
+"""Range of the skewness."""
 STROKES_HZ = 0.7, 4.0
+"""Range of a hand's strokes per second, back and forth."""
 LEAST_SPEED = 0.1
 """Of a hand that turns, as a share of the fastest."""
 
@@ -81,6 +90,23 @@ class Modulation(NamedTuple):
             gained = band * np.exp(logs + strokes)
             samples += gained * np.sqrt(np.mean(band**2) / max(np.mean(gained**2), np.finfo(float).tiny))
         return signal.with_samples(samples + mean)
+
+
+def modulated(examples: Sequence[Example], share: float, *, seed: int) -> list[Example]:
+    """Return recordings, those of a ``share`` of the materials modulated; no words are known of these."""
+    modulations: dict[str, Modulation | None] = {}
+    for name in dict.fromkeys(str(example.material) for example in examples):
+        rng = child_rng(seed, "modulation", name)
+        modulations[name] = Modulation.drawn(rng) if rng.random() < share else None
+    found = []
+    for number, example in enumerate(examples):
+        modulation = modulations[str(example.material)]
+        if modulation is None:
+            found.append(example)
+        else:
+            signal = modulation.apply(example.signal, child_rng(seed, "modulated", number))
+            found.append(replace(example, signal=signal, rated=None))
+    return found
 
 
 def _changes(

@@ -1,15 +1,13 @@
 """Random changes of strength: what they change, what they keep, and which recordings are given them."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from pydantic import ValidationError
 from scipy.signal import butter, sosfilt
 
-from tactogram.model import Example, ItemRatings, SignalKind
-from tactogram.models.texture_flow import Config, build
-from tactogram.models.texture_flow.modulation import Modulation
+from tactogram.model import Example, ItemRatings
+from tactogram.models.texture_flow import Config
+from tactogram.models.texture_flow.modulation import Modulation, modulated
 from tactogram.signal import Signal
 
 RATE = 2000.0
@@ -64,24 +62,20 @@ def test_a_hand_that_strokes_back_and_forth_pauses_when_it_turns():
 
 
 def test_a_share_of_the_surfaces_is_modulated_with_all_their_strokes_and_no_words():
-    kind = SignalKind(RATE, "m/s^2", ("z",), tuple(f"m{n}" for n in range(40)), words=("soft",), scale=(1, 7))
     rated = ItemRatings(("soft",), ("a",), np.array([[0.5]]))
     examples = [
-        Example(f"{name}-{k}", NOISE.with_samples(NOISE.samples[:, :4000]), name, rated=rated)
-        for name in kind.materials
+        Example(f"m{n}-{k}", NOISE.with_samples(NOISE.samples[:, :4000]), f"m{n}", rated=rated)
+        for n in range(40)
         for k in range(2)
     ]
-    learner = build(Config(modulated=0.5, prediction_steps=1, photographs=False), kind, seed=0)
-    found = learner._modulated(examples)
+    found = modulated(examples, 0.5, seed=0)
     changed = {e.material for e, was in zip(found, examples, strict=True) if e.signal is not was.signal}
     assert 10 < len(changed) < 30
     for example in found:
         assert (example.rated is None) == (example.material in changed)
-    again = build(Config(modulated=0.5, prediction_steps=1, photographs=False), kind, seed=0)
-    for one, other in zip(found, again._modulated(examples), strict=True):
+    for one, other in zip(found, modulated(examples, 0.5, seed=0), strict=True):
         np.testing.assert_array_equal(one.signal.samples, other.signal.samples)
-    plain = build(Config(photographs=False), replace(kind, words=()), seed=0)
-    assert plain._modulated(examples) == examples
+    assert modulated(examples, 0.0, seed=0) == examples
 
 
 def test_modulated_surfaces_need_a_prediction():
