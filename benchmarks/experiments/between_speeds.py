@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.experiments.one_stroke import MEASURES, SECONDS, distances, means
+from benchmarks.experiments.one_stroke import SECONDS, distances, means, table
 from tactogram.datasets.simulate import make, tasks
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
@@ -71,20 +71,13 @@ def run(
         exponents.append(noise.exponent)
         progress("materials", number, len(materials))
     found = means(rows)
-    lines_of_text = [f"{'to a stroke between':34}" + "".join(f"{name:>12}" for name in MEASURES)]
-    lines_of_text += [
-        f"{name:34}" + "".join(f"{row[measure]:>12.2f}" for measure in MEASURES)
-        for name, row in found.items()
-        if name != "number"
-    ]
     quartiles = np.quantile(exponents, (0.25, 0.5, 0.75)).round(3).tolist()
     return {
         "simulated": True,
         "drawings": drawings,
         "distances": found,
         "exponent_quartiles": quartiles,
-        "text": "\n".join(lines_of_text)
-        + f"\nexponents, quartiles: {', '.join(f'{q:.2f}' for q in quartiles)}",
+        "text": "\n".join([*table("to a stroke between", found), f"exponents, quartiles: {quartiles}"]),
     }
 
 

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.experiments.one_stroke import MEASURES, Make, distances, generated, means
+from benchmarks.experiments.one_stroke import Make, distances, generated, means, table
 from tactogram.datasets.simulate import make, tasks
 from tactogram.datasets.simulate.everyday import ALSO_CALLED
 from tactogram.datasets.simulate.stroke import RecordingTask
@@ -119,12 +119,7 @@ def _described(
 
 
 def _text(result: Mapping[str, Any]) -> str:
-    lines = [f"{'to new strokes of a material':30}" + "".join(f"{name:>12}" for name in MEASURES)]
-    lines += [
-        f"{name:30}" + "".join(f"{row[measure]:>12.2f}" for measure in MEASURES)
-        for name, row in result["strokes"].items()
-        if name != "number"
-    ]
+    lines = table("to new strokes of a material", result["strokes"])
     for name, counts in result["descriptions"].items():
         lines.append(f"{name}: " + ", ".join(f"{what} {count}" for what, count in counts.items()))
     return "\n".join(lines)

@@ -205,10 +205,15 @@ def _text(result: Mapping[str, Any]) -> str:
     titles = {f"other strokes of {result['data']}": result["strokes"]}
     titles |= {f"the last recordings of {name}": part for name, part in result["recordings"].items()}
     for title, part in titles.items():
-        lines.append(f"{'to ' + title:42}" + "".join(f"{name:>12}" for name in MEASURES))
-        lines += [
-            f"{name:42}" + "".join(f"{row[measure]:>12.2f}" for measure in MEASURES)
-            for name, row in part.items()
-            if name not in ("number", "sha256", "simulated")
-        ]
+        lines += table(f"to {title}", part)
     return "\n".join(lines)
+
+
+def table(title: str, rows: Mapping[str, Any]) -> list[str]:
+    """Return lines of distances, as of `means`."""
+    lines = [f"{title:42}" + "".join(f"{name:>12}" for name in MEASURES)]
+    return lines + [
+        f"{name:42}" + "".join(f"{row[measure]:>12.2f}" for measure in MEASURES)
+        for name, row in rows.items()
+        if name not in ("number", "sha256", "simulated")
+    ]
