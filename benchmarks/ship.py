@@ -32,11 +32,12 @@ def ship(folder, store):
     ]
     out = find(loaded.facts.name).folder / SHIPPED
     out.mkdir(exist_ok=True)
-    save_state(out / "model.safetensors", loaded.model.state_with_materials(examples))
+    state = loaded.model.state_with_materials(examples)
+    save_state(out / "model.safetensors", state)
     write_text(out / "recipe.toml", (loaded.run.folder / "recipe.toml").read_text(encoding="utf-8"))
     data = {name: value for name, value in loaded.run.data.items() if name not in ("path", "photographs")}
     data["materials"] = {"name": known.name, "licence": known.licence, "sha256": known.sha256}
-    kind = asdict(replace(loaded.kind, materials=loaded.model.materials))
+    kind = asdict(replace(loaded.kind, materials=tuple(state["materials"])))
     for name, values in (
         ("data.json", data),
         ("model.json", {**loaded.run.facts(), "kind": kind}),

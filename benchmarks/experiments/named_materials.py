@@ -16,7 +16,7 @@ from typing import Any
 
 from benchmarks.experiments.one_stroke import Make, distances, generated, means, table
 from tactogram.datasets.simulate import make, tasks
-from tactogram.datasets.simulate.everyday import ALSO_CALLED
+from tactogram.datasets.simulate.everyday import SYNONYMS
 from tactogram.datasets.simulate.stroke import RecordingTask
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe
@@ -85,7 +85,7 @@ def run(
         "strokes": means(rows),
         "descriptions": {
             "by names alone": _described(texts, loaded.kind.materials, {}),
-            "with other names": _described(texts, loaded.kind.materials, ALSO_CALLED),
+            "with other names": _described(texts, loaded.kind.materials, SYNONYMS),
         },
     }
     return result | {"text": _text(result)}
@@ -97,13 +97,13 @@ def _stroke(loaded: LoadedRun, task: RecordingTask, seed: int = 0) -> Signal:
 
 
 def _described(
-    texts: Mapping[str, Any], materials: Sequence[str], others: Mapping[str, Sequence[str]]
+    texts: Mapping[str, Any], materials: Sequence[str], synonyms: Mapping[str, Sequence[str]]
 ) -> dict[str, int]:
     """Return numbers of descriptions."""
 
     def found(text: str) -> list[str]:
         try:
-            return list(describe(text, materials, others=others))
+            return list(describe(text, materials, synonyms=synonyms))
         except ParameterError:
             return []
 

@@ -69,6 +69,19 @@ def test_beyond_the_recorded_speeds_it_is_the_nearest():
     np.testing.assert_array_equal(surface.at(1.0).spectrum, surface.models[0].spectrum)
 
 
+def test_a_speed_that_is_not_asked_is_the_median():
+    surface = mapped(lambda speed: 1.25 * speed)
+    np.testing.assert_allclose(surface.at().spectrum, surface.at(150.0).spectrum)
+    assert peak_hz(surface.at()) == pytest.approx(1.25 * 150, abs=15)
+
+
+def test_a_recorded_speed_of_0_moves_nothing():
+    surface = mapped(lambda speed: 1.25 * max(speed, 40.0), (0.0, SLOW, FAST))
+    np.testing.assert_array_equal(surface.at(0.0).spectrum, surface.models[0].spectrum)
+    assert np.isfinite(surface.at(30.0).spectrum).all()
+    assert peak_hz(surface.at(BETWEEN)) == pytest.approx(1.25 * BETWEEN, abs=15)
+
+
 def test_without_speeds_nothing_moves():
     model = fit_modulated_noise(resonance(100, 0))
     assert NoiseMap([model], [[np.nan, np.nan]]).exponent == 0

@@ -15,14 +15,16 @@ from tactogram.errors import MissingExtraError, ParameterError
 LEAST_SIMILARITY = 0.3
 """Cosine below which a text describes nothing that is known."""
 SHARPNESS = 20.0
-"""Of the weights, exp(SHARPNESS x cosine)."""
+"""Inverse temperature of the softmax over cosines that gives the weights."""
 LEAST_WEIGHT = 0.1
 """Materials of less weight than this share of the greatest are left out."""
-MOST = 3
-"""Materials of a mix."""
+MOST_MATERIALS = 3
+"""In a mix."""
 
 
-def describe(text: str, materials: Sequence[str], *, others: Mapping[str, Sequence[str]]) -> dict[str, float]:
+def describe(
+    text: str, materials: Sequence[str], *, synonyms: Mapping[str, Sequence[str]]
+) -> dict[str, float]:
     """Return weights, which sum to 1, of the materials that a text describes, the greatest first.
 
     Parameters
@@ -31,8 +33,8 @@ def describe(text: str, materials: Sequence[str], *, others: Mapping[str, Sequen
         In English: "corrugated cardboard".
     materials : sequence of str
         Their names, with hyphens or underscores for spaces.
-    others : mapping from str to sequence of str
-        Other names of some materials.
+    synonyms : mapping from str to sequence of str
+        Other names, and typical objects, of some materials.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def describe(text: str, materials: Sequence[str], *, others: Mapping[str, Sequen
     MissingExtraError
         Without the extra ``text``.
     """
-    names = [(name, called) for name in materials for called in (_plain(name), *others.get(name, ()))]
+    names = [(name, called) for name in materials for called in (_plain(name), *synonyms.get(name, ()))]
     embedded = _embed([_plain(text), *(called for _, called in names)])
     similarity = dict.fromkeys(materials, -1.0)
     for (name, _), cosine in zip(names, embedded[1:] @ embedded[0], strict=True):
@@ -53,7 +55,9 @@ def describe(text: str, materials: Sequence[str], *, others: Mapping[str, Sequen
             f"text must describe a material that the model knows, and {text!r} is like none of the {len(materials)}; "
             f"the nearest are {', '.join(nearest[:3])}"
         )
-    weights = {name: float(np.exp(SHARPNESS * (similarity[name] - best))) for name in nearest[:MOST]}
+    weights = {
+        name: float(np.exp(SHARPNESS * (similarity[name] - best))) for name in nearest[:MOST_MATERIALS]
+    }
     kept = {name: weight for name, weight in weights.items() if weight >= LEAST_WEIGHT}
     return {name: round(weight / sum(kept.values()), 4) for name, weight in kept.items()}
 

@@ -307,8 +307,8 @@ class MotionPredictor(Protocol):
     """A generator that can predict surfaces at speeds and forces that it has no recording of."""
 
     @property
-    def predicts_motion(self) -> bool:
-        """Whether this run was trained to."""
+    def predicted_ranges(self) -> Mapping[str, tuple[float, float]]:
+        """Lowest and highest speed and force, by name of the condition; empty if this run was not trained to."""
         ...
 
 

@@ -98,9 +98,9 @@ class ConditionMap:
         shares[corners] = inside
         return shares
 
-    def moved(self, models: Sequence[Any], speed_mm_s: float | None) -> Sequence[Any]:
-        """Return models of the conditions as they are to be mixed at a speed: here as they are."""
-        return models
+    def moved(self, models: Sequence[Any], chosen: NDArray[np.intp], speed_mm_s: float | None) -> list[Any]:
+        """Return the chosen of the conditions' models as they are to be mixed at a speed: here as they are."""
+        return [models[place] for place in chosen]
 
 
 def group_by_condition(
@@ -177,23 +177,28 @@ class NoiseMap(ModelMap[ModulatedNoise]):
     """
 
     def mix(self, weights: Array) -> ModulatedNoise:
-        """Return the mix of the models."""
+        """Return the mix of the models as they are."""
         return mix_noise(self.models, weights)
 
     def at(self, speed_mm_s: float | None = None, force_n: float | None = None) -> ModulatedNoise:
         """Return the model at a condition, with parameters as `weights`."""
         weights = self.weights(speed_mm_s, force_n)
-        return mix_noise(self.moved(self.models, speed_mm_s), weights)
+        chosen = np.flatnonzero(weights)
+        return mix_noise(self.moved(self.models, chosen, speed_mm_s), weights[chosen])
 
-    def moved(self, models: Sequence[ModulatedNoise], speed_mm_s: float | None) -> Sequence[ModulatedNoise]:
-        """Return models of the conditions with their spectra moved to a speed, or to the nearest recorded one."""
-        if speed_mm_s is None or not self.exponent:
-            return models
+    def moved(
+        self, models: Sequence[ModulatedNoise], chosen: NDArray[np.intp], speed_mm_s: float | None
+    ) -> list[ModulatedNoise]:
+        """Return the chosen models with their spectra moved to a speed, or to the nearest recorded one."""
         recorded = self.conditions[:, 0]
-        speed = float(np.clip(speed_mm_s, recorded.min(), recorded.max()))
+        if not self.exponent:
+            return [models[place] for place in chosen]
+        wanted = np.median(recorded) if speed_mm_s is None else speed_mm_s
+        speed = float(np.clip(wanted, recorded.min(), recorded.max()))
+        ratios = [speed / recorded[place] if recorded[place] > 0 and speed > 0 else 1.0 for place in chosen]
         return [
-            model if own == speed else stretched(model, (speed / own) ** self.exponent)
-            for model, own in zip(models, recorded, strict=True)
+            models[place] if ratio == 1 else stretched(models[place], ratio**self.exponent)
+            for place, ratio in zip(chosen, ratios, strict=True)
         ]
 
     @cached_property

@@ -152,6 +152,8 @@ class TextureLearner(OneStepLearner, Generic[M]):
                     condition.get(name) if known or not lenient else None
                     for name, known in zip(NAMES, points.has_conditions, strict=True)
                 ]
-                chosen += points.moved(models, point[0])
-                shares.append(weight * points.weights(*point))
+                within = points.weights(*point)
+                places = np.flatnonzero(within)
+                chosen += points.moved(models, places, point[0])
+                shares.append(weight * within[places])
         return self.mix(chosen, np.concatenate(shares))

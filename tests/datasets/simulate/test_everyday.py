@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactogram.datasets.simulate import make, tasks
-from tactogram.datasets.simulate.everyday import ALSO_CALLED, EVERYDAY
+from tactogram.datasets.simulate.everyday import EVERYDAY, SYNONYMS
 from tactogram.datasets.simulate.random_surfaces import FORCES_N, SPEEDS_MM_S
 
 
@@ -17,8 +17,8 @@ def strokes(name, speed):
 def test_names_are_different_and_only_surfaces_have_others():
     names = [surface.name for surface in EVERYDAY]
     assert len(set(names)) == len(names)
-    assert set(ALSO_CALLED) <= set(names)
-    others = [other for called in ALSO_CALLED.values() for other in called]
+    assert set(SYNONYMS) <= set(names)
+    others = [other for called in SYNONYMS.values() for other in called]
     assert len(set(others)) == len(others)
 
 

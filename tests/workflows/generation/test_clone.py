@@ -1,6 +1,7 @@
 """The model that comes with the package: clones for any speed and force, from a recording or words; haptic files."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from tactogram.datasets import open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
-from tactogram.workflows.generation.clone import clone
+from tactogram.workflows.generation.clone import clone, live_map
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import load_run
 
@@ -87,6 +88,24 @@ def test_materials_by_name_are_cloned(tmp_path):
     assert corduroy[1] > corduroy[0]
 
 
+def test_a_live_map_covers_the_speeds_that_a_model_predicts():
+    seen = []
+
+    class Predicted:
+        def generate(self, condition, *, seconds, seed):
+            seen.append(condition)
+            noise = np.random.default_rng(seed).standard_normal((1, 4000))
+            return Signal(noise * condition["speed_mm_s"], 1000.0, "m/s^2", ("z",))
+
+    surface = live_map(
+        SimpleNamespace(generator=Predicted()), {"words": {"rough": 6}}, {"speed_mm_s": (50.0, 200.0)}
+    )
+    assert surface.conditions[:, 0].tolist() == [50, 60, 120, 200]
+    assert np.isnan(surface.conditions[:, 1]).all()
+    assert [condition.keys() for condition in seen] == [{"words", "speed_mm_s"}] * 4
+    assert surface.at(200.0).deviation[0] > surface.at(50.0).deviation[0] + 1
+
+
 def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
     with pytest.raises(ParameterError, match="give a recording of a surface, `materials` or `words`"):
         clone(out=tmp_path / "a")
@@ -96,8 +115,9 @@ def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
         clone(materials=["dennim"], out=tmp_path / "a")
     silk = stroke.with_name("silk.wav")
     silk.write_bytes(stroke.read_bytes())
-    with pytest.raises(ParameterError, match="must not be called 'silk' beside `materials`"):
-        clone([silk], materials=["silk"], out=tmp_path / "a")
+    for recordings, materials in (([silk], ["silk"]), ([], ["silk", "silk"])):
+        with pytest.raises(ParameterError, match="must have different names, got 'silk' twice"):
+            clone(recordings, materials=materials, out=tmp_path / "a")
     with pytest.raises(ParameterError, match="words must be of dry, sleek"):
         clone(words={"loud": 6}, out=tmp_path / "a")
     assert not (tmp_path / "a").exists()

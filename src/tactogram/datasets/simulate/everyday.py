@@ -1,4 +1,4 @@
-"""Everyday surfaces by their usual names: imagined formulas with plausible sizes, not measurements."""
+"""Everyday surfaces by their usual names: invented height fields with plausible dimensions, not measurements."""
 
 from __future__ import annotations
 
@@ -399,7 +399,7 @@ EVERYDAY = (
     *FABRICS, *FLOORS, *PAPERS, *WOODS, *LEATHERS_AND_RUBBERS, *FOAMS, *PLASTICS, *STONES, *METALS
 )  # fmt: skip
 
-ALSO_CALLED = {
+SYNONYMS = {
     "cotton-sheet": ("bed sheet", "shirt", "pillowcase"),
     "denim": ("jeans",),
     "canvas": ("tent", "sail", "tarpaulin"),

@@ -281,7 +281,7 @@ class TextureFlowLearner:
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
         if self.predictor is not None:
             self._fit_predictor(Strokes.of([*measured], bare(self.predictor)))
-            self.strokes = self._strokes_of(examples)
+            self.strokes = self._strokes_of(examples, self.materials)
         if self.config.photographs:
             self.photographs.fit(
                 {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
@@ -312,10 +312,9 @@ class TextureFlowLearner:
         predictor.fit(strokes.vectors, strokes.at, strokes.words)
         predictor.eval()
 
-    def _strokes_of(self, examples: Sequence[Example]) -> Strokes:
-        """Return the strokes of all materials."""
+    def _strokes_of(self, examples: Sequence[Example], materials: Sequence[str]) -> Strokes:
         measured = self._measured(examples)
-        return Strokes.of([measured[name] for name in self.materials], bare(self.predictor))
+        return Strokes.of([measured[name] for name in materials], bare(self.predictor))
 
     def _surface_of(self, material: str, signals: Sequence[Signal]) -> Surface:
         surface = self.spectra.measure(signals)
@@ -359,9 +358,9 @@ class TextureFlowLearner:
     def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
         """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
         names = ("seconds", "rms", "codes", "conditions", "average", "predictor")
-        self.materials = tuple(dict.fromkeys(str(example.material) for example in examples))
-        others = {"surfaces": [], "photographs": PhotoClassifier(self.materials).state()}
-        others |= {"materials": list(self.materials), "strokes": self._strokes_of(examples).state()}
+        materials = tuple(dict.fromkeys(str(example.material) for example in examples))
+        others = {"surfaces": [], "photographs": PhotoClassifier(materials).state()}
+        others |= {"materials": list(materials), "strokes": self._strokes_of(examples, materials).state()}
         return {name: value for name, value in self.state().items() if name in names} | others
 
     @property
@@ -372,8 +371,8 @@ class TextureFlowLearner:
         check_state(state["materials"], self.materials)
         self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
         self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
-        if stored := state.get("strokes"):
-            self.strokes = Strokes.from_state(stored)
+        stored = state.get("strokes")
+        self.strokes = Strokes.from_state(stored) if stored else None
         self.codes = state["codes"]
         self.photographs.load_state(state["photographs"])
         self.labels.load_state(state["conditions"])
@@ -492,8 +491,10 @@ class TextureFlowLearner:
         return found
 
     @property
-    def predicts_motion(self) -> bool:
-        return self.strokes is not None
+    def predicted_ranges(self) -> dict[str, tuple[float, float]]:
+        if self.strokes is None:
+            return {}
+        return {name: (known.least, known.most) for name, known in self.labels.ranges.items()}
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:
         probabilities = self.photographs.probabilities(image)

@@ -278,7 +278,9 @@ class SurfacePredictor(nn.Module):
         return found
 
     def _or_median(self, wanted: Tensor) -> Tensor:
-        return torch.where(wanted.isnan(), self.at_mean.exp().cpu(), wanted)
+        """Return a speed and force with medians for those not given; one that training did not vary stays unknown."""
+        varied = (self.at_range[0] < self.at_range[1]).cpu()
+        return torch.where(wanted.isnan() & varied, self.at_mean.exp().cpu(), wanted)
 
     def _coordinates(self, vectors: Tensor) -> Tensor:
         return F.linear((vectors - self.mean) / self.scale, self.basis) / self.spread.clamp_min(LEAST_SPREAD)

@@ -146,7 +146,10 @@ def _one_axis(model: AutoregressiveModel, axis: str) -> AutoregressiveModel:
 
 
 def _grid(values: Array, least: int, *, geometric: bool = False) -> Array:
-    """Return the values and at least ``least`` nodes between them, evenly spaced; a single node if unknown."""
+    """Return the values and nodes between them, at least ``least`` in all; a single node if unknown.
+
+    They are evenly spaced, or their logarithms if ``geometric`` and no value is 0.
+    """
     if np.isnan(values).any():
         return np.zeros(1)
     nodes = np.unique(values)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
@@ -14,7 +16,7 @@ from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
-from tactogram.signal.texture_map import NoiseMap
+from tactogram.signal.texture_map import NAMES, NoiseMap
 from tactogram.training.run import Run
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.generate import run_provenance
@@ -26,13 +28,14 @@ from tactogram.workflows.training.train import train
 
 WORDS = "words"
 """Material of the surface that words describe."""
+_CLONED = SPEEDS_MM_S, FORCES_N
 LEAST_S = 1.0
 """Shortest recording that is itself a stroke of its clone."""
 
 
 @takes(CloneRequest)
 def clone(request: CloneRequest) -> Run:
-    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke of each or its name.
+    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke or the name of each.
 
     Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
     which count as simulated; and a recording of 1 s or more whose speed is known, as of the middle one of ``forces``
@@ -64,37 +67,53 @@ def clone(request: CloneRequest) -> Run:
     return train("texture_var", store.path, out=out, split="all", progress=request.progress)
 
 
-def live_map(run: LoadedRun, condition: Condition, *, seed: int = 0) -> NoiseMap:
+def live_map(
+    run: LoadedRun, condition: Condition, ranges: Mapping[str, tuple[float, float]], *, seed: int = 0
+) -> NoiseMap:
     """Return a surface over speed and force, to be streamed: a clone that is not stored.
 
-    ``condition`` describes it to a run that predicts surfaces at any speed and force (`MotionPredictor`).
+    ``condition`` describes it to a run that predicts surfaces within ``ranges`` (`MotionPredictor`).
     """
-    at = list(product(SPEEDS_MM_S, FORCES_N))
+    at = list(
+        product(*(_within(values, ranges.get(name)) for name, values in zip(NAMES, _CLONED, strict=True)))
+    )
     strokes = [
         run.generator.generate(
-            {**condition, "speed_mm_s": speed, "force_n": force},
+            {**condition, **{name: value for name, value in zip(NAMES, pair, strict=True) if value}},
             seconds=STROKE_S,
             seed=child_seed(seed, "clone", number),
         )
-        for number, (speed, force) in enumerate(at, start=1)
+        for number, pair in enumerate(at, start=1)
     ]
-    return NoiseMap([fit_modulated_noise(stroke) for stroke in strokes if isinstance(stroke, Signal)], at)
+    models = [fit_modulated_noise(stroke) for stroke in strokes if isinstance(stroke, Signal)]
+    return NoiseMap(models, np.array(at, np.float64))
+
+
+def _within(values: Sequence[float], limits: tuple[float, float] | None) -> list[float | None]:
+    """Return those of values that a model predicts, which begin and end at its limits; None if it predicts none."""
+    if limits is None:
+        return [None]
+    return [*sorted({min(max(value, limits[0]), limits[1]) for value in values})]
 
 
 def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str, Any]]:
     """Return the condition that describes each surface, by name."""
     found: dict[str, Mapping[str, Any]] = {}
     known = {"vibration_speed_mm_s": request.speed, "vibration_force_n": request.force}
+    names = [
+        *(Path(file).stem for file in request.recordings),
+        *request.materials,
+        *([WORDS] if request.words else []),
+    ]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ParameterError(
+            f"recordings, materials and `words` must have different names, got {twice[0]!r} twice"
+        )
     for file in map(Path, request.recordings):
-        if file.stem in found:
-            raise ParameterError(f"recordings must have different names, got {file.stem!r} twice")
         found[file.stem] = {"vibration": loaded.prepare_vibration(read_signal(file)), **known}
-    described: dict[str, Mapping[str, Any]] = {name: {"material": name} for name in request.materials}
+    found |= {name: {"material": name} for name in request.materials}
     if request.words:
-        described[WORDS] = {"words": some_words(loaded, request.words)}
-    if taken := sorted(found.keys() & described.keys()):
-        raise ParameterError(f"a recording must not be called {taken[0]!r} beside `materials` or `words`")
-    found |= described
+        found[WORDS] = {"words": some_words(loaded, request.words)}
     if not found:
         raise ParameterError("give a recording of a surface, `materials` or `words`")
     return found

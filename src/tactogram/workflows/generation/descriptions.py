@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from tactogram.datasets.simulate.everyday import ALSO_CALLED
+from tactogram.datasets.simulate.everyday import SYNONYMS
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe
 from tactogram.model import Condition
@@ -30,4 +31,11 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     materials = run.any_kind.materials
     if "material" not in run.facts.conditions or not materials:
         raise ParameterError(f"condition 'text' needs a run that knows materials; {run.run.name} knows none")
-    return {**found, "material": describe(text, materials, others=ALSO_CALLED)}
+    return {**found, "material": materials_like(text, materials)}
+
+
+def materials_like(text: str, materials: Sequence[str]) -> dict[str, float]:
+    """Return the weights of the materials that a text describes; errors as of `with_materials`."""
+    if not isinstance(text, str) or not text.strip():
+        raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
+    return describe(text, materials, synonyms=SYNONYMS)

@@ -101,7 +101,7 @@ def generate_files(
         image = read_image(photograph)
         condition = {**condition, "image": image}
         found = _classified_as(loaded.model, image)
-    if text := condition.get("text"):
+    if (text := condition.get("text")) is not None:
         condition = with_materials(loaded, condition)
         found = {"text": text, "material": condition["material"]}
     if recording is not None:

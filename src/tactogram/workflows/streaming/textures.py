@@ -139,11 +139,12 @@ def live_texture(
     if isinstance(run.model, TextureMapModel):
         place = int(np.argmax(material_weights(condition, run.kind.materials)))
         return texture_of_map(name, run.model.maps[place], settings, seed=seed + place)
-    if isinstance(run.model, MotionPredictor) and run.model.predicts_motion:
-        from tactogram.workflows.generation.clone import live_map
+    ranges = run.model.predicted_ranges if isinstance(run.model, MotionPredictor) else {}
+    if not ranges:
+        return None
+    from tactogram.workflows.generation.clone import live_map
 
-        return texture_of_map(name, live_map(run, condition, seed=seed), settings, seed=seed)
-    return None
+    return texture_of_map(name, live_map(run, condition, ranges, seed=seed), settings, seed=seed)
 
 
 def texture_of_map(

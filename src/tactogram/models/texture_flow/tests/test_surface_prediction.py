@@ -172,6 +172,17 @@ def test_a_material_is_predicted_from_its_strokes_at_the_speed_wanted():
     assert fast / slow == pytest.approx(4, rel=0.3)
 
 
+def test_at_a_recorded_speed_a_material_is_its_stroke():
+    vectors, at = trained().strokes.of_material(5)
+    like = measure(stroke(5, 80.0, 9))
+    found = trained().predictor.from_strokes(vectors, at, at[1], like)
+    own, other = (
+        (found.log_root - surface_of(vectors[place], like).log_root).real.square().mean().sqrt().item()
+        for place in (1, 3)
+    )
+    assert own < 0.3 * other
+
+
 def test_of_a_material_whose_speed_is_not_asked_it_is_the_median():
     learner = trained()
     strokes, nothing = learner.strokes.of_material(3), torch.tensor([torch.nan, torch.nan])
@@ -210,6 +221,13 @@ def test_it_is_shipped_with_other_materials_than_it_was_trained_on():
     )
     assert fast / slow == pytest.approx(4, rel=0.4)
     assert {"network", "optimisers"}.isdisjoint(stored)
+    assert learner.materials == MATERIALS
+    again.load_state({**stored, "strokes": None, "surfaces": []})
+    assert again.predicted_ranges == {}
+
+
+def test_it_predicts_the_speeds_of_its_recordings():
+    assert trained().predicted_ranges == {"speed_mm_s": (SPEEDS[0], SPEEDS[-1])}
 
 
 def test_what_cannot_be_learned_or_asked_is_refused():

@@ -162,10 +162,9 @@ class _Mix:
 
 
 def _weights_of(text: str, materials: Sequence[str]) -> dict[str, float]:
-    from tactogram.datasets.simulate.everyday import ALSO_CALLED
-    from tactogram.features.text_classifier import describe
+    from tactogram.workflows.generation.descriptions import materials_like
 
-    return describe(text, materials, others=ALSO_CALLED)
+    return materials_like(text, materials)
 
 
 def draw_material(page: MakePage) -> None:

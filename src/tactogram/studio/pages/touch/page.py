@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -27,6 +29,8 @@ MARKUP = Path(__file__).parents[2] / "static" / "touch.html"
 UPLOADED = "uploads"
 """Folder of the workspace for dropped files."""
 LARGEST_UPLOAD = 100_000_000
+_CLONING = threading.Lock()
+"""Pages may choose one material at the same time."""
 
 
 def add(studio: Studio) -> None:
@@ -151,9 +155,8 @@ def _naming(studio: Studio) -> None:
     async def chosen(event: events.ValueChangeEventArguments[Any]) -> None:
         name = str(event.value)
         folder = studio.workspace.inside(f"clones/{name}")
-        if not (folder / "model.json").is_file():
-            with busy(f"Making {name} …"):
-                await in_background(_clone, folder, materials=[name])
+        with busy(f"Making {name} …"):
+            await in_background(_clone_material, folder, name)
         _choose("run", studio.workspace.name_of(folder), name)
         ui.notify(f"{name} is selected: it follows speed and force.")
 
@@ -177,3 +180,12 @@ def _clone(out: Path, recordings: Sequence[Path] = (), **given: Any) -> Path:
     from tactogram.workflows.generation.clone import clone
 
     return clone(recordings, out=out, **given).folder
+
+
+def _clone_material(out: Path, name: str) -> None:
+    """Clone a material, unless it is there; what an interrupted attempt left is removed."""
+    with _CLONING:
+        if not (out / "model.json").is_file():
+            for folder in (out, out.with_name(f"{out.name}-strokes")):
+                shutil.rmtree(folder, ignore_errors=True)
+            _clone(out, materials=[name])
