@@ -1,7 +1,7 @@
 """Benchmark of streaming under a simulated hand: time per block by number of simultaneous textures.
 
 Textures are made up, one axis, at 8 kHz like the stream ("to another rate": at 2.5 kHz): autoregressive of order 60 on
-tables of 17 speeds by 9 forces, or modulated noise ("noise") on 9 by 5. Blocks of 5 ms, a linear display with an
+tables of 17 speeds by 9 forces, or modulated noise ("noise") on 33 by 3. Blocks of 5 ms, a linear display with an
 equaliser of 2,000 taps, 20 s each on the null device of miniaudio, which keeps a sound card's pace. "wall" is by the
 clock, "processor" what the thread had of a processor. "share" is the wall's p99 over the block: below 1 is the goal, at
 10 textures. "real time": with the system's real-time priority, where it was granted. Repetitions of a row go one after

@@ -3,7 +3,7 @@
 Headless Chromium, no sound card. "share": of real time that the page's own worklet takes to render ten seconds at
 48 kHz offline, in its blocks of 128 samples, under a simulated stroke; the median of five. Below 1 is needed, a tenth
 leaves room for the rest of a page. Textures are made up: autoregressive of order 60 on tables of 17 speeds by 9 forces,
-and modulated noise on 9 by 5, at 8 and at 1 kHz, and surfaces of 300 mm at 10 samples per mm. "python": the share that
+and modulated noise on 33 by 3, at 8 and at 1 kHz, and surfaces of 300 mm at 10 samples per mm. "python": the share that
 `tactogram.rendering.streaming` takes for the same (8 kHz blocks of 40 samples where the browser makes 48 kHz), in the
 same run.
 
