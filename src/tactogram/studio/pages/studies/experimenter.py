@@ -210,8 +210,13 @@ class ExperimenterPage:
                 )
 
     async def _note(self) -> None:
-        await in_background(self.store.note, self.text.value or "", code=self.about.value or None)
-        self.text.value = ""
+        # Emptied at once: the next note may be written while this one is stored.
+        text, self.text.value = self.text.value or "", ""
+        try:
+            await in_background(self.store.note, text, code=self.about.value or None)
+        except Exception:
+            self.text.value = self.text.value or text
+            raise
         await self.update()
 
     async def _end(self) -> None:
