@@ -84,8 +84,7 @@ def generate_files(
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
         ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. Where the model
         classifies the photograph: ``classified_as`` and possibly ``confidence``; of a text the ``material`` that it
-        describes, weight by name; of several results of a model without
-        noise ``differ_by``.
+        describes, weight by name; of several results of a model without noise ``differ_by``.
 
     Raises
     ------
@@ -103,7 +102,7 @@ def generate_files(
         found = _classified_as(loaded.model, image)
     if (text := condition.get("text")) is not None:
         condition = with_materials(loaded, condition)
-        found = {"text": text, "material": condition["material"]}
+        found |= {"text": text, "material": condition["material"]}
     if recording is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording))}
     named = {"photograph": photograph, "vibration_from": recording}
