@@ -68,6 +68,7 @@ class LivePage:
         self.studio, self.runner = studio, runner
         self.tab = ui.context.client.id
         ui.context.client.on_disconnect(self._release)
+        self._drawn = self._parts()
         self._unfinished()
         with ui.element("div").classes("grid-2") as self._grid:
             with ui.column().classes("items-stretch gap-4"):
@@ -80,7 +81,6 @@ class LivePage:
                     ui.html(CANVAS, sanitize=False).classes("w-full")
                     ui.html(METER, sanitize=False).classes("w-full")
                 self._classification()
-        self._drawn = self._snapshot()
         self._order_columns()
         ui.timer(UPDATE_S, self._refresh)
         ui.keyboard(on_key=self._pressed, ignore=["input", "select", "textarea"])
@@ -135,30 +135,34 @@ class LivePage:
         if key in question.keys:
             self._answer(question.number, key)
 
-    def _snapshot(self) -> tuple[Any, ...]:
-        """Return everything that requires redrawing when it changes."""
+    def _parts(self) -> dict[str, tuple[Any, ...]]:
+        """Return what each refreshable part of the page shows.
+
+        A part is redrawn only when this changes: a click on a button that was redrawn meanwhile is lost.
+        """
         runner, question = self.runner, self.runner.console.question
-        return (
-            runner.number,
-            runner.state,
-            None if question is None else question.number,
-            len(runner.console.lines),
-            self.controls_sensor if runner.running else None,
-            runner.error,
-            runner.result is None,
-        )
+        request = (runner.number, runner.running)
+        control = self.controls_sensor if runner.running else None
+        status = runner.console.status
+        place = None if status is None else status.place
+        return {
+            "_unfinished": request,
+            "_controls": (*request, control, runner.error, runner.result is None),
+            "_session": request,
+            "_question": (*request, control, None if question is None else question.number, place),
+            "_lines": (*request, *runner.console.lines),
+            "_classification": request,
+        }
 
     def _refresh(self) -> None:
-        snapshot = self._snapshot()
-        if snapshot == self._drawn:
-            return
-        self._drawn = snapshot
-        self._controls.refresh()
-        self._session.refresh()
-        self._classification.refresh()
-        self._unfinished.refresh()
-        self.form.enable(enabled=not self.runner.running)
-        self._order_columns()
+        parts, drawn = self._parts(), self._drawn
+        self._drawn = parts
+        redrawn = [name for name in parts if parts[name] != drawn[name]]
+        for name in redrawn:
+            getattr(self, name).refresh()
+        if redrawn:
+            self.form.enable(enabled=not self.runner.running)
+            self._order_columns()
 
     def _order_columns(self) -> None:
         """Put the form last on a narrow screen while a request is running."""
@@ -192,7 +196,8 @@ class LivePage:
         with ui.element("section").classes("card w-full").props('aria-label="State"'):
             with ui.row().classes("items-center justify-between w-full"):
                 with ui.column().classes("gap-0"):
-                    ui.label(STATES[runner.state]).classes("h2").props('role="status"')
+                    state = ui.label().classes("h2").props('role="status"')
+                    state.bind_text_from(runner, "state", STATES.__getitem__)
                     if runner.request is not None:
                         with ui.row().classes("items-center gap-2"):
                             hint(self._relative(runner.request.source))
@@ -221,32 +226,42 @@ class LivePage:
         runner = self.runner
         if runner.request is None or not runner.request.plan or not runner.running:
             return
-        question = runner.console.question
         with ui.element("section").classes("card w-full").props('aria-label="Session"'):
-            with ui.element("div").props('aria-live="assertive"'):
-                place = runner.console.status.place if runner.console.status else "Opening"
-                ui.label(place).classes("prompt")
-                if question is not None and question.text != place:
-                    ui.label(question.text.removeprefix(f"{place}: "))
-            if question is not None:
-                with ui.row().classes("gap-2 mt-2"):
-                    for key, meaning in question.keys.items():
-                        button = ui.button(
-                            f"{LABELS.get(meaning, meaning)} ({key.upper()})",
-                            on_click=lambda k=key, n=question.number: self._answer(n, k),
-                        ).props(f'data-key="{key}"')
-                        if key != question.default:
-                            button.props("outline")
-                        if not self.controls_sensor:
-                            button.disable()
-            else:
-                ui.html(PHASE, sanitize=False)
+            self._question()
             ui.html(BEAT, sanitize=False)
             self.form.sound_switch()
-            if runner.console.lines:
-                with ui.element("ul").classes("sentences small quiet"):
-                    for line in list(runner.console.lines)[: -LINES - 1 : -1]:
-                        ui.element("li")._text = line
+            self._lines()
+
+    @ui.refreshable_method
+    def _question(self) -> None:
+        console = self.runner.console
+        status, question = console.status, console.question
+        with ui.element("div").props('aria-live="assertive"'):
+            place = status.place if status else "Opening"
+            ui.label(place).classes("prompt")
+            if question is not None and question.text != place:
+                ui.label(question.text.removeprefix(f"{place}: "))
+        if question is None:
+            ui.html(PHASE, sanitize=False)
+            return
+        with ui.row().classes("gap-2 mt-2"):
+            for key, meaning in question.keys.items():
+                button = ui.button(
+                    f"{LABELS.get(meaning, meaning)} ({key.upper()})",
+                    on_click=lambda k=key, n=question.number: self._answer(n, k),
+                ).props(f'data-key="{key}"')
+                if key != question.default:
+                    button.props("outline")
+                if not self.controls_sensor:
+                    button.disable()
+
+    @ui.refreshable_method
+    def _lines(self) -> None:
+        lines = self.runner.console.lines
+        if lines:
+            with ui.element("ul").classes("sentences small quiet"):
+                for line in list(lines)[: -LINES - 1 : -1]:
+                    ui.element("li")._text = line
 
     @ui.refreshable_method
     def _classification(self) -> None:
