@@ -96,7 +96,7 @@ def run(
         Seeds of each model.
     """
     store = find_or_simulate(folder / "data", "fabrics", given=data, progress=progress)
-    names = _fabrics(store, fabrics)
+    names = fabrics_of(store, fabrics)
     methods: dict[str, list[dict[str, Any]]] = {}
     for method in (PROPOSED, *_listed(ablations, tuple(ABLATIONS), "ablations")):
         changes = ABLATIONS.get(method, {})
@@ -148,7 +148,8 @@ def run(
     return result | {"text": _text(result)}
 
 
-def _fabrics(store: Store, text: str) -> list[str]:
+def fabrics_of(store: Store, text: str) -> list[str]:
+    """Return the materials named, separated by commas; by default the store's first five."""
     known = sorted({str(info.material) for info in store.index if info.material})
     names = _listed(text, known, "fabrics") or known[:FABRICS]
     if len(names) < 2:

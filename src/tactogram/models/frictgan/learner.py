@@ -307,7 +307,7 @@ class FrictGANLearner:
             raise ParameterError(f"image must be a photograph (Image), got {type(image).__name__}")
         if self.mm_per_pixel is not None:
             image = scaled(image, self.mm_per_pixel)
-        rate = self._rate(image)
+        rate = self.rate_of(image)
         # Samples per s, or per mm over displacement.
         travel = rate if not over_displacement or speed is None else rate * speed
         count = self.windows.samples if seconds is None else max(1, round(seconds * travel))
@@ -319,7 +319,7 @@ class FrictGANLearner:
             return self._nonnegative(signal.cut(0, max(1, round(length_s * signal.rate))))
         return self._nonnegative(resample(signal.cut(0, count), self.kind.rate))
 
-    def _rate(self, image: Image) -> float:
+    def rate_of(self, image: Image) -> float:
         """Return the rate of the network's signals: samples per mm if photographs are registered."""
         if self.kind.domain == "time" or self.mm_per_pixel is None:
             return self.kind.rate

@@ -16,6 +16,8 @@ class Config(BaseModel):
 
     window_s: float = Field(default=0.05, ge=0.005, le=0.5)
     """Length of the spectrogram's window, s, taken as the nearest power of 2 in samples; a hop is a quarter of it."""
+    window_samples: int = Field(default=256, ge=8, le=65536)
+    """The same of signals over displacement, samples, as sensors differ too widely in samples per mm for a length."""
     softness: float = Field(default=0.05, gt=0, le=1)
     """Added to a magnitude, as a share of its rms, before the logarithm: nothing is felt of the difference between
     very small magnitudes."""

@@ -44,6 +44,7 @@ from tactogram.nn import MovingAverage
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Image, Signal
+from tactogram.signal.displacement import played
 from tactogram.training.checkpoint import load_state
 from tactogram.training.seeds import child_generator, child_rng, torch_seeded
 
@@ -58,6 +59,8 @@ MOST_PHOTOGRAPHS = 50
 OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n")
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
+PLAYBACK_RATE = 4000.0
+"""Of a signal over displacement that is played at a speed, Hz."""
 LEAST_RMS = 1e-12
 """Of a vibration in another unit."""
 LARGEST_GRADIENT = 1.0
@@ -72,7 +75,7 @@ class TextureFlowLearner:
     ) -> None:
         self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
         self.device = torch.device(device)
-        self.spectra = SurfaceSpectra(config, kind.rate)
+        self.spectra = SurfaceSpectra(config, kind.rate, kind.domain)
         self.surfaces: list[Surface] = []
         """Of each material, measured from all its recordings."""
         self.strokes: Strokes | None = None
@@ -80,8 +83,12 @@ class TextureFlowLearner:
         self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
         """Mean and standard deviation of the codes of recordings."""
         self.photographs = PhotoClassifier(kind.materials)
-        self.labels = Labels(config.conditions)
-        size = self.codes.shape[1] + 2 + 4 * len(config.conditions)
+        self.over_displacement = kind.domain == "displacement"
+        conditions = [
+            name for name in config.conditions if name != "speed_mm_s" or not self.over_displacement
+        ]
+        self.labels = Labels(conditions)
+        size = self.codes.shape[1] + 2 + 4 * len(conditions)
         with torch_seeded(seed, "weights"):
             network = VelocityUNet(config, axes=len(kind.axes), labels=size)
         self.network: Any = network.to(self.device)
@@ -92,11 +99,11 @@ class TextureFlowLearner:
                 self.predictor = SurfacePredictor(
                     self.spectra.vector_size(len(kind.axes)),
                     components=config.components,
-                    conditions=config.conditions,
+                    conditions=conditions,
                     words=len(kind.words),
                 ).to(self.device)
         self.seconds = self.rms = 0.0
-        """Medians of the training recordings."""
+        """Medians of the training recordings (mm over displacement instead of seconds)."""
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
 
@@ -287,7 +294,7 @@ class TextureFlowLearner:
                 {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
                 child_rng(self.seed, "photographs"),
             )
-        self.seconds = float(np.median([example.signal.seconds for example in examples]))
+        self.seconds = float(np.median([len(example.signal) / example.signal.rate for example in examples]))
         self.rms = float(np.median([_rms(example.signal) for example in examples]))
         return {"seconds": self.seconds}
 
@@ -396,6 +403,9 @@ class TextureFlowLearner:
         count as the nearest recorded ones. A vibration in another unit counts as loud as the training recordings, and
         the result is in its unit.
 
+        Trained on signals over displacement, it returns one, or with ``speed_mm_s`` that signal as felt at this speed,
+        over time, for ``seconds``, which need a speed.
+
         Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
         its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
         those that it was measured with. Words need such a training too, on rated surfaces.
@@ -407,13 +417,23 @@ class TextureFlowLearner:
             alike = vibration.with_samples(gain * vibration.samples, unit=self.kind.unit)
             made = self.generate({**condition, "vibration": alike}, seconds=seconds, seed=seed)
             return made.with_samples(made.samples / gain, unit=vibration.unit)
+        speed = condition.get("speed_mm_s") if self.over_displacement else None
+        if speed is not None:
+            if not (math.isfinite(speed) and speed > 0):
+                raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
+            condition = {**condition, "speed_mm_s": None}
+            seconds = None if seconds is None else seconds * speed
+        elif self.over_displacement and seconds is not None:
+            raise ParameterError(
+                "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
+            )
         self.labels.check(condition)
         surface, measured = self._described(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
         wanted = condition if self.predictor is None or measured is None else measured
         spectrum = self._spectrum(self._label(surface, wanted, measured), length, seed=seed)
-        samples = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
-        return self.kind.signal(samples)
+        made = self.kind.signal(self.spectra.decode(spectrum.cpu(), surface, length, seed=seed))
+        return made if speed is None else played(made, speed, PLAYBACK_RATE)
 
     def _described(self, condition: Condition) -> tuple[Surface, Condition | None]:
         """Return the surface, and the speed and force of the one stroke that it was measured from or predicted for."""

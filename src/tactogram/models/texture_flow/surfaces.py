@@ -22,6 +22,7 @@ from tactogram.features.phase import recover
 from tactogram.features.stft import STFT
 from tactogram.models.texture_flow.config import Config
 from tactogram.signal import Signal
+from tactogram.signal.signal import Domain
 from tactogram.training.seeds import child_seed
 
 LEAST_POWER = 1e-6
@@ -84,12 +85,16 @@ class Surface(NamedTuple):
 class SurfaceSpectra:
     """Surfaces from signals; signals to standardised log magnitudes of their surface's sources, and back."""
 
-    def __init__(self, config: Config, rate: float) -> None:
-        n_fft = 2 ** round(np.log2(config.window_s * rate))
+    def __init__(self, config: Config, rate: float, domain: Domain = "time") -> None:
+        over_time = domain == "time"
+        n_fft = 2 ** round(np.log2(config.window_s * rate if over_time else config.window_samples))
         if n_fft // 2 < config.multiple or n_fft // 2 % config.multiple:
+            name, units = (
+                ("window_s", ("s", "Hz")) if over_time else ("window_samples", ("samples", "per mm"))
+            )
             raise ParameterError(
-                f"windows of {config.window_s:g} s have {n_fft // 2} bins at {rate:g} Hz, which must be a "
-                f"multiple of {config.multiple} for these widths; lengthen config.window_s or take fewer widths"
+                f"windows of {getattr(config, name):g} {units[0]} have {n_fft // 2} bins at {rate:g} {units[1]}, which "
+                f"must be a multiple of {config.multiple} for these widths; lengthen config.{name} or take fewer widths"
             )
         self.softness, self.iterations = config.softness, config.iterations
         self.transform = STFT(n_fft, n_fft // 4)

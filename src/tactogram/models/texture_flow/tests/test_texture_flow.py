@@ -351,3 +351,52 @@ def test_a_photograph_stands_for_the_material_it_shows():
 def test_frames_that_the_network_cannot_halve_are_refused():
     with pytest.raises(ValueError, match="multiple of 32"):
         Config(widths=(8, 8, 8, 8, 8), frames=40)
+
+
+# -- over displacement -------------------------------------------------------------------------------------
+
+
+def friction(name, seed):
+    """Simulated: a coefficient of friction over 60 mm at 20 samples per mm, with a rib every 4 mm or every mm."""
+    period, level = {"cork": (4.0, 0.6), "tile": (1.0, 0.2)}[name]
+    rng = np.random.default_rng(seed)
+    place = np.arange(1200) / 20 + rng.uniform(0, period)
+    ripple = np.sin(2 * np.pi * place / period) + 0.3 * rng.standard_normal(1200)
+    return Example(
+        f"{name}-{seed}", Signal(level + 0.05 * ripple[None], 20.0, "1", ("along",), "displacement"), name
+    )
+
+
+@cache
+def rubbed():
+    kind = SignalKind(20.0, "1", ("along",), ("cork", "tile"), simulated=True, domain="displacement")
+    learner = build(SMALL.model_copy(update={"window_samples": 128, "frames": 8}), kind, seed=0)
+    fit(learner, [friction(name, seed) for name in kind.materials for seed in range(3)], seed=0)
+    return learner
+
+
+def test_friction_over_displacement_keeps_its_level_and_period():
+    for name, level, period in (("cork", 0.6, 4.0), ("tile", 0.2, 1.0)):
+        made = rubbed().generate({"material": name}, seed=1)
+        assert (made.domain, made.rate, made.unit, len(made)) == ("displacement", 20.0, "1", 1200)
+        assert made.samples.mean() == pytest.approx(level, abs=0.01)
+        assert made.samples.std() == pytest.approx(0.05 * np.hypot(0.5**0.5, 0.3), rel=0.25)
+        frequency, power = welch(made.samples[0], 20.0, nperseg=256)
+        assert frequency[power.argmax()] == pytest.approx(1 / period, abs=0.1)
+
+
+def test_friction_is_felt_at_a_speed_for_any_time():
+    made = rubbed().generate({"material": "cork", "speed_mm_s": 80.0}, seconds=2.0, seed=1)
+    assert (made.domain, made.seconds) == ("time", pytest.approx(2.0, abs=1e-3))
+    assert made.samples.mean() == pytest.approx(0.6, abs=0.01)
+    frequency, power = welch(made.samples[0], made.rate, nperseg=len(made) // 2)
+    assert frequency[power.argmax()] == pytest.approx(80 / 4, abs=1.5)
+
+
+def test_what_friction_cannot_be_is_refused():
+    with pytest.raises(ParameterError, match="over displacement need a speed: give speed_mm_s"):
+        rubbed().generate({"material": "cork"}, seconds=2.0, seed=1)
+    with pytest.raises(ParameterError, match="speed_mm_s must be > 0, got 0"):
+        rubbed().generate({"material": "cork", "speed_mm_s": 0}, seed=1)
+    with pytest.raises(ParameterError, match=r"256 samples have 128 bins.*config\.window_samples"):
+        SurfaceSpectra(Config(widths=(8,) * 8, frames=256), 20.0, "displacement")
