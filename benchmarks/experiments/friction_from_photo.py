@@ -54,7 +54,7 @@ def run(
     """
     store = find_or_simulate(folder / "data", "fabrics", given=data, progress=progress)
     names = fabrics_of(store, fabrics)
-    frictgan = _frictgan(store, names)
+    frictgan = untrained_frictgan(store, names)
     recordings = [store.read(info.id) for info in store.index if info.material in names]
     examples = [
         Example(
@@ -108,7 +108,7 @@ def run(
     }
 
 
-def _frictgan(store: Store, names: Sequence[str]) -> FrictGANLearner:
+def untrained_frictgan(store: Store, names: Sequence[str]) -> FrictGANLearner:
     """Return an untrained model, which knows the windows of the protocol."""
     info = models.find("frictgan")
     config = info.config(Recipe.load(info.folder / "recipes" / "quick.toml").config)

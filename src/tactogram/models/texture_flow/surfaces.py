@@ -160,7 +160,7 @@ class SurfaceSpectra:
         unit = [each / spread[..., None] for each in bands]
         skewness = torch.cat(unit, -1).pow(3).mean(-1)
         correlation = [
-            torch.cat([each[..., lag:] * each[..., : each.shape[-1] - lag] for each in unit], -1)
+            torch.cat([each[..., lag:] * each[..., : max(0, each.shape[-1] - lag)] for each in unit], -1)
             for lag in LAGS
         ]
         over_time = [

@@ -353,6 +353,15 @@ def test_frames_that_the_network_cannot_halve_are_refused():
         Config(widths=(8, 8, 8, 8, 8), frames=40)
 
 
+def test_a_recording_of_few_windows_has_a_code():
+    """Of 4 to 20 windows: fewer than the longest lag, so that nothing is known of it."""
+    for frames in (4, 10, 17, 20):
+        signal = EXAMPLES[0].signal.cut(0, spectra().samples(frames))
+        code = spectra().measure([signal]).code
+        assert code.isfinite().all()
+        assert (code[-len(spectra().bands) :] == 0).all() == (frames <= 16)
+
+
 # -- over displacement -------------------------------------------------------------------------------------
 
 
