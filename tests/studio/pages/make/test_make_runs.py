@@ -58,6 +58,13 @@ def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
     assert state.command().startswith("tactogram generate texture_flow --words rough=6 --seconds 0.5")
 
 
+def test_a_photograph_is_offered_in_place_of_a_material_where_some_were_trained_on(state):
+    [run] = [run for run in state.runs.finished() if run.name == "texture_flow"]
+    for photographs, offered in ({}, False), ({"train": 0, "test": 3}, False), ({"train": 3}, True):
+        seen = replace(run, data={"name": "surfaces", "photographs": photographs})
+        assert ("photo" in seen.form.instead) == offered
+
+
 def test_the_command_generates_the_same_samples(state, tmp_path, monkeypatch, capsys):
     state.set(weights={"tile": 0.7, "carpet": 0.35}, seconds=0.5, seed=11, count=2)
     pieces = [made.samples for _, made in state.runs.generate(state.request)]

@@ -50,7 +50,7 @@ class FinishedRun:
     def form(self) -> GenerationForm:
         """The form of the page for this run; raises `ParameterError` if it generates nothing."""
         form = form_of(self.model, self.kind)
-        if self.ships:  # trained without photographs
+        if not self.data.get("photographs", {}).get("train"):
             form = replace(form, instead=tuple(part for part in form.instead if part != "photo"))
         return form
 
