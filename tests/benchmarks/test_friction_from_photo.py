@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.experiments import friction_from_photo
-from tactogram.datasets import Recording, create_store, open_store
+from tactogram.datasets import open_store
 from tactogram.experiments.artifacts import trained_run
-from tactogram.models.frictgan.tests.test_learner import EXAMPLES, PERIOD_MM, learner
+from tactogram.models.frictgan.tests.test_learner import EXAMPLES, PERIOD_MM, fabric_store, learner
 from tactogram.workflows.progress import silent
 
 SHARES = (0.4, 0.25, 0.35)
@@ -16,14 +16,7 @@ SHARES = (0.4, 0.25, 0.35)
 
 @pytest.fixture
 def fabrics(tmp_path):
-    recordings = (
-        Recording(
-            streams={"friction": e.signal}, material=e.material, image=e.condition["image"], simulated=True
-        )
-        for e in EXAMPLES
-    )
-    create_store(tmp_path / "fabrics", recordings, name="two fabrics", licence="-", simulated=True)
-    return tmp_path / "fabrics"
+    return fabric_store(tmp_path / "fabrics")
 
 
 def test_windows_that_are_judged_were_not_trained_on(tmp_path, fabrics, monkeypatch):

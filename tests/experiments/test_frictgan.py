@@ -5,24 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.experiments import frictgan_figure3 as figure3
 from tactogram.experiments.artifacts import trained_run
-from tactogram.models.frictgan.tests.test_learner import EXAMPLES, config
+from tactogram.models.frictgan.tests.test_learner import config, fabric_store
 from tactogram.workflows.progress import silent
 
 
 @pytest.fixture
 def fabrics(tmp_path):
-    recordings = (
-        Recording(
-            streams={"friction": e.signal}, material=e.material, image=e.condition["image"], simulated=True
-        )
-        for e in EXAMPLES
-    )
-    create_store(tmp_path / "fabrics", recordings, name="two fabrics", licence="-", simulated=True)
-    return tmp_path / "fabrics"
+    return fabric_store(tmp_path / "fabrics")
 
 
 @pytest.fixture

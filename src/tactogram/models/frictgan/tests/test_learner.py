@@ -3,6 +3,7 @@ import pytest
 import torch
 from scipy.ndimage import gaussian_filter
 
+from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.frictgan import Config
@@ -35,6 +36,18 @@ def fabric(name, seed):
 
 
 EXAMPLES = [fabric(name, seed) for name in PERIOD_MM for seed in range(2)]
+
+
+def fabric_store(path):
+    """Write the examples to a store, and return its folder."""
+    recordings = (
+        Recording(
+            streams={"friction": e.signal}, material=e.material, image=e.condition["image"], simulated=True
+        )
+        for e in EXAMPLES
+    )
+    create_store(path, recordings, name="two fabrics", licence="-", simulated=True)
+    return path
 
 
 def config(**changes):
