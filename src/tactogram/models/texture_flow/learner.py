@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
@@ -24,12 +23,11 @@ from tactogram.model import (
     Stage,
     check_condition,
     check_state,
-    material_weights,
-    unit_scores,
 )
 from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import flow_loss, solve
+from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
 from tactogram.models.texture_flow.modulation import modulated
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surface_prediction import (
@@ -52,11 +50,8 @@ NOISE_FRAMES = 64
 """Frames of noise that are drawn at once, so that longer signals begin with the same noise."""
 LARGEST_CODE = 4.0
 """Numbers of a code count as at most so many standard deviations of those of the recordings."""
-DESCRIPTIONS = ("material", "image", "vibration", "words")
-"""Conditions that describe a surface, of which one is needed."""
 MOST_PHOTOGRAPHS = 50
 """Photographs of a material that are learned from."""
-OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n")
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
 PLAYBACK_RATE = 4000.0
@@ -76,13 +71,8 @@ class TextureFlowLearner:
         self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
         self.device = torch.device(device)
         self.spectra = SurfaceSpectra(config, kind.rate, kind.domain)
-        self.surfaces: list[Surface] = []
-        """Of each material, measured from all its recordings."""
-        self.strokes: Strokes | None = None
-        """Of each material, from which its surface is predicted at any speed and force, if one is."""
         self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
         """Mean and standard deviation of the codes of recordings."""
-        self.photographs = PhotoClassifier(kind.materials)
         self.over_displacement = kind.domain == "displacement"
         conditions = [
             name for name in config.conditions if name != "speed_mm_s" or not self.over_displacement
@@ -93,15 +83,16 @@ class TextureFlowLearner:
             network = VelocityUNet(config, axes=len(kind.axes), labels=size)
         self.network: Any = network.to(self.device)
         self.average = MovingAverage(network, config.moving_average)
-        self.predictor: Any = None
+        predictor = None
         if config.prediction_steps:
             with torch_seeded(seed, "predictor"):
-                self.predictor = SurfacePredictor(
+                predictor = SurfacePredictor(
                     self.spectra.vector_size(len(kind.axes)),
                     components=config.components,
                     conditions=conditions,
                     words=len(kind.words),
                 ).to(self.device)
+        self.known = KnownSurfaces(kind, self.spectra, self.labels, predictor)
         self.seconds = self.rms = 0.0
         """Medians of the training recordings (mm over displacement instead of seconds)."""
         self.backward: Callable[[Tensor], None] = Tensor.backward
@@ -115,15 +106,15 @@ class TextureFlowLearner:
     @cached_property
     def prediction_optimiser(self) -> Any:
         """AdamW."""
-        return torch.optim.AdamW(self.predictor.parameters(), lr=self.config.learning_rate)
+        return torch.optim.AdamW(self.known.predictor.parameters(), lr=self.config.learning_rate)
 
     def setup(self, fabric: Any) -> None:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
-        if self.predictor is not None:
-            self.predictor, self.prediction_optimiser = fabric.setup(
-                self.predictor, self.prediction_optimiser
+        if self.known.predictor is not None:
+            self.known.predictor, self.prediction_optimiser = fabric.setup(
+                self.known.predictor, self.prediction_optimiser
             )
-            self.predictor.mark_forward_method("loss")
+            self.known.predictor.mark_forward_method("loss")
         self.backward, self.autocast = fabric.backward, fabric.autocast
         self.device = fabric.device
         self.average.network.to(self.device)
@@ -133,7 +124,9 @@ class TextureFlowLearner:
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.require_materials("texture_flow")
         self.kind.check_all_present(examples)
-        predict = (Stage("predict", self.config.prediction_steps),) if self.predictor is not None else ()
+        predict = (
+            (Stage("predict", self.config.prediction_steps),) if self.known.predictor is not None else ()
+        )
         return Stage("fit", 1), *predict, Stage("train", self.config.steps)
 
     def batches(
@@ -151,7 +144,7 @@ class TextureFlowLearner:
                 raise ParameterError(
                     "config.prediction_steps needs several recordings of a material; set it to 0"
                 )
-            strokes = Strokes.of(several, bare(self.predictor))
+            strokes = Strokes.of(several, bare(self.known.predictor))
             while True:
                 yield step, strokes.pairs(self.config.prediction_batch, child_rng(seed, "pairs", step))
                 step += 1
@@ -191,7 +184,7 @@ class TextureFlowLearner:
         surfaces are predicted at its speed and force: as these are taken for true in use, they are in training.
         """
         rng = child_rng(seed, "references", number)
-        known = dict(zip(self.materials, self.surfaces, strict=True))
+        known = dict(zip(self.materials, self.known.surfaces, strict=True))
         spectra, labels = [], []
         for example, crop in crops.draw(number * count, count, partial(child_rng, seed)):
             material = str(example.material)
@@ -199,7 +192,7 @@ class TextureFlowLearner:
             wanted = example.condition
             others = [found for found in measured[material] if found.id != example.id]
             own = [found for found in measured[material] if found.id == example.id]
-            if self.predictor is not None and own:
+            if self.known.predictor is not None and own:
                 surface = own[0].surface
                 wanted = reference = {} if rng.random() < UNKNOWN else wanted
             elif others and (material not in known or rng.random() < self.config.references):
@@ -248,26 +241,15 @@ class TextureFlowLearner:
         return {"loss": loss.item()}
 
     def _step_of_prediction(self, stage: Stage, number: int, pairs: StrokePair) -> dict[str, float]:
-        self.predictor.train()
+        self.known.predictor.train()
         for group in self.prediction_optimiser.param_groups:
             group["lr"] = self.config.learning_rate * (1 + math.cos(math.pi * number / stage.steps)) / 2
-        loss = self.predictor.loss(StrokePair(*(tensor.to(self.device) for tensor in pairs)))
+        loss = self.known.predictor.loss(StrokePair(*(tensor.to(self.device) for tensor in pairs)))
         self.prediction_optimiser.zero_grad()
         self.backward(loss)
         self.prediction_optimiser.step()
-        self.predictor.eval()
+        self.known.predictor.eval()
         return {"loss": loss.item()}
-
-    def _at(self, surface: Surface, measured: Condition, wanted: Condition) -> tuple[Surface, Condition]:
-        """Return a surface at the speed and force wanted, if these can be predicted, and the condition it is at."""
-        if self.predictor is None:
-            return surface, measured
-        predictor = bare(self.predictor)
-        at, to = predictor.conditions_of(measured), predictor.conditions_of(wanted)
-        if to.isnan().all():
-            return surface, measured
-        known = {name: value for name, value in wanted.items() if value is not None}
-        return predictor.predict(surface, at, to), {**measured, **known}
 
     def _with_some_dropped(self, label: Tensor) -> Tensor:
         """Return labels, (batch, label), of which some lack the surface, others speed and force."""
@@ -280,17 +262,18 @@ class TextureFlowLearner:
             self._start_from(shipped_run(self.config.start) or Path(self.config.start))
         self.labels.fit(examples)
         members = self.kind.by_material(examples)
-        self.surfaces = [
-            self._surface_of(name, [example.signal for example in members[name]]) for name in self.materials
+        self.known.surfaces = [
+            self.known.measured(name, [example.signal for example in members[name]])
+            for name in self.materials
         ]
         measured = self._measured(modulated(examples, self.config.modulated, seed=self.seed)).values()
         codes = torch.stack([reference.surface.code for references in measured for reference in references])
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
-        if self.predictor is not None:
-            self._fit_predictor(Strokes.of([*measured], bare(self.predictor)))
-            self.strokes = self._strokes_of(examples, self.materials)
+        if self.known.predictor is not None:
+            self._fit_predictor(Strokes.of([*measured], bare(self.known.predictor)))
+            self.known.strokes = self._strokes_of(examples, self.materials)
         if self.config.photographs:
-            self.photographs.fit(
+            self.known.photographs.fit(
                 {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
                 child_rng(self.seed, "photographs"),
             )
@@ -311,7 +294,7 @@ class TextureFlowLearner:
         self.average.network.load_state_dict(weights)
 
     def _fit_predictor(self, strokes: Strokes) -> None:
-        predictor = bare(self.predictor)
+        predictor = bare(self.known.predictor)
         if strokes.at.isnan().any(0).all():
             raise ParameterError(
                 f"config.prediction_steps needs the {' or '.join(predictor.conditions)} of every recording; set it to 0"
@@ -321,16 +304,7 @@ class TextureFlowLearner:
 
     def _strokes_of(self, examples: Sequence[Example], materials: Sequence[str]) -> Strokes:
         measured = self._measured(examples)
-        return Strokes.of([measured[name] for name in materials], bare(self.predictor))
-
-    def _surface_of(self, material: str, signals: Sequence[Signal]) -> Surface:
-        surface = self.spectra.measure(signals)
-        if surface is None:
-            raise ParameterError(
-                f"recordings must have at least {self.spectra.transform.n_fft} samples, got none of {material}; "
-                "shorten config.window_s"
-            )
-        return surface
+        return Strokes.of([measured[name] for name in materials], bare(self.known.predictor))
 
     @torch.no_grad()
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
@@ -351,14 +325,11 @@ class TextureFlowLearner:
             "materials": list(self.materials),
             "seconds": self.seconds,
             "rms": self.rms,
-            "surfaces": [surface._asdict() for surface in self.surfaces],
-            "strokes": None if self.strokes is None else self.strokes.state(),
             "codes": self.codes,
-            "photographs": self.photographs.state(),
+            **self.known.state(),
             "conditions": self.labels.state(),
             "average": self.average.state(),
             "network": self.network.state_dict(),
-            "predictor": None if self.predictor is None else self.predictor.state_dict(),
             "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
         }
 
@@ -372,22 +343,16 @@ class TextureFlowLearner:
 
     @property
     def _optimisers(self) -> list[Any]:
-        return [self.optimiser, *([] if self.predictor is None else [self.prediction_optimiser])]
+        return [self.optimiser, *([] if self.known.predictor is None else [self.prediction_optimiser])]
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         check_state(state["materials"], self.materials)
         self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
-        self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
-        stored = state.get("strokes")
-        self.strokes = Strokes.from_state(stored) if stored else None
         self.codes = state["codes"]
-        self.photographs.load_state(state["photographs"])
+        self.known.load_state(state)
         self.labels.load_state(state["conditions"])
         self.average.load_state(state["average"])
         self.network.load_state_dict(state.get("network", state["average"]["weights"]))
-        if self.predictor is not None:
-            self.predictor.load_state_dict(state["predictor"])
-            self.predictor.eval()
         if saved := state.get("optimisers"):
             for optimiser, own in zip(self._optimisers, saved, strict=True):
                 optimiser.load_state_dict(own)
@@ -428,96 +393,21 @@ class TextureFlowLearner:
                 "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
             )
         self.labels.check(condition)
-        surface, measured = self._described(condition)
+        surface, measured = self.known.described(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
-        wanted = condition if self.predictor is None or measured is None else measured
+        wanted = condition if self.known.predictor is None or measured is None else measured
         spectrum = self._spectrum(self._label(surface, wanted, measured), length, seed=seed)
         made = self.kind.signal(self.spectra.decode(spectrum.cpu(), surface, length, seed=seed))
         return made if speed is None else played(made, speed, PLAYBACK_RATE)
 
-    def _described(self, condition: Condition) -> tuple[Surface, Condition | None]:
-        """Return the surface, and the speed and force of the one stroke that it was measured from or predicted for."""
-        given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
-        if not given:
-            first, *others = self._descriptions
-            instead = f", or {' or '.join(others)} instead" if others else ""
-            raise ParameterError(f"condition {first!r} is needed{instead}")
-        if len(given) > 1:
-            raise ParameterError(
-                f"conditions {' and '.join(given)} describe the surface twice; give one of them"
-            )
-        [description] = given
-        if description not in self._descriptions:
-            raise ParameterError(
-                f"condition {description!r} was not learned by this run; give {' or '.join(self._descriptions)}"
-            )
-        measured = self._measured_at(condition)
-        if description == "vibration":
-            vibration = condition["vibration"]
-            self.kind.check(vibration)
-            return self._at(self._surface_of("the vibration", [vibration]), measured, condition)
-        if description == "words":
-            return self._from_words(condition)
-        weights = (
-            self.photographs.probabilities(condition["image"])
-            if description == "image"
-            else material_weights(condition, self.materials)
-        )
-        return self._of_materials(weights, condition)
-
-    @property
-    def _descriptions(self) -> tuple[str, ...]:
-        """Those of `DESCRIPTIONS` that were learned."""
-        known = {
-            "material": bool(self.materials),
-            "image": self.photographs.fitted,
-            "words": self.predictor is not None and bool(self.kind.words),
-        }
-        return tuple(name for name in DESCRIPTIONS if known.get(name, True))
-
-    def _of_materials(
-        self, weights: NDArray[np.float64], condition: Condition
-    ) -> tuple[Surface, Condition | None]:
-        if self.strokes is None:
-            return Surface.mixed(self.surfaces, weights), None
-        predictor = bare(self.predictor)
-        wanted = predictor.conditions_of(condition)
-        chosen = np.flatnonzero(weights).tolist()
-        surfaces = [
-            predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
-            for number in chosen
-        ]
-        return Surface.mixed(surfaces, weights[chosen]), _speed_and_force(condition)
-
-    def _like(self, material: int) -> Surface:
-        """Return a surface of the material's mean, 0 if it is not known."""
-        return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
-
-    def _from_words(self, condition: Condition) -> tuple[Surface, Condition]:
-        scores = torch.from_numpy(unit_scores(condition["words"], self.kind, partial=True)).float()
-        wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(len(self.kind.axes))
-        return self.predictor.from_words(scores, wanted, like), _speed_and_force(condition)
-
-    def _measured_at(self, condition: Condition) -> Condition:
-        """Return speed and force of a given vibration, without those unknown."""
-        found = {
-            name: condition[f"vibration_{name}"]
-            for name in NUMBERS
-            if condition.get(f"vibration_{name}") is not None
-        }
-        if found and condition.get("vibration") is None:
-            raise ParameterError(f"vibration_{next(iter(found))} is of a vibration, and none is given")
-        self.labels.check(found)
-        return found
-
     @property
     def predicted_ranges(self) -> dict[str, tuple[float, float]]:
-        if self.strokes is None:
+        if self.known.strokes is None:
             return {}
         return {name: (known.least, known.most) for name, known in self.labels.ranges.items()}
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:
-        probabilities = self.photographs.probabilities(image)
+        probabilities = self.known.photographs.probabilities(image)
         return self.materials[probabilities.argmax()], float(probabilities.max())
 
     @torch.inference_mode()
@@ -542,10 +432,6 @@ class TextureFlowLearner:
             return free + strength * (found - free)
 
         return solve(velocity, noise.to(self.device), self.config.solver_steps)[0]
-
-
-def _speed_and_force(condition: Condition) -> Condition:
-    return {name: condition.get(name) for name in NUMBERS}
 
 
 def _rms(signal: Signal) -> float:

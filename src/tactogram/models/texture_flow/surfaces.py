@@ -86,15 +86,15 @@ class SurfaceSpectra:
     """Surfaces from signals; signals to standardised log magnitudes of their surface's sources, and back."""
 
     def __init__(self, config: Config, rate: float, domain: Domain = "time") -> None:
-        over_time = domain == "time"
-        n_fft = 2 ** round(np.log2(config.window_s * rate if over_time else config.window_samples))
+        self.window, units = (
+            ("window_s", ("s", "Hz")) if domain == "time" else ("window_samples", ("samples", "per mm"))
+        )
+        window = getattr(config, self.window)
+        n_fft = 2 ** round(np.log2(window * rate if domain == "time" else window))
         if n_fft // 2 < config.multiple or n_fft // 2 % config.multiple:
-            name, units = (
-                ("window_s", ("s", "Hz")) if over_time else ("window_samples", ("samples", "per mm"))
-            )
             raise ParameterError(
-                f"windows of {getattr(config, name):g} {units[0]} have {n_fft // 2} bins at {rate:g} {units[1]}, which "
-                f"must be a multiple of {config.multiple} for these widths; lengthen config.{name} or take fewer widths"
+                f"windows of {window:g} {units[0]} have {n_fft // 2} bins at {rate:g} {units[1]}, which must be a "
+                f"multiple of {config.multiple} for these widths; lengthen config.{self.window} or take fewer widths"
             )
         self.softness, self.iterations = config.softness, config.iterations
         self.transform = STFT(n_fft, n_fft // 4)

@@ -117,7 +117,7 @@ def test_speeds_are_logarithms_within_the_recorded_range_and_0_if_unknown():
 
 
 def test_a_stroke_of_an_unknown_surface_tells_how_it_is_at_other_speeds():
-    predictor = trained().predictor
+    predictor = trained().known.predictor
     closer = []
     for place, speed, wanted in ((2.5, 50.0, 200.0), (4.5, 200.0, 80.0), (6.5, 80.0, 200.0)):
         given, truth = (measure(stroke(place, v, 9)) for v in (speed, wanted))
@@ -136,7 +136,7 @@ def test_at_its_own_speed_a_measured_surface_stays_as_it_is():
     given = measure(stroke(3.5, 80.0, 9))
     for wanted in (80.0, torch.nan):
         at = torch.tensor([80.0, torch.nan])
-        found = trained().predictor.predict(given, at, torch.tensor([wanted, torch.nan]))
+        found = trained().known.predictor.predict(given, at, torch.tensor([wanted, torch.nan]))
         torch.testing.assert_close(vector_of(found), vector_of(given), atol=1e-3, rtol=1e-3)
 
 
@@ -156,10 +156,10 @@ def test_generated_strokes_follow_the_speed_wanted():
 def test_a_material_is_predicted_from_its_strokes_at_the_speed_wanted():
     learner = trained()
     for number, speed in ((2, 100.0), (7, 160.0)):
-        strokes = learner.strokes.of_material(number)
+        strokes = learner.known.strokes.of_material(number)
         assert strokes[1][:, 0].tolist() == list(SPEEDS)
         truth = measure(stroke(number, speed, 9))
-        found = learner.predictor.from_strokes(*strokes, torch.tensor([speed, torch.nan]), truth)
+        found = learner.known.predictor.from_strokes(*strokes, torch.tensor([speed, torch.nan]), truth)
         errors = [
             (surface.log_root - truth.log_root).real.square().mean().sqrt().item()
             for surface in (found, *(surface_of(vector, truth) for vector in strokes[0]))
@@ -173,9 +173,9 @@ def test_a_material_is_predicted_from_its_strokes_at_the_speed_wanted():
 
 
 def test_at_a_recorded_speed_a_material_is_its_stroke():
-    vectors, at = trained().strokes.of_material(5)
+    vectors, at = trained().known.strokes.of_material(5)
     like = measure(stroke(5, 80.0, 9))
-    found = trained().predictor.from_strokes(vectors, at, at[1], like)
+    found = trained().known.predictor.from_strokes(vectors, at, at[1], like)
     own, other = (
         (found.log_root - surface_of(vectors[place], like).log_root).real.square().mean().sqrt().item()
         for place in (1, 3)
@@ -185,11 +185,11 @@ def test_at_a_recorded_speed_a_material_is_its_stroke():
 
 def test_of_a_material_whose_speed_is_not_asked_it_is_the_median():
     learner = trained()
-    strokes, nothing = learner.strokes.of_material(3), torch.tensor([torch.nan, torch.nan])
+    strokes, nothing = learner.known.strokes.of_material(3), torch.tensor([torch.nan, torch.nan])
     like = measure(stroke(3, 80.0, 9))
     median = torch.tensor([np.exp(np.log(SPEEDS).mean()), torch.nan]).float()
     found, at_median = (
-        learner.predictor.from_strokes(*strokes, wanted, like) for wanted in (nothing, median)
+        learner.known.predictor.from_strokes(*strokes, wanted, like) for wanted in (nothing, median)
     )
     torch.testing.assert_close(vector_of(found), vector_of(at_median), atol=1e-4, rtol=1e-4)
 

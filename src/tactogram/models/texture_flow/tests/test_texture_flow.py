@@ -205,7 +205,7 @@ def test_what_is_far_away_does_not_matter():
     noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
     changed = noise.clone()
     changed[..., 160:] = 0
-    time, label = torch.tensor([0.3]), trained()._label(trained().surfaces[0], {}, None)[None]
+    time, label = torch.tensor([0.3]), trained()._label(trained().known.surfaces[0], {}, None)[None]
     with torch.no_grad():
         one, other = network(noise, time, label), network(changed, time, label)
     torch.testing.assert_close(one[..., :96], other[..., :96], atol=1e-5, rtol=1e-4)
@@ -241,7 +241,7 @@ def test_training_lowers_the_loss():
 
 def test_a_longer_signal_begins_with_the_same_spectrum():
     learner = trained()
-    label = learner._label(learner.surfaces[0], {}, None)
+    label = learner._label(learner.known.surfaces[0], {}, None)
     short, long = (learner._spectrum(label, length, seed=4) for length in (3000, 6000))
     torch.testing.assert_close(short[..., :64], long[..., :64], atol=1e-3, rtol=1e-3)
     assert np.corrcoef(long[..., :64].flatten(), long[..., 64:128].flatten())[0, 1] < 0.3
@@ -268,8 +268,8 @@ def test_the_default_length_is_that_of_the_recordings():
 
 def test_guidance_of_zero_ignores_speed_and_material():
     free = trained(stroked=True, guidance=0.0)
-    label = free._label(free.surfaces[0], {"speed_mm_s": 50}, None)
-    other = free._label(free.surfaces[1], {"speed_mm_s": 200}, None)
+    label = free._label(free.known.surfaces[0], {"speed_mm_s": 50}, None)
+    other = free._label(free.known.surfaces[1], {"speed_mm_s": 200}, None)
     torch.testing.assert_close(free._spectrum(label, 500, seed=1), free._spectrum(other, 500, seed=1))
     strong = trained(stroked=True, guidance=2.0)
     assert not torch.equal(strong._spectrum(label, 500, seed=1), strong._spectrum(other, 500, seed=1))
@@ -277,7 +277,7 @@ def test_guidance_of_zero_ignores_speed_and_material():
 
 def test_speed_is_told_from_its_absence_and_limited_to_what_was_recorded():
     learner = trained(stroked=True)
-    surface, size = learner.surfaces[0], learner.codes.shape[1]
+    surface, size = learner.known.surfaces[0], learner.codes.shape[1]
     labels = {
         v: learner._label(surface, {"speed_mm_s": v}, None).tolist() for v in (None, 100.0, 200.0, 900.0)
     }
@@ -293,7 +293,9 @@ def test_speed_is_told_from_its_absence_and_limited_to_what_was_recorded():
 
 def test_conditions_are_dropped_apart():
     learner = trained(stroked=True, dropped=0.5)
-    label = learner._label(learner.surfaces[1], {"speed_mm_s": 200}, {"speed_mm_s": 200}).repeat(2000, 1)
+    label = learner._label(learner.known.surfaces[1], {"speed_mm_s": 200}, {"speed_mm_s": 200}).repeat(
+        2000, 1
+    )
     torch.manual_seed(0)
     kept = learner._with_some_dropped(label)
     size = learner.codes.shape[1]

@@ -1,0 +1,157 @@
+"""What a run knows of surfaces: by material or mix, photograph, recording or words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.features.photo_classifier import PhotoClassifier
+from tactogram.model import Condition, SignalKind, material_weights, unit_scores
+from tactogram.models.texture_flow.surface_prediction import Strokes, SurfacePredictor
+from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
+from tactogram.nn.bare_and_fixed import bare
+from tactogram.nn.labels import NUMBERS, Labels
+from tactogram.signal import Signal
+
+DESCRIPTIONS = ("material", "image", "vibration", "words")
+"""Conditions that describe a surface, of which one is needed."""
+OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n")
+
+
+class KnownSurfaces:
+    """Surfaces of the materials, and those of photographs, recordings and words."""
+
+    def __init__(
+        self, kind: SignalKind, spectra: SurfaceSpectra, labels: Labels, predictor: SurfacePredictor | None
+    ) -> None:
+        self.kind, self.spectra, self.labels = kind, spectra, labels
+        self.surfaces: list[Surface] = []
+        """Of each material, measured from all its recordings."""
+        self.strokes: Strokes | None = None
+        """Of each material, from which its surface is predicted at any speed and force, if one is."""
+        self.photographs = PhotoClassifier(kind.materials)
+        self.predictor: Any = predictor
+
+    def described(self, condition: Condition) -> tuple[Surface, Condition | None]:
+        """Return the surface, and the speed and force of the one stroke that it was measured from or predicted for."""
+        given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
+        if not given:
+            first, *others = self.descriptions
+            instead = f", or {' or '.join(others)} instead" if others else ""
+            raise ParameterError(f"condition {first!r} is needed{instead}")
+        if len(given) > 1:
+            raise ParameterError(
+                f"conditions {' and '.join(given)} describe the surface twice; give one of them"
+            )
+        [description] = given
+        if description not in self.descriptions:
+            raise ParameterError(
+                f"condition {description!r} was not learned by this run; give {' or '.join(self.descriptions)}"
+            )
+        measured = self._measured_at(condition)
+        if description == "vibration":
+            vibration = condition["vibration"]
+            self.kind.check(vibration)
+            return self._at(self.measured("the vibration", [vibration]), measured, condition)
+        if description == "words":
+            return self._from_words(condition)
+        weights = (
+            self.photographs.probabilities(condition["image"])
+            if description == "image"
+            else material_weights(condition, self.kind.materials)
+        )
+        return self._of_materials(weights, condition)
+
+    @property
+    def descriptions(self) -> tuple[str, ...]:
+        """Those of `DESCRIPTIONS` that were learned."""
+        known = {
+            "material": bool(self.kind.materials),
+            "image": self.photographs.fitted,
+            "words": self.predictor is not None and bool(self.kind.words),
+        }
+        return tuple(name for name in DESCRIPTIONS if known.get(name, True))
+
+    def _of_materials(
+        self, weights: NDArray[np.float64], condition: Condition
+    ) -> tuple[Surface, Condition | None]:
+        if self.strokes is None:
+            return Surface.mixed(self.surfaces, weights), None
+        predictor = bare(self.predictor)
+        wanted = predictor.conditions_of(condition)
+        chosen = np.flatnonzero(weights).tolist()
+        surfaces = [
+            predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
+            for number in chosen
+        ]
+        return Surface.mixed(surfaces, weights[chosen]), _speed_and_force(condition)
+
+    def _like(self, material: int) -> Surface:
+        """Return a surface of the material's mean, 0 if it is not known."""
+        return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
+
+    def _from_words(self, condition: Condition) -> tuple[Surface, Condition]:
+        scores = torch.from_numpy(unit_scores(condition["words"], self.kind, partial=True)).float()
+        wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(len(self.kind.axes))
+        return self.predictor.from_words(scores, wanted, like), _speed_and_force(condition)
+
+    def _measured_at(self, condition: Condition) -> Condition:
+        """Return speed and force of a given vibration, without those unknown."""
+        found = {
+            name: condition[f"vibration_{name}"]
+            for name in NUMBERS
+            if condition.get(f"vibration_{name}") is not None
+        }
+        if found and condition.get("vibration") is None:
+            raise ParameterError(f"vibration_{next(iter(found))} is of a vibration, and none is given")
+        self.labels.check(found)
+        return found
+
+    def _at(self, surface: Surface, measured: Condition, wanted: Condition) -> tuple[Surface, Condition]:
+        """Return a surface at the speed and force wanted, if these can be predicted, and the condition it is at."""
+        if self.predictor is None:
+            return surface, measured
+        predictor = bare(self.predictor)
+        at, to = predictor.conditions_of(measured), predictor.conditions_of(wanted)
+        if to.isnan().all():
+            return surface, measured
+        known = {name: value for name, value in wanted.items() if value is not None}
+        return predictor.predict(surface, at, to), {**measured, **known}
+
+    def measured(self, name: str, signals: Sequence[Signal]) -> Surface:
+        """Return the surface of signals, refused in the ``name`` of what they are if all are too short."""
+        surface = self.spectra.measure(signals)
+        if surface is None:
+            raise ParameterError(
+                f"recordings must have at least {self.spectra.transform.n_fft} samples, got none of {name}; "
+                f"shorten config.{self.spectra.window}"
+            )
+        return surface
+
+    def state(self) -> dict[str, Any]:
+        """Return the arrays."""
+        return {
+            "surfaces": [surface._asdict() for surface in self.surfaces],
+            "strokes": None if self.strokes is None else self.strokes.state(),
+            "photographs": self.photographs.state(),
+            "predictor": None if self.predictor is None else self.predictor.state_dict(),
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Continue from `state`."""
+        self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
+        stored = state.get("strokes")
+        self.strokes = Strokes.from_state(stored) if stored else None
+        self.photographs.load_state(state["photographs"])
+        if self.predictor is not None:
+            self.predictor.load_state_dict(state["predictor"])
+            self.predictor.eval()
+
+
+def _speed_and_force(condition: Condition) -> Condition:
+    return {name: condition.get(name) for name in NUMBERS}
