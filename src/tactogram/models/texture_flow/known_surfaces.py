@@ -1,4 +1,4 @@
-"""What a run knows of surfaces: by material or mix, photograph, recording or words."""
+"""Surfaces that a run knows, by material or mix, photograph, recording or words."""
 
 from __future__ import annotations
 
