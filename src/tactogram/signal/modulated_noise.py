@@ -3,7 +3,8 @@
 Per axis, white noise is split into `BANDS` bands, each with a gain that changes every `FRAME_S`. Their sum is divided
 by its own short-time level and multiplied by the wanted one, `SUBFRAMES` times per frame; a minimum-phase filter gives
 the result the recorded spectrum. The logarithms of all gains are a vector autoregression, transformed value by value to
-their recorded distributions, plus an offset that is drawn once per signal, as recordings differ.
+their recorded distributions, plus an offset that is drawn once per signal, as recordings differ. The spectral lines of
+ribs and weaves, which are not noise, are added (`tactogram.signal.tones`).
 
 All parameters are means, covariances, quantiles and logarithms, so that a weighted mean of two models is a model:
 distributions are mixed as Wasserstein barycentres, and the autoregression follows from mixed covariances, hence is
@@ -35,6 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 from tactogram.errors import ParameterError
 from tactogram.signal.filters import minimum_phase
 from tactogram.signal.mixing import checked_weights, symmetric_root
+from tactogram.signal.tones import Tones, mix_tones
 
 Array = NDArray[np.float64]
 
@@ -65,7 +67,7 @@ INNER = np.array([1.5, 0.86])
 
 @dataclass(frozen=True, eq=False)
 class ModulatedNoise:
-    """One texture. The gains of a frame are, per axis, those of the bands, then those of the subframes.
+    """One texture: noise and tones. The gains of a frame are, per axis, those of the bands, then of the subframes.
 
     Parameters
     ----------
@@ -76,7 +78,7 @@ class ModulatedNoise:
     offsets : float64 array, shape (gain, gain)
         Covariance of the recordings' means.
     deviation : float64 array, shape (axis,)
-        Natural logarithm of each axis's standard deviation.
+        Natural logarithm of the standard deviation of each axis's noise.
     correlation : float64 array, shape (axis, axis)
         Of the axes. The gains are those of sources without it, one per axis.
     coupling : float64 array, shape (band, axis, axis)
@@ -84,12 +86,13 @@ class ModulatedNoise:
     equaliser : float64 array, shape (axis, frequency)
         Natural logarithm of the filter's magnitude, from 0 to half the rate.
     spectrum : float64 array, shape (axis, frequency)
-        Natural logarithm of the recorded amplitude spectrum, which decides the level of a mix.
+        Natural logarithm of the amplitude spectrum of the recorded noise, which decides the level of a mix.
     mean : float64 array, shape (axis,)
         In ``unit``: gravity, or a sensor's offset.
     rate : float, Hz
     unit : str
     axes : tuple of str
+    tones : Tones
     """
 
     quantiles: Array
@@ -104,6 +107,7 @@ class ModulatedNoise:
     rate: float
     unit: str
     axes: tuple[str, ...]
+    tones: Tones
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
@@ -137,6 +141,11 @@ class ModulatedNoise:
     def lags(self) -> int:
         """Order of the autoregression, frames."""
         return len(self.covariance) - 1
+
+    @property
+    def power(self) -> Array:
+        """Mean square of each axis about its mean, shape (axis,)."""
+        return np.asarray(np.exp(2 * self.deviation) + self.tones.power)
 
     @cached_property
     def lattice(self) -> tuple[Array, Array]:
@@ -173,7 +182,8 @@ class ModulatedNoise:
         """
         hz = np.linspace(0, self.rate / 2, self.spectrum.shape[1])
         wanted = np.asarray(frequencies, np.float64)
-        return np.asarray(np.exp(2 * np.array([np.interp(wanted, hz, row) for row in self.spectrum])))
+        noise = np.exp(2 * np.array([np.interp(wanted, hz, row) for row in self.spectrum]))
+        return np.asarray(noise + self.tones.power_spectrum(wanted))
 
     def log_likelihood(self, frames: ArrayLike) -> float:
         """Return the mean log-likelihood per frame of normal scores (frame, gain), an offset removed, nats."""
@@ -192,13 +202,14 @@ class ModulatedNoise:
         return float(-0.5 * (self.gains * np.log(2 * np.pi) + squares) - log_determinant)
 
 
-ARRAYS = tuple(field.name for field in fields(ModulatedNoise) if field.name not in ("rate", "unit", "axes"))
+OTHERS = ("rate", "unit", "axes", "tones")
+ARRAYS = tuple(field.name for field in fields(ModulatedNoise) if field.name not in OTHERS)
 
 
 def mix(models: Sequence[ModulatedNoise], weights: ArrayLike) -> ModulatedNoise:
     """Return the model between ``models``, of one kind and order; weights >= 0 are scaled to sum to 1.
 
-    Spectra are crossfaded in dB, and so is the power of each axis.
+    Spectra are crossfaded in dB, tones in amplitude; the power of each axis is the mean of theirs in dB.
 
     A `ParameterError` if the models differ in kind or the weights are invalid.
     """
@@ -217,21 +228,23 @@ def mix(models: Sequence[ModulatedNoise], weights: ArrayLike) -> ModulatedNoise:
         return chosen[0]
     w = w[w > 0] / w.sum()
     mixed: dict[str, Any] = {name: np.tensordot(w, [getattr(m, name) for m in chosen], 1) for name in ARRAYS}
-    powers = [_log_power(model.spectrum) for model in chosen]
-    missing = (np.tensordot(w, powers, 1) - _log_power(mixed["spectrum"]))[:, None] / 2
-    mixed["spectrum"] = mixed["spectrum"] + missing
-    mixed["equaliser"] = mixed["equaliser"] + missing
-    return replace(first, **mixed)
+    tones = mix_tones([model.tones for model in chosen], w)
+    powers = [_log_power(model.spectrum, model.tones, model.rate) for model in chosen]
+    missing = (np.tensordot(w, powers, 1) - _log_power(mixed["spectrum"], tones, first.rate)) / 2
+    mixed["spectrum"] = mixed["spectrum"] + missing[:, None]
+    mixed["equaliser"] = mixed["equaliser"] + missing[:, None]
+    return replace(first, **mixed, tones=tones.scaled(np.exp(missing)))
 
 
 def stretched(model: ModulatedNoise, factor: float) -> ModulatedNoise:
-    """Return the model with its spectrum moved up by ``factor`` along frequency, at the same power.
+    """Return the model with the spectrum of its noise moved up by ``factor`` along frequency, at the same power.
 
     It stays as it is at both ends of the bands, where recordings were filtered.
     """
     frequency = np.linspace(0, model.rate / 2, model.spectrum.shape[1])
     moved = model.spectrum + stretch_difference(model.spectrum, frequency, factor, model.rate)
-    moved += (_log_power(model.spectrum) - _log_power(moved))[..., None] / 2
+    power = [np.log(np.exp(2 * spectrum).sum(axis=-1)) for spectrum in (model.spectrum, moved)]
+    moved += (power[0] - power[1])[..., None] / 2
     return replace(model, spectrum=moved, equaliser=model.equaliser + moved - model.spectrum)
 
 
@@ -293,8 +306,10 @@ def equaliser_taps(log_magnitude: Array) -> Array:
     return taps
 
 
-def _log_power(spectrum: Array) -> Array:
-    return np.asarray(np.log(np.exp(2 * spectrum).sum(axis=-1)))
+def _log_power(spectrum: Array, tones: Tones, rate: float) -> Array:
+    """Return the logarithm of each axis's power."""
+    width = rate / 2 / (spectrum.shape[-1] - 1)
+    return np.asarray(np.log(np.exp(2 * spectrum).sum(axis=-1) * width + tones.power))
 
 
 def _lattice(covariance: Array) -> tuple[Array, Array]:

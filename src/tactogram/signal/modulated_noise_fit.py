@@ -1,4 +1,4 @@
-"""Fitting of modulated noise to recordings, in closed form but for the spectrum, which is corrected twice."""
+"""Fitting of modulated noise and tones to recordings; the spectrum of the noise is corrected twice."""
 
 from __future__ import annotations
 
@@ -28,6 +28,8 @@ from tactogram.signal.modulated_noise import (
 )
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.signal import Signal
+from tactogram.signal.tone_fit import split_tones
+from tactogram.signal.tones import no_tones
 
 Array = NDArray[np.float64]
 
@@ -73,6 +75,7 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
         [s.samples.mean(1, dtype=np.float64) for s in members], axis=0, weights=[len(s) for s in members]
     )
     recordings = [s.samples - s.samples.mean(1, keepdims=True, dtype=np.float64) for s in members]
+    tones, recordings = split_tones(recordings, rate, band=band_edges(rate)[[0, -1]], frame_s=FRAME_S)
     deviation, correlation = _correlation(recordings)
     unmixing = np.linalg.inv(mixing_matrix(deviation, correlation))
     sources = [unmixing @ x for x in recordings]
@@ -100,16 +103,19 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
         rate=rate,
         unit=first.unit,
         axes=first.axes,
+        tones=no_tones(len(first.axes)),
     )
-    return _with_spectrum(model, recordings)
+    return replace(_with_spectrum(model, recordings), tones=tones)
 
 
 def log_likelihood(model: ModulatedNoise, signal: Signal) -> float:
     """Return the mean log-likelihood per frame of the normal scores of a recording's gains, nats.
 
-    Its own offset is removed, as in the fit. Raises `ParameterError` if it is not longer than the model's order.
+    Its own offset and tones are removed, as in the fit. Raises `ParameterError` if it is not longer than the model's
+    order.
     """
     x = signal.samples - signal.samples.mean(axis=1, keepdims=True, dtype=np.float64)
+    _, [x] = split_tones([x], model.rate, band=band_edges(model.rate)[[0, -1]], frame_s=FRAME_S)
     faintest = FAINTEST * float(np.exp(model.deviation.max()))
     sources = np.linalg.inv(model.mixing) @ x
     scores = normal_scores(gains_of(sources, model.rate, faintest), model.quantiles)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from math import floor
+from math import floor, prod
 from typing import NamedTuple
 
 import numba
@@ -24,6 +24,7 @@ from tactogram.signal.modulated_noise import (
     level_factor,
 )
 from tactogram.signal.signal import Signal
+from tactogram.signal.tone_synthesis import ToneParameters, ToneProcess
 
 Array = NDArray[np.float64]
 
@@ -34,7 +35,7 @@ SILENT = 1e-30
 
 
 class NoiseParameters(NamedTuple):
-    """Parameters of a `ModulatedNoise`, as the kernel reads them."""
+    """Parameters of the noise of a `ModulatedNoise`, as the kernel reads them."""
 
     rotations: Array  # (lag, 3, gain, gain)
     root: Array  # (gain, gain), of the scores' covariance
@@ -60,28 +61,35 @@ class _State(NamedTuple):
 
 
 def parameters_of(model: ModulatedNoise) -> Array:
-    """Return the parameters of a model in one row, float64, shape (parameter,), in the order of `NoiseParameters`."""
+    """Return the parameters of a model in one row, float64, shape (parameter,).
+
+    The order is that of `NoiseParameters`, then that of `ToneParameters`.
+    """
     rotations, root = model.lattice
-    arrays = NoiseParameters(
+    noise = NoiseParameters(
         rotations, root, model.offset_root, model.quantiles, model.coupling_root, model.mixing, model.filter
     )
-    return np.concatenate([array.ravel() for array in arrays])
+    tones = ToneParameters(model.tones.unsteadiness, model.tones.frequency, model.tones.amplitude)
+    return np.concatenate([array.ravel() for array in (*noise, *tones)])
 
 
-def parameter_views(values: Array, *, axes: int, lags: int) -> NoiseParameters:
+def parameter_views(values: Array, *, axes: int, lags: int) -> tuple[NoiseParameters, ToneParameters]:
     """Return views of the arrays in a row of `parameters_of`."""
     gains = axes * (BANDS + SUBFRAMES)
-    shapes = NoiseParameters(
-        *((lags, 3, gains, gains), (gains, gains), (gains, gains), (gains, len(LEVELS))),  # type: ignore[arg-type]
-        *((BANDS, axes, axes), (axes, axes), (axes, TAPS)),  # type: ignore[arg-type]
-    )
-    ends = np.cumsum([np.prod(shape) for shape in shapes])
-    parts = np.split(values, ends[:-1])
-    return NoiseParameters(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
+    shapes: list[tuple[int, ...]] = [
+        *((lags, 3, gains, gains), (gains, gains), (gains, gains), (gains, len(LEVELS))),
+        *((BANDS, axes, axes), (axes, axes), (axes, TAPS), (5,)),
+    ]
+    lines = (len(values) - sum(map(prod, shapes))) // (1 + 2 * axes)
+    shapes += [(lines,), (2, axes, lines)]
+    parts = np.split(values, np.cumsum([prod(shape) for shape in shapes])[:-1])
+    arrays = [part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)]
+    noise = len(NoiseParameters._fields)
+    return NoiseParameters(*arrays[:noise]), ToneParameters(*arrays[noise:])
 
 
 class NoiseProcess:
-    """Samples of modulated noise whose parameters may change; n samples in blocks are the n samples of one call.
+    """Samples of modulated noise and tones whose parameters may change; in blocks they are those of one call.
 
     Any change is stable: the scores pass one rotation per lag, or between two textures a mean of rotations, and none of
     these makes a vector longer.
@@ -96,11 +104,11 @@ class NoiseProcess:
     """
 
     def __init__(self, axes: int, lags: int, rate: float, *, seed: int | np.random.Generator) -> None:
-        self._innovations, self._noise = np.random.default_rng(seed).spawn(2)
+        self._innovations, self._noise, tones = np.random.default_rng(seed).spawn(3)
         gains = axes * (BANDS + SUBFRAMES)
         self._sections = band_sections(rate)
         self._kind = {"axes": axes, "lags": lags}
-        self._ends: list[tuple[Array, NoiseParameters]] = []
+        self._ends: list[tuple[Array, tuple[NoiseParameters, ToneParameters]]] = []
         self._state = _State(
             np.zeros(gains),
             np.zeros((lags, gains)),
@@ -114,6 +122,7 @@ class NoiseProcess:
         )
         self._done = self._frame = 0
         self._rate, self._length, self._factor = rate, FRAME_S * rate, level_factor(rate)
+        self._tones = ToneProcess(rate, self._length, tones)
 
     def next(self, out: Array, parameters: Array) -> None:
         """Write the next samples to ``out``, float64, shape (axis, time), without a mean.
@@ -126,7 +135,9 @@ class NoiseProcess:
         if moving:
             self._ends.reverse()
             self._ends[1][0][:] = parameters
-        self._write(out, self._ends[0 if moving else 1][1], self._ends[1][1], moving)
+        (noise, tones), (last_noise, last_tones) = self._ends[0 if moving else 1][1], self._ends[1][1]
+        self._write(out, noise, last_noise, moving)
+        self._tones.add(out, tones, last_tones, moving)
 
     def _begin(self, parameters: Array) -> None:
         values = [parameters.astype(np.float64), parameters.astype(np.float64)]
@@ -134,7 +145,8 @@ class NoiseProcess:
         for array in (self._state.own, self._state.lattice):
             self._innovations.standard_normal(out=array)
         settling = np.empty((self._kind["axes"], round(SETTLING_S * self._rate) + TAPS))
-        self._write(settling, self._ends[1][1], self._ends[1][1], False)
+        noise, _ = self._ends[1][1]
+        self._write(settling, noise, noise, False)
 
     def _write(self, out: Array, first: NoiseParameters, last: NoiseParameters, moving: bool) -> None:
         axes, samples = out.shape

@@ -16,6 +16,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
@@ -33,6 +34,7 @@ from tactogram.signal.modulated_noise import (
     stretched,
 )
 from tactogram.signal.modulated_noise import mix as mix_noise
+from tactogram.signal.tones import share_pattern
 
 Array = NDArray[np.float64]
 M = TypeVar("M")
@@ -98,10 +100,6 @@ class ConditionMap:
         shares[corners] = inside
         return shares
 
-    def moved(self, models: Sequence[Any], chosen: NDArray[np.intp], speed_mm_s: float | None) -> list[Any]:
-        """Return the chosen of the conditions' models as they are to be mixed at a speed: here as they are."""
-        return [models[place] for place in chosen]
-
 
 def group_by_condition(
     conditions: Sequence[Mapping[str, Any]], *, known: bool = True
@@ -138,6 +136,10 @@ class ModelMap(ConditionMap, Generic[M]):
         super().__init__(conditions, triangles=triangles)
         self.models = tuple(models)
 
+    def moved(self, chosen: NDArray[np.intp], speed_mm_s: float | None) -> list[M]:
+        """Return the chosen models as they are to be mixed at a speed: here as they are."""
+        return [self.models[place] for place in chosen]
+
     def mix(self, weights: Array) -> M:
         """Return the mix of the models."""
         raise NotImplementedError
@@ -173,8 +175,19 @@ class NoiseMap(ModelMap[ModulatedNoise]):
     """Models of modulated noise over speed and force.
 
     A pattern of k cycles per mm is felt at v k, a resonance at one frequency. So before models are mixed, their spectra
-    are moved to the speed wanted, by its ratio to that of their recordings to the power of `exponent`.
+    are moved to the speed wanted, by its ratio to that of their recordings to the power of `exponent`. Tones, which are
+    one pattern in all models (`tactogram.signal.tones.share_pattern`), move by the ratio itself.
     """
+
+    def __init__(
+        self, models: Sequence[ModulatedNoise], conditions: ArrayLike, *, triangles: ArrayLike | None = None
+    ) -> None:
+        super().__init__(models, conditions, triangles=triangles)
+        band = band_edges(self.models[0].rate)[[0, -1]]
+        shared = share_pattern([model.tones for model in self.models], self.conditions[:, 0], band)
+        self.models = tuple(
+            replace(model, tones=tones) for model, tones in zip(self.models, shared, strict=True)
+        )
 
     def mix(self, weights: Array) -> ModulatedNoise:
         """Return the mix of the models as they are."""
@@ -184,21 +197,22 @@ class NoiseMap(ModelMap[ModulatedNoise]):
         """Return the model at a condition, with parameters as `weights`."""
         weights = self.weights(speed_mm_s, force_n)
         chosen = np.flatnonzero(weights)
-        return mix_noise(self.moved(self.models, chosen, speed_mm_s), weights[chosen])
+        return mix_noise(self.moved(chosen, speed_mm_s), weights[chosen])
 
-    def moved(
-        self, models: Sequence[ModulatedNoise], chosen: NDArray[np.intp], speed_mm_s: float | None
-    ) -> list[ModulatedNoise]:
-        """Return the chosen models with their spectra moved to a speed, or to the nearest recorded one."""
+    def moved(self, chosen: NDArray[np.intp], speed_mm_s: float | None) -> list[ModulatedNoise]:
+        """Return the chosen models with their spectra and tones moved to a speed, or to the nearest recorded one."""
         recorded = self.conditions[:, 0]
-        if not self.exponent:
-            return [models[place] for place in chosen]
+        if not self.has_conditions[0]:
+            return [self.models[place] for place in chosen]
         wanted = np.median(recorded) if speed_mm_s is None else speed_mm_s
         speed = float(np.clip(wanted, recorded.min(), recorded.max()))
         ratios = [speed / recorded[place] if recorded[place] > 0 and speed > 0 else 1.0 for place in chosen]
+        band = band_edges(self.models[0].rate)[[0, -1]]
         return [
-            models[place] if ratio == 1 else stretched(models[place], ratio**self.exponent)
-            for place, ratio in zip(chosen, ratios, strict=True)
+            model
+            if ratio == 1
+            else replace(stretched(model, ratio**self.exponent), tones=model.tones.moved(ratio, band))
+            for model, ratio in zip((self.models[place] for place in chosen), ratios, strict=True)
         ]
 
     @cached_property

@@ -19,7 +19,7 @@ from tactogram.model import (
     material_weights,
 )
 from tactogram.signal import Signal
-from tactogram.signal.texture_map import NAMES, ConditionMap, group_by_condition
+from tactogram.signal.texture_map import NAMES, ModelMap, group_by_condition
 from tactogram.training.one_step_learner import OneStepLearner
 
 M = TypeVar("M")
@@ -36,10 +36,8 @@ class TextureLearner(OneStepLearner, Generic[M]):
     def __init__(self, kind: SignalKind) -> None:
         kind.require_materials(self.name)
         self.kind, self.materials = kind, kind.materials
-        self.conditions: list[ConditionMap] = []
-        """Recorded speeds and forces of each material."""
-        self.models: list[tuple[M, ...]] = []
-        """A model for each of them."""
+        self.maps: list[ModelMap[M]] = []
+        """Models of each material over the recorded speeds and forces."""
         self.seconds = 0.0
 
     # -- the model of a texture --------------------------------------------------------------------------
@@ -68,7 +66,7 @@ class TextureLearner(OneStepLearner, Generic[M]):
         """Return the model that `arrays_of` describes."""
         raise NotImplementedError
 
-    def map_of(self, conditions: NDArray[np.float64], models: tuple[M, ...]) -> ConditionMap:
+    def map_of(self, conditions: NDArray[np.float64], models: tuple[M, ...]) -> ModelMap[M]:
         """Return the map over the speeds and forces of one material's models."""
         raise NotImplementedError
 
@@ -77,12 +75,12 @@ class TextureLearner(OneStepLearner, Generic[M]):
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         """Fit every model, and return the figures of `validate` on the training data."""
         examples: Sequence[Example] = batch
-        conditions, models = [], []
+        maps = []
         for members in self.kind.by_material(examples).values():
             points, groups = group_by_condition([e.condition for e in members], known=self.by_condition)
-            models.append(tuple(self.fit([members[k].signal for k in group]) for group in groups))
-            conditions.append(self.map_of(points, models[-1]))
-        self.conditions, self.models = conditions, models
+            models = tuple(self.fit([members[k].signal for k in group]) for group in groups)
+            maps.append(self.map_of(points, models))
+        self.maps = maps
         self.seconds = float(np.median([example.signal.seconds for example in examples]))
         return self.validate(examples)
 
@@ -103,8 +101,8 @@ class TextureLearner(OneStepLearner, Generic[M]):
             "seconds": self.seconds,
             "materials": list(self.materials),
             "maps": [
-                {"conditions": points.conditions, "models": [self.arrays_of(model) for model in models]}
-                for points, models in zip(self.conditions, self.models, strict=True)
+                {"conditions": each.conditions, "models": [self.arrays_of(model) for model in each.models]}
+                for each in self.maps
             ],
         }
 
@@ -112,16 +110,15 @@ class TextureLearner(OneStepLearner, Generic[M]):
         """Restore the models of `state`."""
         check_state(state["materials"], self.materials)
         self.seconds = float(state["seconds"])
-        self.models = [
-            tuple(
-                self.model_of({name: np.asarray(value, np.float64) for name, value in arrays.items()})
-                for arrays in each["models"]
+        self.maps = [
+            self.map_of(
+                np.asarray(each["conditions"]),
+                tuple(
+                    self.model_of({name: np.asarray(value, np.float64) for name, value in arrays.items()})
+                    for arrays in each["models"]
+                ),
             )
             for each in state["maps"]
-        ]
-        self.conditions = [
-            self.map_of(np.asarray(each["conditions"]), models)
-            for each, models in zip(state["maps"], self.models, strict=True)
         ]
 
     # -- use ---------------------------------------------------------------------------------------------
@@ -141,12 +138,12 @@ class TextureLearner(OneStepLearner, Generic[M]):
 
         ``lenient`` ignores a speed or force that a material's recordings do not have.
         """
-        if not self.models:
+        if not self.maps:
             raise ParameterError(f"{self.name} has not been trained")
         chosen: list[M] = []
         shares: list[NDArray[np.float64]] = []
         weights = material_weights(condition, self.materials)
-        for points, models, weight in zip(self.conditions, self.models, weights, strict=True):
+        for points, weight in zip(self.maps, weights, strict=True):
             if weight > 0:
                 point = [
                     condition.get(name) if known or not lenient else None
@@ -154,6 +151,6 @@ class TextureLearner(OneStepLearner, Generic[M]):
                 ]
                 within = points.weights(*point)
                 places = np.flatnonzero(within)
-                chosen += points.moved(models, places, point[0])
+                chosen += points.moved(places, point[0])
                 shares.append(weight * within[places])
         return self.mix(chosen, np.concatenate(shares))

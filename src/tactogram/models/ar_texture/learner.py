@@ -30,17 +30,12 @@ class AutoregressiveLearner(TextureLearner[AutoregressiveModel]):
         super().__init__(kind)
         self.config, self.by_condition = config, config.by_condition
 
-    @property
-    def maps(self) -> list[TextureMap]:
-        """One map over speed and force for each material, for streaming."""
-        return [points for points in self.conditions if isinstance(points, TextureMap)]
-
     def map_of(self, conditions: NDArray[np.float64], models: tuple[AutoregressiveModel, ...]) -> TextureMap:
         return TextureMap(models, conditions, level=self.config.level)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         figures = super().step(stage, batch)
-        orders = [model.order for models in self.models for model in models]
+        orders = [model.order for each in self.maps for model in each.models]
         return {"order": float(np.mean(orders)), **figures}
 
     def fit(self, signals: Sequence[Signal]) -> AutoregressiveModel:

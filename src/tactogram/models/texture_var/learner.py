@@ -15,10 +15,15 @@ from tactogram.signal.modulated_noise import ARRAYS, FRAME_S, ModulatedNoise, mi
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
+from tactogram.signal.tones import ARRAYS as TONE_ARRAYS
+from tactogram.signal.tones import Tones, no_tones
 from tactogram.training.texture_learner import TextureLearner
 
 if TYPE_CHECKING:
     import torch
+
+TONE = "tone_"
+"""Prefix of the arrays of tones in a checkpoint."""
 
 
 class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
@@ -29,11 +34,6 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
     def __init__(self, config: Config, kind: SignalKind) -> None:
         super().__init__(kind)
         self.config, self.by_condition = config, config.by_condition
-
-    @property
-    def maps(self) -> list[NoiseMap]:
-        """One map over speed and force for each material, for streaming."""
-        return [points for points in self.conditions if isinstance(points, NoiseMap)]
 
     def map_of(self, conditions: NDArray[np.float64], models: tuple[ModulatedNoise, ...]) -> NoiseMap:
         return NoiseMap(models, conditions)
@@ -54,10 +54,19 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
         return -log_likelihood(model, signal)
 
     def arrays_of(self, model: ModulatedNoise) -> dict[str, NDArray[np.float64]]:
-        return {name: getattr(model, name) for name in ARRAYS}
+        tones = {f"{TONE}{name}": getattr(model.tones, name) for name in TONE_ARRAYS}
+        return {name: getattr(model, name) for name in ARRAYS} | tones
 
     def model_of(self, arrays: Mapping[str, NDArray[np.float64]]) -> ModulatedNoise:
-        return ModulatedNoise(**arrays, rate=self.kind.rate, unit=self.kind.unit, axes=self.kind.axes)
+        noise = {name: arrays[name] for name in ARRAYS}
+        tones = [arrays[f"{TONE}{name}"] for name in TONE_ARRAYS if f"{TONE}{name}" in arrays]
+        return ModulatedNoise(
+            **noise,
+            rate=self.kind.rate,
+            unit=self.kind.unit,
+            axes=self.kind.axes,
+            tones=Tones(*tones) if tones else no_tones(len(self.kind.axes)),  # older runs have none
+        )
 
 
 def build(

@@ -27,6 +27,7 @@ from tactogram.signal.modulated_noise_synthesis import (
     synthesise_modulated_noise,
 )
 from tactogram.signal.texture_map import NoiseMap
+from tactogram.signal.tones import no_tones
 
 Array = NDArray[np.float64]
 
@@ -81,7 +82,7 @@ def one_axis(model: ModulatedNoise, axis: str) -> ModulatedNoise:
     check_axis(axis, model.axes)
     if axis == "all" or len(model.axes) == 1:
         return model
-    steady = replace(model, mean=np.zeros(len(model.axes)))
+    steady = replace(model, mean=np.zeros(len(model.axes)), tones=no_tones(len(model.axes)))
     made = [synthesise_modulated_noise(steady, DRAWN_S, seed=seed) for seed in range(DRAWINGS)]
     fitted = fit_modulated_noise([combined(signal, axis)[0] for signal in made], lags=model.lags)
     chosen = [axis in ("dft321", name) for name in model.axes]
@@ -90,7 +91,8 @@ def one_axis(model: ModulatedNoise, axis: str) -> ModulatedNoise:
         for values in (model.deviation, model.spectrum)
     )
     equaliser = fitted.equaliser + spectrum - fitted.spectrum
-    return replace(fitted, deviation=deviation, spectrum=spectrum, equaliser=equaliser)
+    tones = model.tones.summed(chosen)
+    return replace(fitted, deviation=deviation, spectrum=spectrum, equaliser=equaliser, tones=tones)
 
 
 class ModulatedNoiseTexture:
@@ -107,7 +109,7 @@ class ModulatedNoiseTexture:
         self._parameters = np.empty(table.grid.values.shape[2])
         speeds, forces, _ = table.grid
         middle = table.at(float(speeds[len(speeds) // 2]), float(forces[len(forces) // 2]))
-        self.level = float(np.sqrt(np.sum(np.exp(2 * middle.deviation))))
+        self.level = float(np.sqrt(np.sum(middle.power)))
         self.resampler = Resampler(len(table.axes), table.rate, rate=rate, most=most)
         self.delay_s = self.resampler.delay_s
 

@@ -4,6 +4,7 @@
  */
 
 import { around, Noise, Resampler } from "./touch_textures.js";
+import { ending, Tones } from "./touch_tones.js";
 
 const BANDS = 4;
 const SUBFRAMES = 4;
@@ -14,7 +15,7 @@ const FRAME_S = 0.01;
 const SETTLING_S = 0.5;
 const SILENT = 1e-30;
 
-/** Noise in bands whose strength fluctuates, with parameters from a grid over speed and force. */
+/** Noise in bands whose strength fluctuates, and tones, with parameters from a grid over speed and force. */
 export class ModulatedNoiseTexture {
   /**
    * @param {import("./touch_textures.js").Table} table
@@ -41,7 +42,8 @@ export class ModulatedNoiseTexture {
     this._offsetRoot = this._root + SQUARE;
     this._quantiles = this._offsetRoot + SQUARE;
     const size = this._values.length / (this._speeds.length * this._forces.length);
-    this._taps = size - TAPS;
+    this._taps = this._quantiles + GAINS * this._scoresOf.length + BANDS + 1;
+    this._tones = new Tones(this._taps + TAPS, size, this._rate, this._length, seed);
     this._parameters = new Float64Array(size);
     this._ends = [new Float64Array(size), new Float64Array(size)];
     this._begun = false;
@@ -74,7 +76,9 @@ export class ModulatedNoiseTexture {
       this._ends[1].set(this._parameters);
     }
     const fresh = this._resampler.fresh(count);
-    this._write(fresh, this._resampler.made, this._ends[moving ? 0 : 1], moving);
+    const first = this._ends[moving ? 0 : 1];
+    this._write(fresh, this._resampler.made, first, moving);
+    this._tones.add(fresh, this._resampler.made, first, this._ends[1], moving);
     this._resampler.write(fresh, count, out);
   }
 
@@ -207,11 +211,6 @@ export class ModulatedNoiseTexture {
       }
     }
   }
-}
-
-/** Return the sample after the end of `count` frames or subframes of `length` samples. */
-function ending(count, length) {
-  return Math.floor(count * length + 0.5);
 }
 
 function between(gains, one, i, two, j, share, r) {

@@ -222,10 +222,22 @@ def pulsating():
     return NoiseMap(models, conditions)
 
 
+def ribbed():
+    """Ribs of 4 mm with three harmonics, which swell and wander, in noise."""
+    random, models = np.random.default_rng(0), []
+    for v in (50.0, 200.0):
+        phase = 2 * np.pi * np.cumsum(v / 2 * np.exp(0.02 * np.sin(np.arange(10_000) / 400))) / 2500
+        wave = sum(np.cos(k * phase) / k for k in (1, 2, 3)) * (1 + 0.1 * np.sin(np.arange(10_000) / 300))
+        x = wave + 0.1 * random.standard_normal(10_000)
+        models.append(fit_modulated_noise(Signal(x.astype(np.float32), 2500.0, "m/s^2")))
+    return NoiseMap(models, [[50.0, np.nan], [200.0, np.nan]])
+
+
 def noisy_of(surface, seed):
     """Modulated noise with the script's noise."""
     texture = ModulatedNoiseTexture("pulse", NoiseTable(surface), rate=RATE, most=MOST, seed=0)
     texture._process._innovations = texture._process._noise = Sfc32(seed)
+    texture._process._tones._random = Sfc32(seed ^ 0x746F6E65)
     return texture
 
 
@@ -307,8 +319,9 @@ def test_models_over_speed_and_force_are_followed_as_rendering_follows_them(quie
 @pytest.mark.parametrize(
     "motion", [a_ramp(), a_hand(2.0), a_stroke(100.0, 2.0)], ids=["ramp", "hand", "steady"]
 )
-def test_modulated_noise_is_that_of_rendering(quiet, motion):
-    surface = pulsating()
+@pytest.mark.parametrize("texture", [pulsating, ribbed])
+def test_modulated_noise_and_tones_are_those_of_rendering(quiet, motion, texture):
+    surface = texture()
     expected = streamed([noisy_of(surface, 5)], motion, 2.0)
     found = rendered(quiet, [packed("pulse", surface)], motion, 2.0, gain=1e-3) / 1e-3
     assert np.sqrt(np.mean(expected**2)) > 0.3

@@ -90,15 +90,33 @@ def test_speed_and_force_decide_what_is_felt():
 
 
 def test_recordings_of_one_condition_are_one_model():
-    assert [len(models) for models in FELT.models] == [4]
-    assert [len(models) for models in trained(STROKED, by_condition=False).models] == [1]
+    assert [len(each.models) for each in FELT.maps] == [4]
+    assert [len(each.models) for each in trained(STROKED, by_condition=False).maps] == [1]
 
 
 def test_condition_that_only_some_recordings_name_is_left_out():
     learner = trained([*STROKED, recording("felt", 100, 1.0, seed=9, speed_mm_s=100)])
-    assert learner.conditions[0].has_conditions == (True, False)
+    assert learner.maps[0].has_conditions == (True, False)
     with pytest.raises(ParameterError, match="force_n is unknown"):
         learner.generate({"material": "felt", "force_n": 1.0}, seed=0)
+
+
+def test_state_keeps_tones_and_one_without_has_none():
+    count = np.arange(round(2 * RATE))
+    wave = np.cos(2 * np.pi * 60 * np.cumsum(np.exp(0.03 * np.sin(count / 200))) / RATE)
+    noise = 0.1 * np.random.default_rng(0).standard_normal((len(AXES), len(count)))
+    signal = Signal((wave + noise).astype(np.float32), RATE, "m/s^2", AXES)
+    learner = trained([Example("felt 0", signal, "felt", {})])
+    state = learner.state()
+    loaded = build(Config(), learner.kind, seed=0)
+    loaded.load_state(state)
+    expected = learner.generate({"material": "felt"}, seed=1).samples
+    assert len(loaded.maps[0].models[0].tones.frequency) == 1
+    assert np.array_equal(loaded.generate({"material": "felt"}, seed=1).samples, expected)
+    [model] = state["maps"][0]["models"]
+    state["maps"][0]["models"] = [{name: model[name] for name in model if not name.startswith("tone_")}]
+    loaded.load_state(state)
+    assert len(loaded.maps[0].models[0].tones.frequency) == 0
 
 
 def test_likelihood_prefers_the_right_fluctuation():

@@ -1,0 +1,178 @@
+"""Tones: lines that follow a wandering speed, found in recordings, mixed, moved and synthesised."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt
+
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.modulated_noise import band_edges, mix
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise
+from tactogram.signal.modulated_noise_synthesis import ModulatedNoiseSynthesizer, synthesise_modulated_noise
+from tactogram.signal.texture_map import NoiseMap
+from tactogram.signal.tone_fit import split_tones
+from tactogram.signal.tones import Tones, mix_tones, no_tones, share_pattern
+
+RATE, BAND = 1000.0, band_edges(1000.0)[[0, -1]]
+
+
+def ribs(seed, *, hz=60.0, harmonics=(1.0, 0.5), noise=0.2, wander=0.05, seconds=4.0, axes=2):
+    """Return ribs under a finger that is not quite steady: harmonics in fixed phase, and noise."""
+    random = np.random.default_rng(seed)
+    count = round(seconds * RATE)
+    slow = sosfilt(butter(2, 1.5, fs=RATE, output="sos"), random.standard_normal(count + 2000))[2000:]
+    speed = hz * np.exp(wander * slow / slow.std())
+    phase = 2 * np.pi * (np.cumsum(speed) / RATE + random.random())
+    wave = sum(a * np.cos((k + 1) * phase + k) for k, a in enumerate(harmonics))
+    shares = np.array([1.0, -0.5, 0.2])[:axes, None]
+    x = shares * wave + noise * random.standard_normal((axes, count))
+    return Signal(x.astype(np.float32), RATE, "m/s^2", ("x", "y", "z")[:axes])
+
+
+def centred(signals):
+    return [s.samples - s.samples.mean(1, keepdims=True, dtype=np.float64) for s in signals]
+
+
+def line_share(samples, hz, width=8.0):
+    """Return the share of the power within ``width`` of a frequency."""
+    power = np.abs(np.fft.rfft(samples * np.hanning(samples.shape[-1]))) ** 2
+    frequency = np.fft.rfftfreq(samples.shape[-1], 1 / RATE)
+    return float(power[..., np.abs(frequency - hz) < width].sum() / power.sum())
+
+
+def test_lines_are_found_with_their_amplitudes_and_what_is_left_is_the_noise():
+    recordings = centred([ribs(seed) for seed in range(3)])
+    tones, rest = split_tones(recordings, RATE, band=BAND, frame_s=0.01)
+    assert tones.frequency[1] / tones.frequency[0] == pytest.approx(2, abs=1e-3)
+    assert tones.frequency[0] == pytest.approx(60, rel=0.05)
+    size = np.hypot(*tones.amplitude) * np.exp(tones.unsteadiness[3] ** 2)
+    np.testing.assert_allclose(size, np.outer([1, 0.5], [1, 0.5]), rtol=0.1)
+    assert np.concatenate(rest, 1).std(1) == pytest.approx([0.2, 0.2], rel=0.1)
+
+
+def test_harmonics_keep_their_phase_and_axes_their_signs():
+    tones, _ = split_tones(centred([ribs(1)]), RATE, band=BAND, frame_s=0.01)
+    complex_ = tones.amplitude[0] + 1j * tones.amplitude[1]
+    found = np.angle(complex_[0, 1] / complex_[0, 0] ** 2)
+    assert np.angle(np.exp(1j * (found - 1))) == pytest.approx(0, abs=0.15)
+    assert (complex_[1, 0] / complex_[0, 0]).real == pytest.approx(-0.5, rel=0.1)
+
+
+def test_unsteadiness_is_that_of_the_strokes():
+    signals = [ribs(seed, hz=hz) for seed, hz in enumerate((55.0, 58.0, 60.0, 62.0, 65.0, 60.5))]
+    tones, _ = split_tones(centred(signals), RATE, band=BAND, frame_s=0.01)
+    between, speed, kept, gain, _ = tones.unsteadiness
+    assert between == pytest.approx(0.05, abs=0.03)
+    assert speed == pytest.approx(0.05, rel=0.2)
+    assert 0.9 < kept < 1
+    assert gain < 0.1
+
+
+@pytest.mark.parametrize("band", [None, (55.0, 65.0), (200.0, 300.0)], ids=["white", "narrow", "broad"])
+def test_noise_has_no_tones_however_narrow(band):
+    noise = np.random.default_rng(0).standard_normal((5, 2, 5000))
+    if band:
+        noise = sosfilt(butter(1, band, "bandpass", fs=RATE, output="sos"), noise)[..., 1000:]
+    tones, rest = split_tones(list(noise), RATE, band=BAND, frame_s=0.01)
+    assert len(tones.frequency) == 0
+    assert all(np.array_equal(a, b) for a, b in zip(rest, noise, strict=True))
+
+
+def test_silence_has_no_tones():
+    tones, _ = split_tones([np.zeros((1, 2000))], RATE, band=BAND, frame_s=0.01)
+    assert len(tones.frequency) == 0
+
+
+def test_tones_of_a_minority_of_recordings_are_left_in_the_noise():
+    noise = np.random.default_rng(0).standard_normal((2, 2, 4000))
+    recordings = [*centred([ribs(0)]), *noise]
+    tones, rest = split_tones(recordings, RATE, band=BAND, frame_s=0.01)
+    assert len(tones.frequency) == 0
+    assert np.array_equal(rest[0], recordings[0])
+
+
+def test_synthesised_ribs_are_steady_and_as_strong_as_recorded():
+    signals = [ribs(seed) for seed in range(4)]
+    model = fit_modulated_noise(signals)
+    made = [synthesise_modulated_noise(model, 4.0, seed=seed).samples for seed in range(4)]
+    recorded = np.mean([s.samples.std(1) for s in signals], 0)
+    np.testing.assert_allclose(np.mean([x.std(1) for x in made], 0), recorded, rtol=0.1)
+    assert np.corrcoef(np.concatenate(made, 1))[0, 1] == pytest.approx(
+        np.corrcoef(np.concatenate([s.samples for s in signals], 1))[0, 1], abs=0.05
+    )
+
+    def swelling(x):
+        return (x[0].reshape(-1, 50) ** 2).mean(1).std() / (x[0] ** 2).mean()
+
+    steady = np.mean([swelling(s.samples) for s in signals])
+    assert np.mean([swelling(x) for x in made]) < 1.6 * steady
+
+
+def test_blocks_are_one_call():
+    model = fit_modulated_noise([ribs(0), ribs(1)])
+    whole = ModulatedNoiseSynthesizer(model, seed=3).next(900).samples
+    parts = ModulatedNoiseSynthesizer(model, seed=3)
+    assert np.array_equal(np.hstack([parts.next(n).samples for n in (1, 10, 89, 800)]), whole)
+
+
+def test_a_mix_has_the_lines_of_both_and_the_mean_power_in_db():
+    one, other = (
+        fit_modulated_noise(ribs(0, hz=60.0)),
+        fit_modulated_noise(ribs(1, hz=90.0, harmonics=(3.0,))),
+    )
+    half = mix([one, other], [0.5, 0.5])
+    assert len(half.tones.frequency) == 3
+    made = synthesise_modulated_noise(half, 20.0, seed=0).samples
+    power = [synthesise_modulated_noise(m, 20.0, seed=0).samples.var(1) for m in (one, other)]
+    np.testing.assert_allclose(10 * np.log10(made.var(1) / np.sqrt(power[0] * power[1])), 0, atol=0.5)
+
+
+def test_lines_of_one_frequency_are_added_and_unsteadiness_is_that_of_tones():
+    one = Tones(np.array([50.0, 80.0]), np.ones((2, 1, 2)), np.full(5, 0.1))
+    mixed = mix_tones([one, one, no_tones(1)], [0.25, 0.25, 0.5])
+    assert mixed.frequency.tolist() == [50.0, 80.0]
+    np.testing.assert_allclose(mixed.amplitude, 0.5)
+    np.testing.assert_allclose(mixed.unsteadiness, 0.1)
+
+
+def test_strokes_of_a_surface_share_the_strongest_pattern_at_their_speed_and_power():
+    strong = Tones(np.array([100.0, 300.0]), np.array([[[2.0, 1.0]], [[0.0, 0.0]]]), np.zeros(5))
+    weak = Tones(np.array([37.0]), np.array([[[0.5]], [[0.0]]]), np.zeros(5))
+    shared = share_pattern([strong, weak, no_tones(1)], [100.0, 50.0, 200.0], np.array([20.0, 500.0]))
+    assert [each.frequency.tolist() for each in shared] == [[100.0, 300.0], [50.0, 150.0], [200.0, 600.0]]
+    np.testing.assert_allclose(shared[1].power, weak.power)
+    assert shared[2].power == 0
+    alone = share_pattern([strong, strong], [np.nan, np.nan], np.array([20.0, 500.0]))
+    assert alone[1].frequency.tolist() == strong.frequency.tolist()
+
+
+def test_lines_follow_the_speed_between_recordings():
+    """Ribs at 100 and 200 mm/s: at 150 there is one line, half way."""
+    models = [fit_modulated_noise(ribs(0, hz=60.0)), fit_modulated_noise(ribs(1, hz=120.0))]
+    surface = NoiseMap(models, [[100.0, np.nan], [200.0, np.nan]])
+    between = surface.at(150.0)
+    made = synthesise_modulated_noise(between, 8.0, seed=0).samples
+    hz = between.tones.frequency[0]
+    assert hz == pytest.approx(90, rel=0.1)
+    assert line_share(made, hz, 20) > 0.5 > 10 * line_share(made, 60.0, 5)
+
+
+def test_one_axis_has_the_power_of_all():
+    tones = Tones(np.array([50.0]), np.array([[[3.0], [4.0]], [[0.0], [0.0]]]), np.zeros(5))
+    np.testing.assert_allclose(tones.summed([True, True]).amplitude, [[[5.0]], [[0.0]]])
+    np.testing.assert_allclose(tones.summed([False, True]).amplitude, [[[4.0]], [[0.0]]])
+
+
+def test_a_spectrum_has_the_power_of_its_lines():
+    tones = Tones(
+        np.array([50.0, 200.0]), np.array([[[3.0, 1.0]], [[0.0, 1.0]]]), np.array([0.02, 0.05, 0.9, 0, 0])
+    )
+    frequency = np.arange(0, 500.0)
+    np.testing.assert_allclose(
+        np.trapezoid(tones.power_spectrum(frequency), frequency), tones.power, rtol=1e-3
+    )
+
+
+def test_tones_whose_shapes_differ_are_refused():
+    with pytest.raises(ParameterError, match="tones of 2 lines need amplitudes"):
+        Tones(np.zeros(2), np.zeros((2, 1, 3)), np.zeros(5))
