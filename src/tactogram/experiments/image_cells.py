@@ -18,8 +18,8 @@ from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.evaluation.ratings.label_following import LabelFidelity, label_fidelity
 from tactogram.experiments.artifacts import cached_result, trained_run
 from tactogram.model import SpreadReporter
-from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
+from tactogram.training.labelled_images import as_floats, square
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.recognition.score import score
 from tactogram.workflows.training.loaded_run import load_run
