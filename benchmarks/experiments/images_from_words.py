@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -105,7 +106,7 @@ def run(
         f"{name} {value:g}": cached_result(
             folder / "cells" / f"{name}-{value:g}.json",
             {"run_id": first.run.data["run_id"], "rater_id": rater_model.run.data["run_id"]},
-            lambda name=name, value=value: other_settings(**{name: value}),
+            partial(other_settings, **{name: value}),
         )
         for name, values in (("solver_steps", STEPS), ("guidance", GUIDANCE))
         for value in values
