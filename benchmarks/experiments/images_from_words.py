@@ -6,11 +6,11 @@ are real images that were not: those of another seed of the simulator.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
@@ -27,7 +27,6 @@ from tactogram.experiments.artifacts import cached_result, find_or_simulate, tra
 from tactogram.experiments.image_cells import (
     as_tensor,
     draws_of,
-    evaluate_images_of,
     figures_of,
     plates_of,
     rater_run,
@@ -35,6 +34,7 @@ from tactogram.experiments.image_cells import (
 )
 from tactogram.experiments.image_comparison import TRIALS
 from tactogram.experiments.picture_cells import spread, text_of
+from tactogram.models.texture_flow.image_learner import ImageFlowLearner
 from tactogram.training.checkpoint import load_state
 from tactogram.training.labelled_images import as_floats, square
 from tactogram.workflows.progress import ProgressCallback
@@ -90,28 +90,28 @@ def run(
         for seed in range(trainings)
     ]  # fmt: skip
     real = nearest(real_images(other)[0])
-    cells = []
-    for place in runs:
-        cell = evaluate_images_of(folder, place, scorer, wanted, quality)
-        made = nearest(as_tensor([image for row in draws_of(load_run(place), wanted) for image in row]))
-        cells.append(cell | {"nearest": made.compared_with(real)})
-    first, rater_model = load_run(runs[0]), load_run(scorer)
+    loaded, rater_model = [load_run(place) for place in runs], load_run(scorer)
 
-    def other_settings(**changes: float) -> dict[str, Any]:
-        made = draws_of(with_config(first, **changes), wanted)
-        found = figures_of(made, rater_model, wanted, quality)
-        return {"correlation": found["following"]["correlation"], "frechet": found["quality"].get(FRECHET)}
+    def figures(run: LoadedRun, **changes: float) -> dict[str, Any]:
+        made = draws_of(with_config(run, **changes) if changes else run, wanted)
+        pixels = as_tensor([image for row in made for image in row])
+        return figures_of(made, rater_model, wanted, quality) | {
+            "nearest": nearest(pixels).compared_with(real)
+        }
 
+    def cached(name: str, run: LoadedRun, compute: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        facts = {"run_id": run.run.data["run_id"], "rater_id": rater_model.run.data["run_id"]}
+        return cached_result(folder / "cells" / f"{name}.json", facts, compute)
+
+    cells = [cached(run.run.name, run, partial(figures, run)) | {"spread": spread_of(run)} for run in loaded]
     settings = {
-        f"{name} {value:g}": cached_result(
-            folder / "cells" / f"{name}-{value:g}.json",
-            {"run_id": first.run.data["run_id"], "rater_id": rater_model.run.data["run_id"]},
-            partial(other_settings, **{name: value}),
+        f"{name} {value:g}": cached(
+            f"{name}-{value:g}", loaded[0], partial(figures, loaded[0], **{name: value})
         )
         for name, values in (("solver_steps", STEPS), ("guidance", GUIDANCE))
         for value in values
     }
-    _draw(folder / "images.png", first, wanted, simulated=seen.simulated)
+    _draw(folder / "images.png", loaded[0], wanted, simulated=seen.simulated)
     summary = _summary(cells)
     result: dict[str, Any] = {
         "figures": ["images.png"],
@@ -133,13 +133,17 @@ def run(
         },
         "missing": quality.missing,
         "settings": {
-            name: {key: found[key] for key in ("correlation", "frechet")} for name, found in settings.items()
+            name: {
+                "correlation": found["following"]["correlation"],
+                "frechet": found["quality"].get(FRECHET),
+            }
+            for name, found in settings.items()
         },
     }
     lines = [f"{name:28}{text_of(found, digits=3)}" for name, found in summary.items()]
     lines += [
         f"{name:28}r {found['correlation']:.3f}, Fréchet {found['frechet']:.0f}"
-        for name, found in settings.items()
+        for name, found in result["settings"].items()
     ]
     return result | {"text": "\n".join([*lines, f"real: {result['real']}"])}
 
@@ -186,6 +190,11 @@ class NearestImage:
             cdist(pixels, self.pixels).min(1) / np.sqrt(pixels.shape[1]),
             cdist(features, self.features).min(1),
         )
+
+
+def spread_of(run: LoadedRun) -> dict[str, float]:
+    """Return the spread of images by noise and by label."""
+    return cast("ImageFlowLearner", run.model).image_spread().as_dict()
 
 
 def all_images(store: Store) -> Tensor:
