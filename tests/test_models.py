@@ -118,23 +118,26 @@ def axes(facts):
 
 
 def asked(facts, **more):
-    """What a model needs to generate."""
-    return {name: ASKED[name] for name in facts.needs} | more
+    """What a model needs to generate, and words if it takes any."""
+    return {name: ASKED[name] for name in (*facts.needs, *{"words"} & {*facts.takes})} | more
+
+
+FACES = [face for facts in models.available().values() for face in facts.faces]
+
+
+def among(found):
+    return pytest.mark.parametrize("facts", found, ids=lambda facts: f"{facts.name}-{facts.learns_from}")
 
 
 def with_task(*tasks):
-    found = [facts for facts in models.available().values() if facts.task in tasks]
-    return pytest.mark.parametrize("facts", found, ids=lambda facts: facts.name)
+    return among([facts for facts in FACES if facts.task in tasks])
 
 
 def generators(gives):
-    found = [f for f in models.available().values() if f.task == "generation" and f.gives == gives]
-    return pytest.mark.parametrize("facts", found, ids=lambda facts: facts.name)
+    return among([facts for facts in FACES if facts.task == "generation" and facts.gives == gives])
 
 
-by_words = pytest.mark.parametrize(
-    "facts", [f for f in models.available().values() if "words" in f.needs], ids=lambda facts: facts.name
-)
+by_words = among([f for f in FACES if "words" in f.needs or f.learns_from == "images"])
 every = with_task("classification", "generation", "prediction")
 
 
@@ -151,12 +154,12 @@ def trained(facts, seed=0):
 
 def once(facts):
     """A trained model that no test changes."""
-    return trained_once(facts.name)
+    return trained_once(facts.name, facts.learns_from)
 
 
 @cache
-def trained_once(name):
-    return trained(models.find(name))
+def trained_once(name, learns_from):
+    return trained(models.find(name).of(images=learns_from == "images"))
 
 
 def outputs(learner, facts):

@@ -24,7 +24,7 @@ from tactogram.features.registered_pairs import FrictionBatch, PhotoWindows
 from tactogram.model import Example, SignalKind
 from tactogram.models.frictgan.fabric_evaluation import compare_fabrics, fabric_windows, summary
 from tactogram.models.frictgan.learner import FrictGANLearner
-from tactogram.models.texture_flow.learner import TextureFlowLearner
+from tactogram.models.texture_flow.signal_learner import SignalFlowLearner
 from tactogram.recipe import Recipe
 from tactogram.signal import Image
 from tactogram.signal.resampling import resample
@@ -164,9 +164,7 @@ def _made(loaded: LoadedRun, frictgan: FrictGANLearner, batch: FrictionBatch, se
     rows = []
     for number, image in enumerate(_images(frictgan, batch)):
         rate = frictgan.rate_of(image)
-        signal = cast("TextureFlowLearner", loaded.model).generate(
-            {"image": image}, seed=1000 * seed + number
-        )
+        signal = cast("SignalFlowLearner", loaded.model).generate({"image": image}, seed=1000 * seed + number)
         rows.append(resample(signal, rate).samples[:, :count])
     return torch.from_numpy(np.stack(rows))
 
@@ -178,7 +176,7 @@ def _images(frictgan: FrictGANLearner, batch: FrictionBatch) -> list[Image]:
 
 def _named(loaded: LoadedRun, frictgan: FrictGANLearner, windows: dict[str, FrictionBatch]) -> float:
     found = [
-        cast("TextureFlowLearner", loaded.model).classify_photograph(image)[0] == name
+        cast("SignalFlowLearner", loaded.model).classify_photograph(image)[0] == name
         for name, batch in windows.items()
         for image in _images(frictgan, batch)
     ]

@@ -1,11 +1,16 @@
 """Verbs for a first look: the demo, the installation check, the list of models."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tactogram.cli.printing import Printer, accuracies, columns, text_of
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Option, Request
+
+if TYPE_CHECKING:
+    from tactogram.models import ModelInfo
 
 
 @dataclass(frozen=True)
@@ -88,21 +93,29 @@ def _device(name: str, show: Printer) -> None:
 def _models(request: _ModelsRequest, show: Printer) -> None:
     from tactogram.models import available, shipped_run
 
-    models = {
-        name: model.model_dump(mode="json", exclude={"folder", "package", "name"})
-        | {"recipes": list(model.recipes()), "trained": shipped_run(name) is not None}
-        for name, model in available().items()
-    }
+    models = available()
+    trained = {name: shipped_run(name) is not None for name in models}
     rows = [
         (
             name,
-            str(m["year"]),
-            f"{'|'.join(('+'.join(m['needs']) or '-', *m['instead']))} -> {m['gives']}",
-            m["title"] + "; comes trained" * m["trained"],
+            str(model.year),
+            " or ".join(map(_in_and_out, model.faces)),
+            model.title + "; comes trained" * trained[name],
         )
-        for name, m in models.items()
+        for name, model in models.items()
     ]
-    show(models, columns(rows))
+    facts = {
+        name: model.model_dump(mode="json", exclude={"folder", "package", "name"})
+        | {"recipes": list(model.recipes()), "trained": trained[name]}
+        for name, model in models.items()
+    }
+    show(facts, columns(rows))
+
+
+def _in_and_out(model: ModelInfo) -> str:
+    """Return the conditions of a model, in brackets if it needs none, and its output."""
+    needs = "+".join(model.needs) or "+".join(f"[{name}]" for name in model.takes) or "-"
+    return f"{'|'.join((needs, *model.instead))} -> {model.gives}"
 
 
 VERBS = {

@@ -16,9 +16,9 @@ from tactogram.workflows.training.train import train
 
 
 def find_or_simulate(
-    path: Path, set_name: str, *, progress: ProgressCallback, given: str = "", **options: Any
+    path: Path, set_name: str, *, progress: ProgressCallback, given: str = "", seed: int = 0, **options: Any
 ) -> Store:
-    """Return the store at ``given``, otherwise the one in ``path``, simulated with seed 0 if there is none yet.
+    """Return the store at ``given``, otherwise the one in ``path``, simulated with ``seed`` if there is none yet.
 
     ``options`` are those of `simulate_to_store`.
 
@@ -32,7 +32,7 @@ def find_or_simulate(
     try:
         return open_store(path)
     except DataError:
-        simulate_to_store(set_name, path, seed=0, **options, progress=progress)
+        simulate_to_store(set_name, path, seed=seed, **options, progress=progress)
         return open_store(path)
 
 

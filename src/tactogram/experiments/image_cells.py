@@ -18,8 +18,8 @@ from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.evaluation.ratings.label_following import LabelFidelity, label_fidelity
 from tactogram.experiments.artifacts import cached_result, trained_run
 from tactogram.model import SpreadReporter
-from tactogram.models.tactile_image_cgan.images import as_floats, square
 from tactogram.signal import Image
+from tactogram.training.labelled_images import as_floats, square
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.recognition.score import score
 from tactogram.workflows.training.loaded_run import load_run
@@ -92,23 +92,29 @@ def evaluate_images_of(
     }
 
     def evaluated() -> dict[str, Any]:
-        made = draws_of(loaded, plates)
-        said = np.array(
-            [[scores_of(rater_model, image, plates.words) for image in row] for row in made]
-        )  # plate, draw, word
         if not isinstance(loaded.model, SpreadReporter):
             raise ParameterError(f"{run}: {loaded.facts.name} does not measure the variation of its images")
         spread: ImageSpread = loaded.model.image_spread()
         return {
-            "following": label_fidelity(plates.means, said).as_dict(),
-            "said": said.round(4).tolist(),
+            **figures_of(draws_of(loaded, plates), rater_model, plates, quality),
             "spread": spread.as_dict(),
             "collapse": spread.collapse,
-            "quality": quality(as_tensor([image for row in made for image in row])),
             "simulated": loaded.simulated,
         }
 
     return cached_result(folder / "cells" / f"{run.name}.json", facts, evaluated)
+
+
+def figures_of(
+    made: Sequence[Sequence[Image]], rater: Any, plates: RatedPlates, quality: ImageQuality
+) -> dict[str, Any]:
+    """Return how closely images, shape (plate, draw), follow the scores of plates, and their distance to real ones."""
+    said = np.array([[scores_of(rater, image, plates.words) for image in row] for row in made])
+    return {
+        "following": label_fidelity(plates.means, said).as_dict(),
+        "said": said.round(4).tolist(),
+        "quality": quality(as_tensor([image for row in made for image in row])),
+    }
 
 
 def draws_of(loaded: Any, plates: RatedPlates, *, draws: int = DRAWS) -> list[list[Image]]:

@@ -36,29 +36,17 @@ LearnsFrom = Literal["recordings", "ratings", "images", "both"]
 """Recordings of materials; rated signals or images; rated images; or both rated surfaces and rated signals."""
 
 
-class ModelDescription(BaseModel):
-    """Content of a ``model.toml``. Unknown keys are errors."""
+class ModelConditions(BaseModel):
+    """Conditions that a model is given, from `tactogram.model.CONDITIONS`. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    title: str = Field(min_length=1)
-    """Title of the publication."""
-    authors: tuple[str, ...] = Field(min_length=1)
-    """Family name and initials, in the order of the publication."""
-    year: int = Field(ge=1900, le=2100)
-    doi: str = ""
-    """Without resolver, e.g. ``10.1109/HAPTICS.2014.6775475``; empty if there is none."""
-    task: Literal["classification", "generation", "prediction"]
     needs: tuple[str, ...] = ()
-    """Required conditions, from `tactogram.model.CONDITIONS`."""
+    """Required conditions; of words, all."""
     instead: tuple[str, ...] = ()
-    """Conditions that may each be given in place of those needed."""
+    """Conditions that may each be given in place of those needed; of words, any."""
     takes: tuple[str, ...] = ()
-    """Optional conditions."""
-    gives: Literal["signal", "image", "probabilities", "scores"]
-    """Kind of output."""
-    learns_from: LearnsFrom = "recordings"
-    """Kind of training data."""
+    """Optional conditions; of words, any."""
 
     @property
     def conditions(self) -> tuple[str, ...]:
@@ -74,6 +62,25 @@ class ModelDescription(BaseModel):
         return names
 
 
+class ModelDescription(ModelConditions):
+    """Content of a ``model.toml``."""
+
+    title: str = Field(min_length=1)
+    """Title of the publication."""
+    authors: tuple[str, ...] = Field(min_length=1)
+    """Family name and initials, in the order of the publication."""
+    year: int = Field(ge=1900, le=2100)
+    doi: str = ""
+    """Without resolver, e.g. ``10.1109/HAPTICS.2014.6775475``; empty if there is none."""
+    task: Literal["classification", "generation", "prediction"]
+    gives: Literal["signal", "image", "probabilities", "scores"]
+    """Kind of output."""
+    learns_from: LearnsFrom = "recordings"
+    """Kind of training data."""
+    images: ModelConditions | None = None
+    """Conditions of a model that learns from a store of rated images alone, too, and then gives images."""
+
+
 class ModelInfo(ModelDescription):
     """A model and its folder. Its code, and torch with it, is imported on demand."""
 
@@ -82,6 +89,19 @@ class ModelInfo(ModelDescription):
     folder: Path
     package: str
     """Import name of the folder."""
+
+    def of(self, *, images: bool) -> ModelInfo:
+        """Return the model as it is when trained on rated images, if it can be and ``images``; else itself."""
+        if self.images is None or not images:
+            return self
+        return self.model_copy(
+            update={**dict(self.images), "gives": "image", "learns_from": "images", "images": None}
+        )
+
+    @property
+    def faces(self) -> tuple[ModelInfo, ...]:
+        """The model as it is when trained on each kind of data that it learns from."""
+        return (self,) if self.images is None else (self, self.of(images=True))
 
     def given(self, condition: str) -> ModelInfo:
         """Return the model with ``condition`` as the one that it needs.

@@ -65,7 +65,7 @@ class Judge:
 def run(name, model, kind, gives, takes=(), needs=("words",), simulated=True):
     return LoadedRun(
         SimpleNamespace(name=name, folder=f"runs/{name}", data={"run_id": f"{name}-id"}),
-        SimpleNamespace(name=f"{name}_model", gives=gives, conditions=(*needs, *takes)),
+        SimpleNamespace(name=f"{name}_model", gives=gives, needs=needs, conditions=(*needs, *takes)),
         SimpleNamespace(
             prepare=SimpleNamespace(model_copy=lambda update: SimpleNamespace(apply=lambda x: x))
         ),
@@ -239,6 +239,39 @@ def image_run(tmp_path_factory):
     )
     done = train("tactile_image_cgan", folder / "store", recipe="tiny", out=folder / "run", accelerator="cpu")
     return done.folder
+
+
+@pytest.fixture(scope="module")
+def flow_run(image_run):
+    store = load_run(image_run).run.data["path"]
+    return train(
+        "texture_flow", store, recipe="tiny", out=image_run.parent / "flow", accelerator="cpu"
+    ).folder  # fmt: skip
+
+
+def test_words_that_no_run_needs_stay_open(flow_run, image_run, tmp_path, capsys):
+    out = str(tmp_path / "x.png")
+    assert main(["generate", str(flow_run), "--words", "rough=6", "--seed", "1", "--out", out]) == 0
+    assert "filled" not in capsys.readouterr().out
+    assert read_image(out).size == (16, 16)
+    flow = load_run(flow_run)
+    [same] = generate(flow, {"words": {"rough": 5 / 6}}, seed=1)  # 6 of 1 to 7, on the scale of yes and no
+    np.testing.assert_array_equal(read_image(out).pixels, same.pixels)
+    asked = ask([flow, vibrations()], {"rough": 6, "sleek": 1, "sticky": 1})
+    assert asked.on_scale_of(flow) == pytest.approx({"rough": 5 / 6, "sleek": 0, "sticky": 0})
+    assert ask([flow], {"rough": 6}).on_scale_of(flow) == pytest.approx({"rough": 5 / 6})
+    with pytest.raises(ParameterError, match="scores are missing for sleek, sticky"):
+        ask([flow, load_run(image_run)], {"rough": 6})
+
+
+def test_a_run_of_images_has_the_facts_of_its_data(flow_run, image_rater):
+    assert load_run(flow_run).facts.gives == "image"
+    assert load_run("texture_flow").facts.gives == "signal"
+    found = evaluate(flow_run, rater=image_rater)
+    assert found["spread"]["noise_share"] > 0
+    assert "correlation" in found["following"]
+    with pytest.raises(ParameterError, match="mixes are of materials; texture_flow is conditioned on words"):
+        mixing_ladder(flow_run, "a", "b", out=flow_run.parent / "ladder")
 
 
 def test_the_command_gives_an_image_and_says_what_it_filled(image_run, tmp_path, capsys):

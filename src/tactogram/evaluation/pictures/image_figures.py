@@ -78,7 +78,7 @@ def _losses(axes: Axes, losses: Mapping[str, Sequence[tuple[int, float]]]) -> No
         axes.plot(steps, values, color=colour, alpha=0.3, linewidth=0.6)
         axes.plot(steps, _smoothed(steps, values), color=colour, linewidth=1.2, label=name)
     axes.set_xlabel("update", fontsize=8)
-    axes.set_ylabel("cross-entropy", fontsize=8)
+    axes.set_ylabel("loss", fontsize=8)
     axes.set_ylim(bottom=0)
     axes.tick_params(labelsize=7)
     axes.legend(fontsize=7)

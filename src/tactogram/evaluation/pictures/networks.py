@@ -123,11 +123,14 @@ class TrunkDistance:
         return 1 - F.cosine_similarity(self._maps(real), self._maps(made)).mean((1, 2))
 
     def frechet(self, real: Tensor, made: Tensor) -> float:
-        """Return the Fréchet distance of two sets in the 1280 features, >= 0."""
-        check_pictures(real)
-        check_pictures(made)
-        one, other = (self._maps(pictures).mean((2, 3)).double().cpu().numpy() for pictures in (real, made))
-        return frechet_distance(one, other)
+        """Return the Fréchet distance of two sets in the `features`, >= 0."""
+        return frechet_distance(self.features(real), self.features(made))
+
+    def features(self, pictures: Tensor) -> NDArray[np.float64]:
+        """Return the last maps' means over places, float64, shape (picture, 1280)."""
+        check_pictures(pictures)
+        features: NDArray[np.float64] = self._maps(pictures).mean((2, 3)).double().cpu().numpy()
+        return features
 
     def _maps(self, pictures: Tensor) -> Tensor:
         """Return the last maps, (picture, 1280, 8, 8); those of the last two sets are cached for the other distance."""

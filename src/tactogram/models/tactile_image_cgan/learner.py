@@ -24,10 +24,10 @@ from tactogram.model import (
     unit_scores,
 )
 from tactogram.models.tactile_image_cgan.config import Config
-from tactogram.models.tactile_image_cgan.images import LabelledImages, as_floats, as_pixels
 from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
 from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.signal import Image
+from tactogram.training.labelled_images import LabelledImages, as_floats, as_pixels
 from tactogram.training.seeds import child_rng, torch_seeded
 
 EVALUATED = 64

@@ -27,6 +27,8 @@ class Config(BaseModel):
     """Numbers that represent flow time and condition."""
     frames: int = Field(default=128, ge=8, multiple_of=8)
     """Frames of a training crop."""
+    size: int = Field(default=64, ge=8, le=512)
+    """Rows and columns of an image."""
     batch_size: int = Field(default=16, gt=0)
     steps: int = Field(default=2500, gt=0)
     start: str = ""
@@ -38,7 +40,10 @@ class Config(BaseModel):
     moving_average: float = Field(default=0.998, gt=0, lt=1)
     """Decay of the average of the weights, which generates."""
     dropped: float = Field(default=0.1, ge=0, lt=1)
-    """Share of crops without their material, and, drawn apart, without speed and force (Ho & Salimans 2021)."""
+    """Share of crops without their material, and, drawn apart, without speed and force; of images without their words
+    (Ho & Salimans 2021)."""
+    incomplete: float = Field(default=0.5, ge=0, le=1)
+    """Share of images without some of their words, as in use any may be missing."""
     references: float = Field(default=0.25, ge=0, le=1)
     """Share of crops whose surface is measured from one other recording of it, not from all."""
     modulated: float = Field(default=0.0, ge=0, le=1)
@@ -64,7 +69,7 @@ class Config(BaseModel):
 
     @property
     def multiple(self) -> int:
-        """Bins and frames of the network are multiples of it."""
+        """Bins and frames, or rows and columns, of the network are multiples of it."""
         return int(2 ** len(self.widths))
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""U-Net over frequency and time, conditioned on flow time and label.
+"""U-Net over frequency and time, or rows and columns, conditioned on flow time and label.
 
 References
 ----------
@@ -19,26 +19,27 @@ from torch import Tensor, nn
 from tactogram.models.texture_flow.config import Config
 
 COSINES = 4
-"""Cosines that tell the network the frequency."""
+"""Cosines that tell the network the frequency, in rows."""
 FASTEST = 400.0
 """Greatest angular frequency, rad, of the sinusoids that represent flow time."""
 
 
 class VelocityUNet(nn.Module):
-    """The velocity of every value of a spectrogram on its way from noise to texture.
+    """The velocity of every value of a spectrogram or image on its way from noise to texture.
 
     It has no fixed length: normalisation is over the channels of each place alone, so nothing far away matters.
-    The last layer begins at 0. ``labels`` are the numbers of a label; one of zeros is no condition.
+    The last layer begins at 0. ``labels`` are the numbers of a label; one of zeros is no condition. ``cosines`` tell
+    the network the row; with none all rows are alike.
     """
 
-    def __init__(self, config: Config, *, axes: int, labels: int) -> None:
+    def __init__(self, config: Config, *, channels: int, labels: int, cosines: int = COSINES) -> None:
         super().__init__()
         widths, size = config.widths, config.embedding
-        self.size = size
+        self.size, self.cosines = size, cosines
         self.label = nn.Linear(labels, size, bias=False)
         self.time = nn.Sequential(nn.Linear(size, size), nn.SiLU(), nn.Linear(size, size))
         self.embed = nn.Sequential(nn.SiLU(), nn.Linear(size, size), nn.SiLU())
-        self.first = nn.Conv2d(axes + COSINES, widths[0], 2, stride=2)
+        self.first = nn.Conv2d(channels + cosines, widths[0], 2, stride=2)
         levels = list(pairwise(widths))
         self.down = nn.ModuleList(_Block(fine, fine, size) for fine, _ in levels)
         self.coarser = nn.ModuleList(nn.Conv2d(fine, coarse, 2, stride=2) for fine, coarse in levels)
@@ -46,32 +47,32 @@ class VelocityUNet(nn.Module):
         self.finer = nn.ModuleList(nn.ConvTranspose2d(coarse, fine, 2, stride=2) for fine, coarse in levels)
         self.up = nn.ModuleList(_Block(2 * fine, fine, size) for fine, _ in levels)
         self.norm = _ChannelNorm(widths[0])
-        self.last = _zeroed(nn.ConvTranspose2d(widths[0], axes, 2, stride=2))
+        self.last = _zeroed(nn.ConvTranspose2d(widths[0], channels, 2, stride=2))
         self.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     def forward(self, x: Tensor, time: Tensor, label: Tensor) -> Tensor:
-        """Return the velocity, (batch, axis, bin, frame), at ``time``, (batch,), 0 to 1; label: (batch, label)."""
-        batch, _, bins, frames = x.shape
-        place = torch.linspace(0, math.pi, bins, device=x.device)
-        order = torch.arange(1, COSINES + 1, device=x.device)
-        cosines = torch.cos(order[:, None] * place)[None, :, :, None].expand(batch, -1, -1, frames)
+        """Return the velocity, (batch, channel, row, column), at ``time``, (batch,), 0 to 1; label: (batch, label)."""
+        batch, _, rows, columns = x.shape
+        place = torch.linspace(0, math.pi, rows, device=x.device)
+        order = torch.arange(1, self.cosines + 1, device=x.device)
+        cosines = torch.cos(order[:, None] * place)[None, :, :, None].expand(batch, -1, -1, columns)
         e = self.embed(self.time(_sinusoids(time, self.size)) + self.label(label))  # B, E
         h = torch.cat((x, cosines), 1).contiguous(memory_format=torch.channels_last)
-        h = self.first(h)  # B, W0, K/2, T/2
+        h = self.first(h)  # B, W0, R/2, C/2
         skips = []
         for block, coarser in zip(self.down, self.coarser, strict=True):
             skips.append(block(h, e))
-            h = coarser(skips[-1])  # B, Wk, K/2^(k+1), T/2^(k+1)
+            h = coarser(skips[-1])  # B, Wk, R/2^(k+1), C/2^(k+1)
         for block in self.middle:
             h = block(h, e)
         for block, finer in zip(reversed(self.up), reversed(self.finer), strict=True):
             h = block(torch.cat((finer(h), skips.pop()), 1), e)
-        velocity: Tensor = self.last(F.silu(self.norm(h)))  # B, A, K, T
+        velocity: Tensor = self.last(F.silu(self.norm(h)))  # B, channel, R, C
         return velocity
 
 
 class _ChannelNorm(nn.LayerNorm):
-    """Layer normalisation over the channels of each bin and frame."""
+    """Layer normalisation over the channels of each place."""
 
     def forward(self, x: Tensor) -> Tensor:
         return super().forward(x.permute(0, 2, 3, 1)).permute(0, 3, 1, 2)

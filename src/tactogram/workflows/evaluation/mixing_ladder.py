@@ -23,7 +23,6 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.evaluation.requests import MixRequest
 from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.generation.word_scores import needs_words
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 
@@ -42,7 +41,7 @@ def mix_ladder(request: MixRequest) -> MixSeries:
     loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     start, end, steps, signals = request.start, request.end, request.steps, request.signals
     mode, seed = request.mode, request.seed
-    if needs_words(loaded):
+    if "words" in (known := loaded.facts.conditions) and "material" not in known:
         raise ParameterError(
             f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} is conditioned on words"
         )

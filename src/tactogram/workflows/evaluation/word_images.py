@@ -23,6 +23,8 @@ SHOWN = 2
 """Noises in the figure, as in Fig. 4 of Hatori et al. 2025."""
 FEWEST = 3
 """Smallest number of labels of test images, which `label_fidelity` needs; with fewer, training images are used."""
+LOSSES = ("generator", "discriminator", "loss")
+"""Losses in the figure, of those that a model has."""
 
 Array = NDArray[np.float64]
 
@@ -89,7 +91,7 @@ def evaluate_images(
         blocks.append(ReportTable(("follows its label", ""), values, text))
     trials = [[row[trial] for row in made] for trial in range(SHOWN)]
     metrics = loaded.run.metrics()
-    losses = {n: [(m["step"], m[n]) for m in metrics if n in m] for n in ("generator", "discriminator")}
+    losses = {n: found for n in LOSSES if (found := [(m["step"], m[n]) for m in metrics if n in m])}
     title = f"{loaded.run.name}{', simulated data' if figures['data']['simulated'] else ''}"
     figure = generated_figure([GeneratorRow("", trials, losses)], list(labels), title=title)
     blocks.append(ReportFigure(figure, "Images of each label from two noises, and the losses."))

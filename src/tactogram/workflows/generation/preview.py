@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tactogram.datasets import Split, Store, label_of, signal_kind
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Condition, Generator, ImageKind, Kind, RatedGenerator
@@ -34,7 +36,7 @@ def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -
     if not path.is_file():
         raise RunError(f"{run.folder}: has no checkpoint yet; wait for the first one")
     recipe, (store, split) = run.recipe, test_part(run)
-    facts = model_of(run, model_folders)
+    facts = model_of(run, model_folders).of(images=not len(store))
     kind: Kind
     if facts.learns_from == "recordings":
         examples = part_examples(store, split, "train", recipe.prepare, label=run.data["label"])
@@ -64,7 +66,7 @@ def sample_choices(folder: Path | str) -> list[str]:
         kind = run.kind()
         return sorted(kind.items if isinstance(kind, ImageKind) else kind.materials)
     store, split = test_part(run)
-    if facts.learns_from == "images":
+    if facts.of(images=not len(store)).learns_from == "images":
         keys = {region.key for region in split.photographs.get("train", ())}
         return sorted(item for item, held in store.photographs_by_material.items() if keys & set(held))
     named = (label_of(store.info(segment.id), run.data["label"]) for segment in split.train)
@@ -110,14 +112,13 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
 
 def _condition(loaded: LoadedRun, generator: Generator, of: str | None) -> tuple[str, str, Condition]:
     """Return the material or item, a description of it, and the condition for a generator."""
-    needs = loaded.facts.needs
-    if "words" in needs and isinstance(generator, RatedGenerator):
+    if isinstance(generator, RatedGenerator):
         item = _one(sorted(generator.rated_means), of)
         low, high = loaded.any_kind.scale or (0.0, 1.0)
-        means = generator.rated_means[item]
-        words = zip(loaded.any_kind.words, means.tolist(), strict=True)
-        return item, f"scores of {item}", {"words": {word: low + mean * (high - low) for word, mean in words}}
-    if "image" in needs:
+        words = zip(loaded.any_kind.words, generator.rated_means[item].tolist(), strict=True)
+        scores = {word: low + mean * (high - low) for word, mean in words if np.isfinite(mean)}
+        return item, f"scores of {item}", {"words": scores}
+    if "image" in loaded.facts.needs:
         store, split = test_part(loaded.run)
         material = _one(_photographed(store, split), of)
         image = store.photograph(store.photographs_of(material)[0])

@@ -19,9 +19,10 @@ Rest = Literal["mean"]
 
 @dataclass(frozen=True)
 class WordRequest:
-    """Scores of all words, on the 7-point scale.
+    """Scores of words, on the 7-point scale.
 
-    ``given`` were requested, ``filled`` are the others, and ``filled_from`` describes their source.
+    ``given`` were requested, ``filled`` are the others, and ``filled_from`` describes their source. Words that no run
+    needs may be missing.
     """
 
     given: Mapping[str, float]
@@ -30,7 +31,7 @@ class WordRequest:
 
     @property
     def scores(self) -> dict[str, float]:
-        """Scores of all words."""
+        """Scores given and filled."""
         return {**self.filled, **self.given}
 
     def on_scale_of(self, run: LoadedRun) -> dict[str, float]:
@@ -39,7 +40,7 @@ class WordRequest:
         Lowest is mapped to lowest, highest to highest. Of yes/no ratings it is the share of people: 4 is one half.
         """
         scaled = _on_scale(self.scores, run)
-        return {word: scaled[word] for word in run.any_kind.words}
+        return {word: scaled[word] for word in run.any_kind.words if word in scaled}
 
     def as_dict(self) -> dict[str, Any]:
         """Return JSON values: ``scale``, ``asked``, ``filled``, ``filled_from``, ``scores``."""
@@ -63,7 +64,7 @@ def ask(
 
     ``words`` are on the 7-point scale; the ten words of the studies may be in Japanese, romaji or any case. Missing
     scores are filled with the means over the rated items of the first run that has any (``rest``), or the measured
-    means of the item ``like``, from the first run that has it.
+    means of the item ``like``, from the first run that has it; they stay open where no run needs them.
 
     Raises
     ------
@@ -76,7 +77,7 @@ def ask(
     missing = [word for word in names if word not in given]
     if rest is not None and like is not None:
         raise ParameterError("`rest` and `like` both fill missing scores; give one")
-    if not missing:
+    if not missing or (rest is None and like is None and not any(map(needs_words, runs))):
         return WordRequest(given)
     if like is not None:
         means, source = _of_item(runs, like)

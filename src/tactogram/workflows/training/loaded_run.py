@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from tactogram import models
 from tactogram.datasets import Examples, Label, Split, Store, open_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import Classifier, Embedder, Generator, Kind, Predictor, SignalKind
+from tactogram.model import Classifier, Embedder, Generator, ImageKind, Kind, Predictor, SignalKind
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
@@ -126,7 +126,7 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
 
     run = Run.open(models.shipped_run(str(folder)) or Path(folder))
     kind, recipe = run.kind(), run.recipe
-    facts = model_of(run, model_folders)
+    facts = model_of(run, model_folders).of(images=isinstance(kind, ImageKind))
     model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)
     state, _ = load_state(run.folder / "model.safetensors")
     try:

@@ -61,7 +61,7 @@ def planned(request: TrainingRequest) -> TrainingPlan:
     """
     store = open_store(request.data)
     folders = tuple(Path(folder) for folder in request.model_folders)
-    facts = models.find(request.model, folders)
+    facts = models.find(request.model, folders).of(images=not len(store))
     recipe = Recipe.load(facts.recipe(request.recipe), changes=request.recipe_changes)
     index = select(store.index, request.where) if len(store) else []
     rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)

@@ -27,7 +27,7 @@ from tactogram.studio.pages.make.words_view import scale_text
 MATERIALS = ("cork", "felt", "tile")
 SIGNALS = SignalKind(1000.0, "m/s^2", ("x", "y", "z"), MATERIALS, words=WORDS, scale=(1.0, 7.0))
 IMAGES = ImageKind(WORDS, (0.0, 1.0), ("a",))
-MODELS = models.available()
+MODELS = {f"{f.name}-{f.learns_from}": f for found in models.available().values() for f in found.faces}
 
 
 def kind_of(facts):

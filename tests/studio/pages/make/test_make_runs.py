@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from tactogram.cli.command import main
+from tactogram.datasets import create_store
+from tactogram.datasets.ratings.ratings import EVOKED, Ratings
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
 from tactogram.signal.io import read_signal, write_image
@@ -18,6 +21,8 @@ from tactogram.studio.pages.make.runs import RunCatalogue, cropped
 from tactogram.studio.pages.make.state import MOST_COMPARED, MakePageState
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.training.train import train
 
 VOICES = "studio/first/voices"
 
@@ -56,6 +61,30 @@ def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
     assert state.form.words[:2] == ("dry", "sleek")
     assert made.seconds == 0.5
     assert state.command().startswith("tactogram generate texture_flow --words rough=6 --seconds 0.5")
+
+
+def test_a_run_of_images_leaves_the_unticked_words_open(state):
+    rng = np.random.default_rng(0)
+    items = [f"i{number}" for number in range(6)]
+    rows = [(rater, item, word) for item in items for rater in ("r1", "r2") for word in WORDS]
+    ratings = Ratings(*zip(*rows, strict=True), rng.integers(0, 2, len(rows)).astype(float), EVOKED)
+    shown = [(item, Image(rng.integers(0, 256, (20, 20, 3), np.uint8))) for item in items]
+    folder = state.workspace.folder
+    create_store(
+        folder / "data/seen", [], name="seen", licence="-", simulated=True, ratings=ratings, photographs=shown
+    )
+    train("texture_flow", folder / "data/seen", recipe="tiny", split="all", out=folder / "runs/drawn")
+    state.choose("runs/drawn")
+    state.set(words={"rough": 6.0}, seed=3)
+
+    ((_, made),) = state.runs.generate(state.request)
+
+    assert state.form.words == WORDS
+    assert (state.form.some_words, state.form.gives, state.form.materials) == (True, "image", ())
+    loaded = state.runs.load(state.run)
+    [same] = generate(loaded, {"words": {"rough": 5 / 6}}, seed=3)
+    np.testing.assert_array_equal(made.pixels, same.pixels)
+    assert state.command() == "tactogram generate runs/drawn --words rough=6 --seed 3 --out made.png"
 
 
 def test_a_photograph_is_offered_in_place_of_a_material_where_some_were_trained_on(state):

@@ -9,11 +9,11 @@ import torch
 from tactogram.errors import ParameterError
 from tactogram.model import ImageExample, ImageKind, ItemRatings
 from tactogram.models.tactile_image_cgan.config import Config
-from tactogram.models.tactile_image_cgan.images import LabelledImages, as_floats, as_pixels, square
 from tactogram.models.tactile_image_cgan.learner import TactileImageLearner
 from tactogram.nn.initial_weights import normal_
 from tactogram.recipe import Recipe
 from tactogram.signal import Image
+from tactogram.training.labelled_images import LabelledImages, as_floats, as_pixels, square
 from tactogram.training.loop import fit
 
 WORDS = ("rough", "sleek")

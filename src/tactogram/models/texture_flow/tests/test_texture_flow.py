@@ -201,7 +201,7 @@ def test_the_solver_is_of_second_order_and_asks_no_time_beyond_the_last():
 
 
 def test_what_is_far_away_does_not_matter():
-    network = trained().average.network
+    network = trained().flow.average.network
     noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
     changed = noise.clone()
     changed[..., 160:] = 0
@@ -213,7 +213,7 @@ def test_what_is_far_away_does_not_matter():
 
 
 def test_an_untrained_network_gives_no_velocity():
-    network = VelocityUNet(SMALL, axes=2, labels=3)
+    network = VelocityUNet(SMALL, channels=2, labels=3)
     assert not network(torch.randn(2, 2, 32, 16), torch.rand(2), torch.rand(2, 3)).any()
 
 
@@ -256,7 +256,7 @@ def test_the_average_of_the_weights_generates():
     learner = build(SMALL, KIND, seed=0)
     learner.load_state(trained().state())
     with torch.no_grad():
-        for parameter in learner.network.parameters():
+        for parameter in learner.flow.network.parameters():
             parameter.zero_()
     made = learner.generate({"material": "cork"}, seed=0).samples
     np.testing.assert_array_equal(made, trained().generate({"material": "cork"}, seed=0).samples)

@@ -63,8 +63,8 @@ def test_a_training_begins_with_its_weights():
     examples = [Example(f"{name}{k}", stroke(), name) for name in "ab" for k in range(2)]
     learner = build(Config(start="texture_flow"), kind, seed=0)
     learner.step(Stage("fit", 1), examples)
-    shipped = load_run("texture_flow").model.average.network.state_dict()
-    for weights in (learner.network.state_dict(), learner.average.network.state_dict()):
+    shipped = load_run("texture_flow").model.flow.average.network.state_dict()
+    for weights in (learner.flow.network.state_dict(), learner.flow.average.network.state_dict()):
         assert all(torch.equal(weights[name], value) for name, value in shipped.items())
     narrow = build(Config(start="texture_flow", widths=(8, 16)), kind, seed=0)
     with pytest.raises(ParameterError, match="config.start must be a run of texture_flow of 1 axes, 64 bins"):

@@ -62,6 +62,11 @@ class GenerationForm:
         known["photo"] = known["materials"] or "photo" not in self.instead
         return self.has(part) and known.get(part, True)
 
+    @property
+    def some_words(self) -> bool:
+        """Whether words may be missing; else a missing word gets its mean over the run's rated items."""
+        return self.has("words") and "words" not in self.needs
+
     def used(self, request: GenerationRequest) -> GenerationRequest:
         """Return ``request`` without what a photograph, vibration or words replace, and what goes with that."""
         if "photo" in self.instead and request.photo:
@@ -262,7 +267,7 @@ def command(request: GenerationRequest, form: GenerationForm, *, photo: str = ""
     if form.has("words"):
         if request.words:
             words += ["--words", _assignments(request.words)]
-        if "words" not in form.instead and set(form.words) - set(request.words):
+        if not form.some_words and set(form.words) - set(request.words):
             words += ["--rest", "mean"]
     if request.vibration:
         words += ["--vibration", request.vibration]

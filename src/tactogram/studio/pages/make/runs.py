@@ -106,7 +106,7 @@ class RunCatalogue:
             kind: Kind = SignalKind(**values) if "rate" in values else ImageKind(**values)
         except TypeError as error:
             raise DataError(f"{name}: model.json is broken: {error}") from None
-        model = models.find(str(facts.get("model")))
+        model = models.find(str(facts.get("model"))).of(images=isinstance(kind, ImageKind))
         return FinishedRun(folder, name, model, kind, _read(folder / "data.json"))
 
     def load(self, run: FinishedRun) -> LoadedRun:
@@ -148,11 +148,11 @@ class RunCatalogue:
             condition["material"] = request.mix
         if request.photo and form.has("photo"):
             condition["image"] = self.photograph(request)
-        if "words" in form.instead and request.words:
+        if form.some_words and request.words:
             from tactogram.workflows.generation.word_scores import some_words
 
             condition["words"] = some_words(run, request.words)
-        elif "words" in (*form.needs, *form.takes):
+        elif "words" in form.needs:
             from tactogram.workflows.generation.word_scores import ask
 
             rest = None if set(form.words) <= set(request.words) else "mean"

@@ -19,18 +19,14 @@ LOW, HIGH = SEVEN_POINT.low, SEVEN_POINT.high
 def draw_words(page: MakePage) -> None:
     """Draw the scores of the words that the run knows."""
     state = page.state
+    some = state.form is not None and state.form.some_words
     hint(
         f"{scale_text(state.run.kind.scale if state.run else None)} Unticked words are "
-        + ("left open." if _optional(page) else "set to their mean over the training data.")
+        + ("left open." if some else "set to their mean over the training data.")
     )
     with ui.element("div").classes("sliders words"):
         for word in state.form.words if state.form else ():
-            _draw_word(page, word)
-
-
-def _optional(page: MakePage) -> bool:
-    """Return whether words may be missing."""
-    return page.state.form is not None and "words" in page.state.form.instead
+            _draw_word(page, word, unset="open" if some else "mean")
 
 
 def scale_text(scale: tuple[float, float] | None) -> str:
@@ -43,7 +39,7 @@ def scale_text(scale: tuple[float, float] | None) -> str:
     return text
 
 
-def _draw_word(page: MakePage, word: str) -> None:
+def _draw_word(page: MakePage, word: str, *, unset: str) -> None:
     state = page.state
     scores = state.request.words
     box = ui.checkbox(word_label(word), value=word in scores).props("dense").classes("name")
@@ -60,7 +56,7 @@ def _draw_word(page: MakePage, word: str) -> None:
 
     def show() -> None:
         score = state.request.words.get(word)
-        share.text = f"{score:.1f}" if score is not None else "open" if _optional(page) else "mean"
+        share.text = f"{score:.1f}" if score is not None else unset
         slider.classes(remove="unset") if score is not None else slider.classes("unset")
 
     def slid(event: Any) -> None:

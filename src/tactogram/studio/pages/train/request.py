@@ -115,11 +115,16 @@ class RunRequest:
 
 def describe_model(model: ModelInfo) -> str:
     """Return what a model does, what it learns from, and its paper."""
+    tasks = "; or ".join(_described(face) for face in model.faces)
     authors = model.authors[0] + (" et al." if len(model.authors) > 1 else "")
+    return f"{tasks[0].upper()}{tasks[1:]}. {authors} {model.year}: {model.title}."
+
+
+def _described(model: ModelInfo) -> str:
     task = {
-        "classification": "Classifies the material of a signal",
-        "generation": f"Generates {'an image' if model.gives == 'image' else 'signals'}",
-        "prediction": "Predicts word ratings of signals or images",
+        "classification": "classifies the material of a signal",
+        "generation": f"generates {'an image' if model.gives == 'image' else 'signals'}",
+        "prediction": "predicts word ratings of signals or images",
     }[model.task]
     inputs = [*model.needs, *(f"{name} (optional)" for name in model.takes if name != "latent")]
     given = f" from {_listed(inputs)}" if inputs and model.task == "generation" else ""
@@ -129,7 +134,7 @@ def describe_model(model: ModelInfo) -> str:
         "images": "rated images",
         "both": "rated surfaces and rated signals",
     }[model.learns_from]
-    return f"{task}{given}; learns from {data}. {authors} {model.year}: {model.title}."
+    return f"{task}{given}; learns from {data}"
 
 
 def _listed(names: list[str]) -> str:

@@ -25,19 +25,25 @@ class LabelledImages:
     ----------
     pixels : uint8 array, shape (image, 3, size, size)
     labels : float32 array, shape (image, word), 0 to 1
-        Means over the raters of an image: of yes/no ratings the share that affirmed a word (Sec. II-B). Sec. II-B calls
-        a label "one-hot", which would be a single word and cannot be meant.
+        Means over the raters of an image: of yes/no ratings the share that affirmed a word (Hatori et al. 2025, Sec.
+        II-B, which calls a label "one-hot": that would be a single word and cannot be meant). NaN where nobody scored
+        a word, if these are allowed.
     """
 
     pixels: Pixels
     labels: NDArray[np.float32]
 
     @classmethod
-    def of(cls, examples: Sequence[ImageExample], words: Sequence[str], size: int) -> LabelledImages:
-        """Return examples decoded, cut and scaled; refuses fewer than 2, and missing or other words."""
+    def of(
+        cls, examples: Sequence[ImageExample], words: Sequence[str], size: int, *, partial: bool = False
+    ) -> LabelledImages:
+        """Return examples decoded, cut and scaled; refuses fewer than 2, and other words.
+
+        Missing words are NaN if ``partial``, else refused.
+        """
         if len(examples) < 2:
             raise ParameterError(f"at least 2 rated images are needed to learn from, got {len(examples)}")
-        labels = np.stack([_label(example, words) for example in examples])
+        labels = np.stack([_label(example, words, partial=partial) for example in examples])
         return cls(np.stack([square(example.image, size) for example in examples]), labels)
 
     def batch(self, number: int, size: int, *, seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -55,7 +61,7 @@ class LabelledImages:
 
 
 def as_floats(pixels: Pixels) -> NDArray[np.float32]:
-    """Return 0 to 255 as -1 to 1, the range of tanh (Sec. II-C)."""
+    """Return 0 to 255 as -1 to 1, the range of tanh (Hatori et al. 2025, Sec. II-C)."""
     return pixels.astype(np.float32) / 127.5 - 1
 
 
@@ -68,7 +74,7 @@ def as_pixels(values: NDArray[np.float32]) -> Pixels:
 def square(image: Image, size: int) -> Pixels:
     """Return the middle square of an image, scaled to ``size``: uint8, (3, size, size).
 
-    Assumed: the paper does not state how it cut images to 64 x 64.
+    Assumed: Hatori et al. 2025 do not state how they cut images to 64 x 64.
     """
     rows, columns = image.size
     side = min(rows, columns)
@@ -80,13 +86,13 @@ def square(image: Image, size: int) -> Pixels:
     return np.ascontiguousarray(cut.transpose(2, 0, 1))
 
 
-def _label(example: ImageExample, words: Sequence[str]) -> NDArray[np.float32]:
+def _label(example: ImageExample, words: Sequence[str], *, partial: bool) -> NDArray[np.float32]:
     if example.rated.words != tuple(words):
         raise ParameterError(
             f"{example.item}: must be rated in {', '.join(words)}, got {', '.join(example.rated.words)}"
         )
     means = example.rated.means
-    if np.isnan(means).any():
+    if np.isnan(means).any() and not partial:
         missing = ", ".join(word for word, mean in zip(words, means, strict=True) if np.isnan(mean))
         raise ParameterError(f"{example.item}: nobody scored it in {missing}; rate it or omit it")
     return means.astype(np.float32)

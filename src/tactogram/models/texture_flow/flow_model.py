@@ -1,0 +1,93 @@
+"""Flow model: a velocity network, its optimiser, and the average of its weights, which generates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from tactogram.models.texture_flow.config import Config
+from tactogram.models.texture_flow.flow import flow_loss, solve
+from tactogram.nn import MovingAverage
+from tactogram.nn.bare_and_fixed import bare
+from tactogram.training.seeds import torch_seeded
+
+LARGEST_GRADIENT = 1.0
+"""Norm that gradients are limited to."""
+
+
+class FlowModel:
+    """A flow from noise to data, (batch, channel, row, column), with a label, (batch, label).
+
+    A label of zeros is no condition.
+    """
+
+    def __init__(self, network: nn.Module, config: Config, *, device: torch.device) -> None:
+        self.config, self.device = config, device
+        self.network: Any = network.to(device)
+        self.average = MovingAverage(network, config.moving_average)
+        self.backward: Callable[[Tensor], None] = Tensor.backward
+
+    @cached_property
+    def optimiser(self) -> Any:
+        """AdamW. Made for training only: a process's first optimiser imports torch's compiler."""
+        return torch.optim.AdamW(self.network.parameters(), lr=self.config.learning_rate, betas=(0.9, 0.99))
+
+    def setup(self, fabric: Any) -> None:
+        """Hand the network and its optimiser to Lightning Fabric."""
+        self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
+        self.backward, self.device = fabric.backward, fabric.device
+        self.average.network.to(self.device)
+
+    def update(self, number: int, steps: int, data: Tensor, label: Tensor) -> float:
+        """Return the loss of batch ``number`` of ``steps``, after a step of the optimiser and of the average."""
+        label = label.to(self.device)
+        rate = min(1, (number + 1) / self.config.warm_up) * (1 + math.cos(math.pi * number / steps)) / 2
+        for group in self.optimiser.param_groups:
+            group["lr"] = rate * self.config.learning_rate
+        loss = flow_loss(lambda x, time: self.network(x, time, label).float(), data.to(self.device))
+        self.optimiser.zero_grad()
+        self.backward(loss)
+        torch.nn.utils.clip_grad_norm_(self.network.parameters(), LARGEST_GRADIENT)
+        self.optimiser.step()
+        self.average.update(bare(self.network))
+        return loss.item()
+
+    @torch.no_grad()
+    def loss(self, data: Tensor, label: Tensor) -> float:
+        """Return the loss of the average at fixed noises and times."""
+        label = label.to(self.device)
+        with torch_seeded(0, "validate"):
+            return flow_loss(lambda x, t: self.average.network(x, t, label), data.to(self.device)).item()
+
+    @torch.inference_mode()
+    def sample(self, noise: Tensor, label: Tensor) -> Tensor:
+        """Return data that ``noise`` flows to, with the guidance and steps of the configuration."""
+        given, strength = label.to(self.device), self.config.guidance
+
+        def velocity(x: Tensor, time: Tensor) -> Tensor:
+            found: Tensor = self.average.network(x, time, given)
+            if strength == 1:
+                return found
+            free: Tensor = self.average.network(x, time, torch.zeros_like(given))
+            return free + strength * (found - free)
+
+        return solve(velocity, noise.to(self.device), self.config.solver_steps)
+
+    def start_from(self, weights: Mapping[str, Tensor]) -> None:
+        """Begin with the weights of another network; `RuntimeError` if they do not fit."""
+        bare(self.network).load_state_dict(weights)
+        self.average.network.load_state_dict(weights)
+
+    def state(self) -> dict[str, Any]:
+        """Return average and network, without the optimiser."""
+        return {"average": self.average.state(), "network": self.network.state_dict()}
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Continue from `state`; without the network, which a run that is shipped omits, from the average."""
+        self.average.load_state(state["average"])
+        self.network.load_state_dict(state.get("network", state["average"]["weights"]))

@@ -1,0 +1,398 @@
+"""Signals: training on crops of whitened spectra; textures of any length and of mixed materials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from tactogram.errors import ParameterError
+from tactogram.features.photo_classifier import PhotoClassifier, distinct_photographs
+from tactogram.features.signal_crops import SignalCrops
+from tactogram.model import (
+    Condition,
+    Example,
+    SignalKind,
+    Stage,
+    check_condition,
+    check_state,
+)
+from tactogram.models import shipped_run
+from tactogram.models.texture_flow.config import Config
+from tactogram.models.texture_flow.flow_model import FlowModel
+from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
+from tactogram.models.texture_flow.modulation import modulated
+from tactogram.models.texture_flow.networks import VelocityUNet
+from tactogram.models.texture_flow.surface_prediction import (
+    UNKNOWN,
+    Reference,
+    StrokePair,
+    Strokes,
+    SurfacePredictor,
+)
+from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
+from tactogram.nn.bare_and_fixed import bare
+from tactogram.nn.labels import NUMBERS, Labels
+from tactogram.signal import Image, Signal
+from tactogram.signal.displacement import played
+from tactogram.training.checkpoint import load_state
+from tactogram.training.seeds import child_generator, child_rng, torch_seeded
+
+NOISE_FRAMES = 64
+"""Frames of noise that are drawn at once, so that longer signals begin with the same noise."""
+LARGEST_CODE = 4.0
+"""Numbers of a code count as at most so many standard deviations of those of the recordings."""
+MOST_PHOTOGRAPHS = 50
+"""Photographs of a material that are learned from."""
+UNSEEN_CROPS = 64
+"""Crops of unseen recordings that the loss is measured on."""
+PLAYBACK_RATE = 4000.0
+"""Of a signal over displacement that is played at a speed, Hz."""
+LEAST_RMS = 1e-12
+"""Of a vibration in another unit."""
+
+
+class SignalFlowLearner:
+    """Whitened spectra, and the flow that generates them."""
+
+    def __init__(
+        self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
+    ) -> None:
+        self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
+        self.device = torch.device(device)
+        self.spectra = SurfaceSpectra(config, kind.rate, kind.domain)
+        self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
+        """Mean and standard deviation of the codes of recordings."""
+        self.over_displacement = kind.domain == "displacement"
+        conditions = [
+            name for name in config.conditions if name != "speed_mm_s" or not self.over_displacement
+        ]
+        self.labels = Labels(conditions)
+        size = self.codes.shape[1] + 2 + 4 * len(conditions)
+        with torch_seeded(seed, "weights"):
+            network = VelocityUNet(config, channels=len(kind.axes), labels=size)
+        self.flow = FlowModel(network, config, device=self.device)
+        predictor = None
+        if config.prediction_steps:
+            with torch_seeded(seed, "predictor"):
+                predictor = SurfacePredictor(
+                    self.spectra.vector_size(len(kind.axes)),
+                    components=config.components,
+                    conditions=conditions,
+                    words=len(kind.words),
+                ).to(self.device)
+        self.known = KnownSurfaces(kind, self.spectra, self.labels, predictor)
+        self.seconds = self.rms = 0.0
+        """Medians of the training recordings (mm over displacement instead of seconds)."""
+        self.backward: Callable[[Tensor], None] = Tensor.backward
+
+    @cached_property
+    def prediction_optimiser(self) -> Any:
+        """AdamW."""
+        return torch.optim.AdamW(self.known.predictor.parameters(), lr=self.config.learning_rate)
+
+    def setup(self, fabric: Any) -> None:
+        self.flow.setup(fabric)
+        if self.known.predictor is not None:
+            self.known.predictor, self.prediction_optimiser = fabric.setup(
+                self.known.predictor, self.prediction_optimiser
+            )
+            self.known.predictor.mark_forward_method("loss")
+        self.backward, self.device = fabric.backward, fabric.device
+
+    # -- training ----------------------------------------------------------------------------------------
+
+    def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
+        self.kind.require_materials("texture_flow")
+        self.kind.check_all_present(examples)
+        predict = (
+            (Stage("predict", self.config.prediction_steps),) if self.known.predictor is not None else ()
+        )
+        return Stage("fit", 1), *predict, Stage("train", self.config.steps)
+
+    def batches(
+        self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
+    ) -> Iterator[Any]:
+        if stage.name == "fit":
+            yield examples
+            return
+        examples = modulated(examples, self.config.modulated, seed=self.seed)
+        measured = self._measured(examples)
+        step = start
+        if stage.name == "predict":
+            several = [found for found in measured.values() if len(found) > 1]
+            if not several:
+                raise ParameterError(
+                    "config.prediction_steps needs several recordings of a material; set it to 0"
+                )
+            strokes = Strokes.of(several, bare(self.known.predictor))
+            while True:
+                yield step, strokes.pairs(self.config.prediction_batch, child_rng(seed, "pairs", step))
+                step += 1
+        crops = self._crops(examples)
+        while True:
+            yield step, *self._batch(crops, measured, step, self.config.batch_size, seed=seed)
+            step += 1
+
+    def _crops(self, examples: Sequence[Example]) -> SignalCrops:
+        length = self.spectra.samples(self.config.frames)
+        return SignalCrops(examples, length, overlap=self.spectra.transform.n_fft)
+
+    def _measured(self, examples: Sequence[Example]) -> dict[str, list[Reference]]:
+        """Return the surface of each recording that is long enough, by material."""
+        found: dict[str, list[Reference]] = {str(example.material): [] for example in examples}
+        unknown = torch.full((len(self.kind.words),), torch.nan)
+        for example in examples:
+            surface = self.spectra.measure([example.signal])
+            if surface is not None:
+                rated = example.rated if self.kind.words else None
+                words = unknown if rated is None else torch.from_numpy(rated.means).float()
+                found[str(example.material)].append(Reference(example.id, surface, example.condition, words))
+        return found
+
+    def _batch(
+        self,
+        crops: SignalCrops,
+        measured: Mapping[str, Sequence[Reference]],
+        number: int,
+        count: int,
+        *,
+        seed: int,
+    ) -> tuple[Tensor, Tensor]:
+        """Return the spectra of crops, (crop, axis, bin, frame), and their labels, (crop, label).
+
+        The surface of a crop is that of its material, or of another recording of it alone; of its own recording where
+        surfaces are predicted at its speed and force: as these are taken for true in use, they are in training.
+        """
+        rng = child_rng(seed, "references", number)
+        known = dict(zip(self.materials, self.known.surfaces, strict=True))
+        spectra, labels = [], []
+        for example, crop in crops.draw(number * count, count, partial(child_rng, seed)):
+            material = str(example.material)
+            reference: Condition | None = None
+            wanted = example.condition
+            others = [found for found in measured[material] if found.id != example.id]
+            own = [found for found in measured[material] if found.id == example.id]
+            if self.known.predictor is not None and own:
+                surface = own[0].surface
+                wanted = reference = {} if rng.random() < UNKNOWN else wanted
+            elif others and (material not in known or rng.random() < self.config.references):
+                other = others[rng.integers(len(others))]
+                surface, reference = other.surface, other.condition
+            else:
+                surface = known[material]
+            spectra.append(self.spectra.encode(crop, surface))
+            labels.append(self._label(surface, wanted, reference))
+        return torch.stack(spectra), torch.stack(labels)
+
+    def _label(self, surface: Surface, condition: Condition, measured: Condition | None) -> Tensor:
+        """Return the code of a surface, a 1, and speed and force that it was measured with; then those wanted.
+
+        Float32, shape (label,); after speeds and forces are as many numbers, 1 for each that is known. ``measured`` is
+        the condition of the one recording that the surface was measured from, if it was one: another 1.
+        """
+        code = (surface.code - self.codes[0]) / self.codes[1].clamp_min(LEAST_DEVIATION)
+        measures = float(measured is not None), *self._numbers(measured or {})
+        numbers = torch.tensor([1.0, *measures, *self._numbers(condition)])
+        return torch.cat((code.clamp(-LARGEST_CODE, LARGEST_CODE), numbers))
+
+    def _numbers(self, condition: Condition) -> list[float]:
+        known = [
+            float(name in self.labels.ranges and condition.get(name) is not None)
+            for name in self.labels.names
+        ]
+        return [*self.labels.numbers(condition), *known]
+
+    def step(self, stage: Stage, batch: Any) -> dict[str, float]:
+        if stage.name == "fit":
+            return self._fit(batch)
+        if stage.name == "predict":
+            return self._step_of_prediction(stage, *batch)
+        number, spectra, label = batch
+        return {"loss": self.flow.update(number, stage.steps, spectra, self._with_some_dropped(label))}
+
+    def _step_of_prediction(self, stage: Stage, number: int, pairs: StrokePair) -> dict[str, float]:
+        self.known.predictor.train()
+        for group in self.prediction_optimiser.param_groups:
+            group["lr"] = self.config.learning_rate * (1 + math.cos(math.pi * number / stage.steps)) / 2
+        loss = self.known.predictor.loss(StrokePair(*(tensor.to(self.device) for tensor in pairs)))
+        self.prediction_optimiser.zero_grad()
+        self.backward(loss)
+        self.prediction_optimiser.step()
+        self.known.predictor.eval()
+        return {"loss": loss.item()}
+
+    def _with_some_dropped(self, label: Tensor) -> Tensor:
+        """Return labels, (batch, label), of which some lack the surface, others speed and force."""
+        wanted = 2 * len(self.labels.names)
+        kept = (torch.rand(len(label), 2) >= self.config.dropped).float()
+        return label * kept.repeat_interleave(torch.tensor([label.shape[1] - wanted, wanted]), dim=1)
+
+    def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
+        if self.config.start:
+            self._start_from(shipped_run(self.config.start) or Path(self.config.start))
+        self.labels.fit(examples)
+        members = self.kind.by_material(examples)
+        self.known.surfaces = [
+            self.known.measured(name, [example.signal for example in members[name]])
+            for name in self.materials
+        ]
+        measured = self._measured(modulated(examples, self.config.modulated, seed=self.seed)).values()
+        codes = torch.stack([reference.surface.code for references in measured for reference in references])
+        self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
+        if self.known.predictor is not None:
+            self._fit_predictor(Strokes.of([*measured], bare(self.known.predictor)))
+            self.known.strokes = self._strokes_of(examples, self.materials)
+        if self.config.photographs:
+            self.known.photographs.fit(
+                {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
+                child_rng(self.seed, "photographs"),
+            )
+        self.seconds = float(np.median([len(example.signal) / example.signal.rate for example in examples]))
+        self.rms = float(np.median([_rms(example.signal) for example in examples]))
+        return {"seconds": self.seconds}
+
+    def _start_from(self, run: Path) -> None:
+        """Take over the average weights of another run."""
+        weights = load_state(run / "model.safetensors")[0].get("average", {}).get("weights", {})
+        try:
+            self.flow.start_from(weights)
+        except RuntimeError as error:
+            raise ParameterError(
+                f"config.start must be a run of texture_flow of {len(self.kind.axes)} axes, {self.spectra.bins} bins "
+                f"and widths {self.config.widths}; {run} is not"
+            ) from error
+
+    def _fit_predictor(self, strokes: Strokes) -> None:
+        predictor = bare(self.known.predictor)
+        if strokes.at.isnan().any(0).all():
+            raise ParameterError(
+                f"config.prediction_steps needs the {' or '.join(predictor.conditions)} of every recording; set it to 0"
+            )
+        predictor.fit(strokes.vectors, strokes.at, strokes.words)
+        predictor.eval()
+
+    def _strokes_of(self, examples: Sequence[Example], materials: Sequence[str]) -> Strokes:
+        measured = self._measured(examples)
+        return Strokes.of([measured[name] for name in materials], bare(self.known.predictor))
+
+    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
+        """Return the loss on unseen crops; well above that of the training crops if these were memorised."""
+        measured = self._measured(examples)
+        examples = [e for e in examples if e.material in self.materials or len(measured[str(e.material)]) > 1]
+        if not examples:
+            return {}
+        count = max(len(examples), UNSEEN_CROPS)
+        spectra, label = self._batch(self._crops(examples), measured, 0, count, seed=0)
+        return {"loss_unseen": self.flow.loss(spectra, label)}
+
+    def state(self) -> dict[str, Any]:
+        return {
+            "materials": list(self.materials),
+            "seconds": self.seconds,
+            "rms": self.rms,
+            "codes": self.codes,
+            **self.known.state(),
+            "conditions": self.labels.state(),
+            **self.flow.state(),
+            "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
+        }
+
+    def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
+        """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
+        names = ("seconds", "rms", "codes", "conditions", "average", "predictor")
+        materials = tuple(dict.fromkeys(str(example.material) for example in examples))
+        others = {"surfaces": [], "photographs": PhotoClassifier(materials).state()}
+        others |= {"materials": list(materials), "strokes": self._strokes_of(examples, materials).state()}
+        return {name: value for name, value in self.state().items() if name in names} | others
+
+    @property
+    def _optimisers(self) -> list[Any]:
+        return [self.flow.optimiser, *([] if self.known.predictor is None else [self.prediction_optimiser])]
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        check_state(state["materials"], self.materials)
+        self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
+        self.codes = state["codes"]
+        self.known.load_state(state)
+        self.labels.load_state(state["conditions"])
+        self.flow.load_state(state)
+        if saved := state.get("optimisers"):
+            for optimiser, own in zip(self._optimisers, saved, strict=True):
+                optimiser.load_state_dict(own)
+
+    # -- use ---------------------------------------------------------------------------------------------
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
+        """Return a signal, by default as long as the median of the training recordings.
+
+        The surface is a material or mix, with weights scaled to sum to 1; the materials of a photograph, mixed by their
+        probabilities; that of a measured vibration; or that which scores of words describe, of which some may be
+        missing. Of a mix cross-spectra, log magnitudes and codes are mixed. Beyond the recorded range, speed and force
+        count as the nearest recorded ones. A vibration in another unit counts as loud as the training recordings, and
+        the result is in its unit.
+
+        Trained on signals over displacement, it returns one, or with ``speed_mm_s`` that signal as felt at this speed,
+        over time, for ``seconds``, which need a speed.
+
+        Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
+        its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
+        those that it was measured with. Words need such a training too, on rated surfaces.
+        """
+        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION))
+        vibration = condition.get("vibration")
+        if vibration is not None and vibration.unit != self.kind.unit:
+            gain = self.rms / max(_rms(vibration), LEAST_RMS)
+            alike = vibration.with_samples(gain * vibration.samples, unit=self.kind.unit)
+            made = self.generate({**condition, "vibration": alike}, seconds=seconds, seed=seed)
+            return made.with_samples(made.samples / gain, unit=vibration.unit)
+        speed = condition.get("speed_mm_s") if self.over_displacement else None
+        if speed is not None:
+            if not (math.isfinite(speed) and speed > 0):
+                raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
+            condition = {**condition, "speed_mm_s": None}
+            seconds = None if seconds is None else seconds * speed
+        elif self.over_displacement and seconds is not None:
+            raise ParameterError(
+                "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
+            )
+        self.labels.check(condition)
+        surface, measured = self.known.described(condition)
+        length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
+        wanted = condition if self.known.predictor is None or measured is None else measured
+        spectrum = self._spectrum(self._label(surface, wanted, measured), length, seed=seed)
+        made = self.kind.signal(self.spectra.decode(spectrum.cpu(), surface, length, seed=seed))
+        return made if speed is None else played(made, speed, PLAYBACK_RATE)
+
+    @property
+    def predicted_ranges(self) -> dict[str, tuple[float, float]]:
+        if self.known.strokes is None:
+            return {}
+        return {name: (known.least, known.most) for name, known in self.labels.ranges.items()}
+
+    def classify_photograph(self, image: Image) -> tuple[str, float]:
+        probabilities = self.known.photographs.probabilities(image)
+        return self.materials[probabilities.argmax()], float(probabilities.max())
+
+    def _spectrum(self, label: Tensor, length: int, *, seed: int) -> Tensor:
+        """Return a spectrum, (axis, bin, frame), of at least ``length`` samples."""
+        frames = self.spectra.frames(length, self.config.multiple)
+        shape = len(self.kind.axes), self.spectra.bins, NOISE_FRAMES
+        noise = torch.cat(
+            [
+                torch.randn(shape, generator=child_generator(seed, "noise", number))
+                for number in range(-(-frames // NOISE_FRAMES))
+            ],
+            -1,
+        )[None, ..., :frames]
+        return self.flow.sample(noise, label[None])[0]
+
+
+def _rms(signal: Signal) -> float:
+    return float(np.sqrt(np.mean(np.var(signal.samples, axis=1, dtype=np.float64))))
