@@ -36,6 +36,7 @@ def store(tmp_path):
             speed_mm_s=100.0,
             force_n=0.5,
             ratings={"rough": 6.0},
+            labels={"item": "cork 7"},
             image=picture,
             simulated=True,
         ),
@@ -66,6 +67,7 @@ def test_conditions_are_those_that_are_known(store):
     [
         ("material", ("cork", "jeans")),
         ("material+contactor", ("cork-pen", "jeans")),
+        ("item", ("cork 7", "jeans")),
         (lambda info: info.contactor, ("pen",)),
     ],
 )

@@ -4,6 +4,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -148,6 +149,9 @@ def test_select_by_fields_and_labels(store):
     assert len(select(index, {"speed_mm_s": "100.0", "material": "cork|tile"})) == 10
     assert len(select(index, {"material": "!cork|tile"})) == 20
     assert len(select(index, {"recording": "3"})) == 4
+    nameless = replace(index[0], material=None)
+    assert select([*index, nameless], {"material": ""}) == [nameless]
+    assert select([*index, nameless], {"material": "!"}) == list(index)
     with pytest.raises(ParameterError, match="no recording has material=glass"):
         select(index, {"material": "glass"})
 

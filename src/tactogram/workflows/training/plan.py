@@ -110,7 +110,7 @@ def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo
 def select(index: Sequence[RecordingInfo], where: Mapping[str, str] | None) -> list[RecordingInfo]:
     """Return the recordings whose fields, or labels, have the values of ``where``.
 
-    Numbers are compared by value; ``A|B`` is either, ``!A|B`` neither.
+    Numbers are compared by value; ``A|B`` is either, ``!A|B`` neither, and an empty value none at all.
 
     Raises
     ------
@@ -130,6 +130,8 @@ def _has(info: RecordingInfo, key: str, value: str) -> bool:
     if "|" in value:
         return any(_has(info, key, one) for one in value.split("|"))
     got = info.labels.get(key) if key in info.labels else getattr(info, key, None)
+    if not value:
+        return got is None
     if isinstance(got, float):
         try:
             return got == float(value)

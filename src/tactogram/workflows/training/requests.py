@@ -21,7 +21,8 @@ def never() -> bool:
 class TrainingOptions(Request):
     """Recipe, recordings and split of a training.
 
-    ``where`` keeps recordings whose fields have these values: ``A``, ``A|B`` (either), ``!A|B`` (neither).
+    ``where`` keeps recordings whose fields have these values: ``A``, ``A|B`` (either), ``!A|B`` (neither), or
+    none where the value is empty.
     """
 
     recipe: Annotated[str, Option("paper, quick, tiny or a TOML file", "NAME|FILE")] = "quick"
@@ -45,7 +46,9 @@ class TrainingOptions(Request):
             "cross-validation of a predictor of ratings: item, rater or both"
         ),
     ] = "recording"
-    label: Annotated["Label", Option("definition of a class, e.g. material+contactor")] = "material"
+    label: Annotated[
+        "Label", Option("definition of a class: material, material+contactor, or item, what is rated")
+    ] = "material"
     where: Annotated[
         Mapping[str, str] | None,
         Option(
