@@ -75,7 +75,7 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
         [s.samples.mean(1, dtype=np.float64) for s in members], axis=0, weights=[len(s) for s in members]
     )
     recordings = [s.samples - s.samples.mean(1, keepdims=True, dtype=np.float64) for s in members]
-    tones, recordings = split_tones(recordings, rate, band=band_edges(rate)[[0, -1]], frame_s=FRAME_S)
+    tones, recordings = split_tones(recordings, rate, band=band_edges(rate)[[0, -1]])
     deviation, correlation = _correlation(recordings)
     unmixing = np.linalg.inv(mixing_matrix(deviation, correlation))
     sources = [unmixing @ x for x in recordings]
@@ -115,7 +115,7 @@ def log_likelihood(model: ModulatedNoise, signal: Signal) -> float:
     order.
     """
     x = signal.samples - signal.samples.mean(axis=1, keepdims=True, dtype=np.float64)
-    _, [x] = split_tones([x], model.rate, band=band_edges(model.rate)[[0, -1]], frame_s=FRAME_S)
+    _, [x] = split_tones([x], model.rate, band=band_edges(model.rate)[[0, -1]])
     faintest = FAINTEST * float(np.exp(model.deviation.max()))
     sources = np.linalg.inv(model.mixing) @ x
     scores = normal_scores(gains_of(sources, model.rate, faintest), model.quantiles)

@@ -122,7 +122,7 @@ class NoiseProcess:
         )
         self._done = self._frame = 0
         self._rate, self._length, self._factor = rate, FRAME_S * rate, level_factor(rate)
-        self._tones = ToneProcess(rate, self._length, tones)
+        self._tones = ToneProcess(rate, tones)
 
     def next(self, out: Array, parameters: Array) -> None:
         """Write the next samples to ``out``, float64, shape (axis, time), without a mean.

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from tactogram.signal.tones import Tones, no_tones
+from tactogram.signal.tones import STEP_S, Tones, no_tones
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,8 @@ LAG_S = 0.1
 """At which autocorrelations are measured."""
 LINES = 16
 """Most lines."""
+LEAST_S = 0.5
+"""Shorter recordings have no lines."""
 LEAST_SHARE = 0.1
 """Of a recording's power, in lines."""
 MULTIPLES = 6
@@ -60,9 +62,7 @@ class StrokeLines(NamedTuple):
         return np.asarray(0.5 * np.sum(np.abs(self.amplitude) ** 2, axis=1))
 
 
-def split_tones(
-    recordings: Sequence[Array], rate: float, *, band: ArrayLike, frame_s: float
-) -> tuple[Tones, list[Array]]:
+def split_tones(recordings: Sequence[Array], rate: float, *, band: ArrayLike) -> tuple[Tones, list[Array]]:
     """Return the tones of recordings of one texture, and each recording without its own.
 
     If fewer than half of them have lines, there are none. The lines are those of the recording with the median share
@@ -75,8 +75,6 @@ def split_tones(
     rate : float, Hz
     band : array-like of float, Hz, shape (2,)
         Range of the lines.
-    frame_s : float
-        Duration of a frame of `Tones.wander`, s.
     """
     limits = np.asarray(band, np.float64)
     found = [stroke_lines(x, rate, band=limits) for x in recordings]
@@ -89,7 +87,7 @@ def split_tones(
     lines = strokes[chosen]
     wanted = np.sum([each.power for each in strokes.values()], axis=0) / len(recordings)
     amplitude = lines.amplitude * np.sqrt(wanted / np.maximum(lines.power, np.finfo(float).tiny))[:, None]
-    strokes_hz, unsteadiness = _unsteadiness(list(strokes.values()), rate, frame_s)
+    strokes_hz, unsteadiness = _unsteadiness(list(strokes.values()), rate)
     hz = float(np.exp(strokes_hz[having.index(chosen)]))
     amplitude *= np.exp(-(unsteadiness[3] ** 2))
     tones = Tones(hz * lines.multiple, np.stack((amplitude.real, amplitude.imag)), unsteadiness)
@@ -98,6 +96,8 @@ def split_tones(
 
 def stroke_lines(x: Array, rate: float, *, band: Array) -> StrokeLines | None:
     """Return the lines of a recording, (axis, time), or None if its strongest ridge is not a tone."""
+    if x.shape[1] < LEAST_S * rate:
+        return None
     inside = scipy.signal.sosfiltfilt(
         scipy.signal.butter(2, band, "bandpass", fs=rate, output="sos"), x, axis=-1
     )
@@ -218,7 +218,7 @@ def _multiples(x: Array, cycles: Array, rate: float) -> Array:
     return np.array(found)
 
 
-def _unsteadiness(strokes: Sequence[StrokeLines], rate: float, frame_s: float) -> tuple[Array, Array]:
+def _unsteadiness(strokes: Sequence[StrokeLines], rate: float) -> tuple[Array, Array]:
     """Return the mean logarithm of each recording's speed, Hz of its tracked line, and `Tones.unsteadiness`."""
     low_pass = scipy.signal.butter(2, BANDWIDTH_HZ, fs=rate, output="sos")
     speeds, gains = [], []
@@ -230,15 +230,15 @@ def _unsteadiness(strokes: Sequence[StrokeLines], rate: float, frame_s: float) -
     means = np.array([each.mean() for each in speeds])
     # Recordings may track different lines: the median deviation is that of those with the same.
     between = min(1.4826 * np.median(np.abs(means - np.median(means))), 0.2)
-    within = [number for logs in (speeds, gains) for number in _process(logs, round(LAG_S * rate), frame_s)]
+    within = [number for logs in (speeds, gains) for number in _process(logs, round(LAG_S * rate))]
     return means, np.array([between, *within])
 
 
-def _process(logs: Sequence[Array], lag: int, frame_s: float) -> tuple[float, float]:
-    """Return the median standard deviation over recordings, and the autocorrelation over a frame."""
+def _process(logs: Sequence[Array], lag: int) -> tuple[float, float]:
+    """Return the median standard deviation over recordings, and the autocorrelation over `STEP_S`."""
     centred = [each - each.mean() for each in logs if len(each) > 2 * lag]
     if not centred:
         return 0.0, 0.0
     deviation = np.array([each.std() for each in centred])
     kept = [np.mean(x[lag:] * x[:-lag]) / max(sd**2, 1e-12) for x, sd in zip(centred, deviation, strict=True)]
-    return float(np.median(deviation)), float(np.clip(np.median(kept), 1e-3, 0.9999) ** (frame_s / LAG_S))
+    return float(np.median(deviation)), float(np.clip(np.median(kept), 1e-3, 0.9999) ** (STEP_S / LAG_S))

@@ -9,6 +9,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.signal.tones import STEP_S, Tones
+
 Array = NDArray[np.float64]
 
 START_S = 0.1
@@ -29,13 +31,11 @@ class ToneProcess:
     Parameters
     ----------
     rate : float, Hz
-    length : float
-        Of a frame, samples; speed and gain are drawn once per frame.
     random : numpy.random.Generator
     """
 
-    def __init__(self, rate: float, length: float, random: np.random.Generator) -> None:
-        self._random, self._rate, self._length = random, rate, length
+    def __init__(self, rate: float, random: np.random.Generator) -> None:
+        self._random, self._rate, self._length = random, rate, STEP_S * rate
         self._drawn, self._phase = np.empty(6), np.zeros(0)
         self._done = self._frame = 0
 
@@ -66,6 +66,14 @@ class ToneProcess:
             out,
         )
         self._done += samples
+
+
+def synthesise_tones(tones: Tones, samples: int, rate: float, *, seed: int) -> Array:
+    """Return ``samples`` of tones at ``rate`` (Hz), float64, shape (axis, time); all are determined by ``seed``."""
+    out = np.zeros((tones.amplitude.shape[1], samples))
+    parameters = ToneParameters(tones.unsteadiness, tones.frequency, tones.amplitude)
+    ToneProcess(rate, np.random.default_rng(seed)).add(out, parameters, parameters, False)
+    return out
 
 
 @numba.njit(cache=True, nogil=True)

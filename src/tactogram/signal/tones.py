@@ -19,6 +19,8 @@ from tactogram.errors import ParameterError
 
 Array = NDArray[np.float64]
 
+STEP_S = 0.01
+"""Time between two drawn values of speed and gain."""
 NARROWEST_HZ = 4.0
 """Least standard deviation of a line in a spectrum."""
 SAME = 1e-6
@@ -37,7 +39,7 @@ class Tones:
         Cosine and negative sine parts of each line where the pattern begins, in the texture's unit.
     unsteadiness : float64 array, shape (5,)
         Standard deviation of the mean logarithm of the speed over strokes; standard deviation of the logarithm within
-        a stroke, and its autocorrelation over one frame; the same two of the logarithm of the gain.
+        a stroke, and its autocorrelation over `STEP_S`; the same two of the logarithm of the gain.
     """
 
     frequency: Array

@@ -15,9 +15,11 @@ from tactogram.model import Condition, Example, SignalKind, material_weights, un
 from tactogram.models.texture_flow.rated_words import word_weights
 from tactogram.models.texture_flow.surface_prediction import Strokes, SurfacePredictor
 from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
+from tactogram.models.texture_flow.tonal_surfaces import StrokeTones, TonalSurface, split_signals
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Signal
+from tactogram.signal.tones import no_tones
 
 DESCRIPTIONS = ("material", "image", "vibration", "words")
 """Conditions that describe a surface, of which one is needed."""
@@ -35,12 +37,14 @@ class KnownSurfaces:
         """Of each material, measured from all its recordings."""
         self.strokes: Strokes | None = None
         """Of each material, from which its surface is predicted at any speed and force, if one is."""
+        self.tones: list[StrokeTones] = []
+        """Of each material; not in `surfaces` or `strokes`, which are measured without them."""
         self.rated = np.full((len(kind.materials), len(kind.words)), np.nan)
         """Mean scores of each material, 0 to 1, shape (material, word); NaN if unknown."""
         self.photographs = PhotoClassifier(kind.materials)
         self.predictor: Any = predictor
 
-    def described(self, condition: Condition) -> tuple[Surface, Condition | None]:
+    def described(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
         """Return the surface, and the speed and force of the one stroke that it was measured from or predicted for."""
         given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
         if not given:
@@ -60,7 +64,7 @@ class KnownSurfaces:
         if description == "vibration":
             vibration = condition["vibration"]
             self.kind.check(vibration)
-            return self._at(self.measured("the vibration", [vibration]), measured, condition)
+            return self._of_vibration(vibration, measured, condition)
         if description == "words":
             return self._from_words(condition)
         weights = (
@@ -89,30 +93,66 @@ class KnownSurfaces:
 
     def _of_materials(
         self, weights: NDArray[np.float64], condition: Condition
-    ) -> tuple[Surface, Condition | None]:
+    ) -> tuple[TonalSurface, Condition | None]:
+        chosen = np.flatnonzero(weights).tolist()
         if self.strokes is None:
-            return Surface.mixed(self.surfaces, weights), None
+            surfaces = [self._with_tones(self.surfaces[number], number, condition) for number in chosen]
+            return TonalSurface.mixed(surfaces, weights[chosen]), None
         predictor = bare(self.predictor)
         wanted = predictor.conditions_of(condition)
-        chosen = np.flatnonzero(weights).tolist()
-        surfaces = [
+        predicted = [
             predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
             for number in chosen
         ]
-        return Surface.mixed(surfaces, weights[chosen]), _speed_and_force(condition)
+        surfaces = [
+            self._with_tones(surface, number, condition)
+            for surface, number in zip(predicted, chosen, strict=True)
+        ]
+        return TonalSurface.mixed(surfaces, weights[chosen]), _speed_and_force(condition)
+
+    def _with_tones(self, surface: Surface, material: int, condition: Condition) -> TonalSurface:
+        """Return a material's surface with its tones, if it has any, at the speed of a condition."""
+        scale = self.spectra.variance
+        if not self.tones:
+            return TonalSurface(surface, no_tones(len(surface.mean)), scale)
+        speed = self._speed(condition, self.predictor is not None)
+        tones = self.tones[material].at(speed, scale * float(surface.power), self.kind.rate)
+        return TonalSurface(surface, tones, scale)
+
+    def _speed(self, condition: Condition, median: bool) -> float | None:
+        """Return the speed of a condition, limited as in the label; if it has none, the ``median`` or None."""
+        known, speed = self.labels.ranges.get("speed_mm_s"), condition.get("speed_mm_s")
+        if known is None or (speed is None and not median):
+            return None
+        return known.median if speed is None else min(max(float(speed), known.least), known.most)
 
     def _like(self, material: int) -> Surface:
         """Return a surface of the material's mean, 0 if it is not known."""
         return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
 
-    def _from_words(self, condition: Condition) -> tuple[Surface, Condition | None]:
+    def _from_words(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
         scores = unit_scores(condition["words"], self.kind, partial=True)
         if self.predictor is None:
-            mix = Surface.mixed(self.surfaces, word_weights(self.rated, scores))
-            return mix._replace(deviation=mix.deviation.clamp_min(LEAST_DEVIATION)), None
-        wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(len(self.kind.axes))
-        known = torch.from_numpy(scores).float()
-        return self.predictor.from_words(known, wanted, like), _speed_and_force(condition)
+            known = [self._with_tones(surface, number, {}) for number, surface in enumerate(self.surfaces)]
+            mix = TonalSurface.mixed(known, word_weights(self.rated, scores))
+            noise = mix.surface._replace(deviation=mix.surface.deviation.clamp_min(LEAST_DEVIATION))
+            return mix._replace(surface=noise), None
+        axes = len(self.kind.axes)
+        wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(axes)
+        surface = self.predictor.from_words(torch.from_numpy(scores).float(), wanted, like)
+        return TonalSurface(surface, no_tones(axes), self.spectra.variance), _speed_and_force(condition)
+
+    def _of_vibration(
+        self, vibration: Signal, measured: Condition, wanted: Condition
+    ) -> tuple[TonalSurface, Condition]:
+        """Return the surface of a stroke at the speed and force wanted, and the condition it is at."""
+        tones, noise = split_signals([vibration])
+        own = self.measured("the vibration", noise)
+        surface, at = self._at(own, measured, wanted)
+        scale, speed = self.spectra.variance, measured.get("speed_mm_s")
+        known = StrokeTones(tones, np.nan if speed is None else float(speed), scale * float(own.power))
+        moved = known.at(self._speed(wanted, False), scale * float(surface.power), self.kind.rate)
+        return TonalSurface(surface, moved, scale), at
 
     def _measured_at(self, condition: Condition) -> Condition:
         """Return speed and force of a given vibration, without those unknown."""
@@ -152,6 +192,7 @@ class KnownSurfaces:
         return {
             "surfaces": [surface._asdict() for surface in self.surfaces],
             "strokes": None if self.strokes is None else self.strokes.state(),
+            "tones": [tones.state() for tones in self.tones],
             "rated": self.rated,
             "photographs": self.photographs.state(),
             "predictor": None if self.predictor is None else self.predictor.state_dict(),
@@ -162,6 +203,7 @@ class KnownSurfaces:
         self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
         stored = state.get("strokes")
         self.strokes = Strokes.from_state(stored) if stored else None
+        self.tones = [StrokeTones.from_state(each) for each in state.get("tones", [])]
         self.rated = np.asarray(state.get("rated", self.rated), np.float64)
         self.photographs.load_state(state["photographs"])
         if self.predictor is not None:

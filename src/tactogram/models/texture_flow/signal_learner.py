@@ -37,12 +37,14 @@ from tactogram.models.texture_flow.surface_prediction import (
     SurfacePredictor,
 )
 from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
+from tactogram.models.texture_flow.tonal_surfaces import split_strokes
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
+from tactogram.signal.tone_synthesis import synthesise_tones
 from tactogram.training.checkpoint import load_state
-from tactogram.training.seeds import child_generator, child_rng, torch_seeded
+from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
 
 NOISE_FRAMES = 64
 """Frames of noise that are drawn at once, so that longer signals begin with the same noise."""
@@ -122,7 +124,7 @@ class SignalFlowLearner:
         if stage.name == "fit":
             yield examples
             return
-        examples = modulated(examples, self.config.modulated, seed=self.seed)
+        examples = modulated(self._without_tones(examples), self.config.modulated, seed=self.seed)
         measured = self._measured(examples)
         step = start
         if stage.name == "predict":
@@ -143,6 +145,18 @@ class SignalFlowLearner:
     def _crops(self, examples: Sequence[Example]) -> SignalCrops:
         length = self.spectra.samples(self.config.frames)
         return SignalCrops(examples, length, overlap=self.spectra.transform.n_fft)
+
+    def _without_tones(self, examples: Sequence[Example]) -> Sequence[Example]:
+        """Return recordings without their tones; as they are, where surfaces are predicted, lines included."""
+        if self.known.predictor is not None:
+            return examples
+        found = list(examples)
+        names = [str(example.material) for example in examples]
+        for material in dict.fromkeys(names):
+            places = [place for place, name in enumerate(names) if name == material]
+            for place, rest in zip(places, split_strokes([found[p] for p in places])[1], strict=True):
+                found[place] = rest
+        return found
 
     def _measured(self, examples: Sequence[Example]) -> dict[str, list[Reference]]:
         """Return the surface of each recording that is long enough, by material."""
@@ -239,17 +253,21 @@ class SignalFlowLearner:
             self._start_from(shipped_run(self.config.start) or Path(self.config.start))
         self.labels.fit(examples)
         members = self.kind.by_material(examples)
+        split = {name: split_strokes(members[name]) for name in self.materials}
+        self.known.tones = [split[name][0] for name in self.materials]
         self.known.surfaces = [
-            self.known.measured(name, [example.signal for example in members[name]])
+            self.known.measured(name, [example.signal for example in split[name][1]])
             for name in self.materials
         ]
+        noise = [example for _, rest in split.values() for example in rest]
+        trained_on = noise if self.known.predictor is None else examples
         self.known.rate([members[name] for name in self.materials])
-        measured = self._measured(modulated(examples, self.config.modulated, seed=self.seed)).values()
+        measured = self._measured(modulated(trained_on, self.config.modulated, seed=self.seed)).values()
         codes = torch.stack([reference.surface.code for references in measured for reference in references])
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
         if self.known.predictor is not None:
             self._fit_predictor(Strokes.of([*measured], bare(self.known.predictor)))
-            self.known.strokes = self._strokes_of(examples, self.materials)
+            self.known.strokes = self._strokes_of(noise, self.materials)
         if self.config.photographs:
             self.known.photographs.fit(
                 {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
@@ -285,6 +303,7 @@ class SignalFlowLearner:
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return the loss on unseen crops; well above that of the training crops if these were memorised."""
+        examples = self._without_tones(examples)
         measured = self._measured(examples)
         examples = [e for e in examples if e.material in self.materials or len(measured[str(e.material)]) > 1]
         if not examples:
@@ -309,8 +328,11 @@ class SignalFlowLearner:
         """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
         names = ("seconds", "rms", "codes", "conditions", "average", "predictor")
         materials = tuple(dict.fromkeys(str(example.material) for example in examples))
-        others = {"surfaces": [], "photographs": PhotoClassifier(materials).state()}
-        others |= {"materials": list(materials), "strokes": self._strokes_of(examples, materials).state()}
+        split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
+        noise = [example for _, rest in split for example in rest]
+        others: dict[str, Any] = {"surfaces": [], "photographs": PhotoClassifier(materials).state()}
+        others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials).state()}
+        others |= {"tones": [tones.state() for tones, _ in split]}
         return {name: value for name, value in self.state().items() if name in names} | others
 
     @property
@@ -365,11 +387,13 @@ class SignalFlowLearner:
                 "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
             )
         self.labels.check(condition)
-        surface, measured = self.known.described(condition)
+        (surface, tones, _), measured = self.known.described(condition)
         length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
         wanted = condition if self.known.predictor is None or measured is None else measured
         spectrum = self._spectrum(self._label(surface, wanted, measured), length, seed=seed)
-        made = self.kind.signal(self.spectra.decode(spectrum.cpu(), surface, length, seed=seed))
+        noise = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
+        steady = synthesise_tones(tones, length, self.kind.rate, seed=child_seed(seed, "tones"))
+        made = self.kind.signal((noise + steady).astype(np.float32))
         return made if speed is None else played(made, speed, PLAYBACK_RATE)
 
     @property

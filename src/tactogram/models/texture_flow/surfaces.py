@@ -111,6 +111,12 @@ class SurfaceSpectra:
         size: int = 2 * self.bins * axes * (axes + 1) + self.code_size(axes)
         return size
 
+    @property
+    def variance(self) -> float:
+        """Mean square of a signal per power of its surface."""
+        size = self.transform.n_fft
+        return float(2 / (size * self.transform.weights(torch.ones(1)).square().sum()))
+
     def blank(self, axes: int) -> Surface:
         """Return a surface of zeros."""
         table, root = torch.zeros(axes, self.bins), torch.zeros(self.bins, axes, axes, dtype=torch.complex64)

@@ -43,7 +43,7 @@ export class ModulatedNoiseTexture {
     this._quantiles = this._offsetRoot + SQUARE;
     const size = this._values.length / (this._speeds.length * this._forces.length);
     this._taps = this._quantiles + GAINS * this._scoresOf.length + BANDS + 1;
-    this._tones = new Tones(this._taps + TAPS, size, this._rate, this._length, seed);
+    this._tones = new Tones(this._taps + TAPS, size, this._rate, seed);
     this._parameters = new Float64Array(size);
     this._ends = [new Float64Array(size), new Float64Array(size)];
     this._begun = false;

@@ -3,6 +3,7 @@
 import { Noise } from "./touch_textures.js";
 
 const START_S = 0.1;
+const STEP_S = 0.01;
 /** Of unsteadiness: a stroke's speed, and speed and gain within it with their autocorrelations. */
 const NUMBERS = 5;
 /** Keeps its noise apart from that of the texture. */
@@ -14,17 +15,16 @@ export class Tones {
    * @param {number} place Of the first parameter in a row.
    * @param {number} size Of a row.
    * @param {number} rate Of the texture, Hz.
-   * @param {number} length Of a frame, samples.
    * @param {number} seed
    */
-  constructor(place, size, rate, length, seed) {
+  constructor(place, size, rate, seed) {
     this._unsteadiness = place;
     this._lines = (size - place - NUMBERS) / 3;
     this._frequency = place + NUMBERS;
     this._cosine = this._frequency + this._lines;
     this._sine = this._cosine + this._lines;
     this._rate = rate;
-    this._length = length;
+    this._length = STEP_S * rate;
     this._noise = new Noise((seed ^ APART) >>> 0);
     /** Of the stroke's speed; of speed and gain at the beginning and at the end of the frame. */
     this._scores = new Float64Array(NUMBERS);

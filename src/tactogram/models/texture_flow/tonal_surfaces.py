@@ -1,0 +1,120 @@
+"""Tonal surfaces: noise, which the network generates, and the tones of ribs and weaves, which it does not.
+
+The magnitudes of a spectrogram do not keep a line steady. So tones are taken out of recordings before these are
+measured, and added to what is generated (`tactogram.signal.tones`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from tactogram.model import Example
+from tactogram.models.texture_flow.surfaces import Surface
+from tactogram.signal import Signal
+from tactogram.signal.modulated_noise import LEAST_RATE, band_edges
+from tactogram.signal.texture_map import group_by_condition
+from tactogram.signal.tone_fit import split_tones
+from tactogram.signal.tones import ARRAYS, Tones, mix_tones, no_tones
+
+Array = NDArray[np.float64]
+
+
+class TonalSurface(NamedTuple):
+    """A surface without its tones, these, and the mean square of a signal per power of its surface."""
+
+    surface: Surface
+    tones: Tones
+    scale: float
+
+    @property
+    def power(self) -> float:
+        """Mean square of all axes."""
+        return float(self.scale * self.surface.power + self.tones.power.sum())
+
+    @staticmethod
+    def mixed(members: Sequence[TonalSurface], weights: Array) -> TonalSurface:
+        """Return a mix: noise as in `Surface.mixed`, tones in amplitude, the power of both as the mean in dB."""
+        share = weights / weights.sum()
+        noise = Surface.mixed([member.surface for member in members], weights)
+        tones = mix_tones([member.tones for member in members], np.maximum(share, 0))
+        mix = TonalSurface(noise, tones, members[0].scale)
+        if not len(tones.frequency):
+            return mix
+        gain = 0.5 * float(share @ np.log([member.power for member in members]) - np.log(mix.power))
+        axes = len(noise.mean)
+        louder = noise._replace(log_root=noise.log_root + gain * torch.eye(axes))
+        return mix._replace(surface=louder, tones=tones.scaled(np.full(axes, np.exp(gain))))
+
+
+@dataclass(frozen=True, eq=False)
+class StrokeTones:
+    """Tones of strokes of one surface, at one speed.
+
+    Attributes
+    ----------
+    tones : Tones
+    speed_mm_s : float
+        NaN if unknown.
+    noise : float
+        Mean square of all axes without the tones.
+    """
+
+    tones: Tones
+    speed_mm_s: float
+    noise: float
+
+    def at(self, speed_mm_s: float | None, noise: float, rate: float) -> Tones:
+        """Return the tones at a speed, None if unknown, with the power over ``noise`` that they had."""
+        ratio = 1.0 if speed_mm_s is None or not self.speed_mm_s > 0 else speed_mm_s / self.speed_mm_s
+        gain = np.sqrt(noise / self.noise) if self.noise > 0 else 1.0
+        moved = self.tones.moved(ratio, band_edges(rate)[[0, -1]])
+        return moved.scaled(np.full(moved.amplitude.shape[1], gain))
+
+    def state(self) -> dict[str, Tensor]:
+        """Return the arrays."""
+        numbers = torch.tensor([self.speed_mm_s, self.noise], dtype=torch.float64)
+        return {"numbers": numbers} | {name: torch.from_numpy(getattr(self.tones, name)) for name in ARRAYS}
+
+    @staticmethod
+    def from_state(state: Mapping[str, Any]) -> StrokeTones:
+        """Return the tones of `state`."""
+        tones = Tones(*(np.asarray(state[name], np.float64) for name in ARRAYS))
+        return StrokeTones(tones, *map(float, state["numbers"]))
+
+
+def split_strokes(examples: Sequence[Example]) -> tuple[StrokeTones, list[Example]]:
+    """Return the tones of strokes of one surface, and the strokes without them.
+
+    The tones are those at the speed and force where they are strongest over the noise.
+    """
+    speeds, groups = group_by_condition([example.condition for example in examples])
+    found: list[StrokeTones] = []
+    rest = list(examples)
+    for (speed, _), members in zip(speeds, groups, strict=True):
+        tones, noise = split_signals([examples[place].signal for place in members])
+        power = float(np.mean([np.var(signal.samples, axis=1, dtype=np.float64).sum() for signal in noise]))
+        found.append(StrokeTones(tones, float(speed), power))
+        for place, signal in zip(members, noise, strict=True):
+            rest[place] = replace(examples[place], signal=signal)
+    return max(found, key=lambda each: each.tones.power.sum() / max(each.noise, np.finfo(float).tiny)), rest
+
+
+def split_signals(signals: Sequence[Signal]) -> tuple[Tones, list[Signal]]:
+    """Return the tones of signals of one texture, and the signals without them; over displacement there are none."""
+    first = signals[0]
+    if first.domain != "time" or first.rate < LEAST_RATE:
+        return no_tones(len(first.axes)), list(signals)
+    means = [signal.samples.mean(1, keepdims=True, dtype=np.float64) for signal in signals]
+    centred = [signal.samples - mean for signal, mean in zip(signals, means, strict=True)]
+    tones, rest = split_tones(centred, first.rate, band=band_edges(first.rate)[[0, -1]])
+    return tones, [
+        signal if noise is x else signal.with_samples((noise + mean).astype(np.float32))
+        for signal, noise, x, mean in zip(signals, rest, centred, means, strict=True)
+    ]
