@@ -63,7 +63,7 @@ class StrokeTones:
     speed_mm_s : float
         NaN if unknown.
     noise : float
-        Mean square of all axes without the tones.
+        Mean square of all axes of the noise that they are in.
     """
 
     tones: Tones
@@ -92,18 +92,24 @@ class StrokeTones:
 def split_strokes(examples: Sequence[Example]) -> tuple[StrokeTones, list[Example]]:
     """Return the tones of strokes of one surface, and the strokes without them.
 
-    The tones are those at the speed and force where they are strongest over the noise.
+    The tones are those at the speed and force where they are strongest over the noise; their share of the power is the
+    mean over all speeds and forces.
     """
     speeds, groups = group_by_condition([example.condition for example in examples])
-    found: list[StrokeTones] = []
+    found: list[Tones] = []
+    shares: list[float] = []
     rest = list(examples)
-    for (speed, _), members in zip(speeds, groups, strict=True):
+    for members in groups:
         tones, noise = split_signals([examples[place].signal for place in members])
-        power = float(np.mean([np.var(signal.samples, axis=1, dtype=np.float64).sum() for signal in noise]))
-        found.append(StrokeTones(tones, float(speed), power))
+        power = np.mean([np.var(signal.samples, axis=1, dtype=np.float64).sum() for signal in noise])
+        found.append(tones)
+        shares.append(float(tones.power.sum() / max(tones.power.sum() + power, np.finfo(float).tiny)))
         for place, signal in zip(members, noise, strict=True):
             rest[place] = replace(examples[place], signal=signal)
-    return max(found, key=lambda each: each.tones.power.sum() / max(each.noise, np.finfo(float).tiny)), rest
+    strongest, share = int(np.argmax(shares)), float(np.mean(shares))
+    tones = found[strongest]
+    noise_power = float(tones.power.sum()) * (1 - share) / share if share else 1.0
+    return StrokeTones(tones, float(speeds[strongest, 0]), noise_power), rest
 
 
 def split_signals(signals: Sequence[Signal]) -> tuple[Tones, list[Signal]]:
