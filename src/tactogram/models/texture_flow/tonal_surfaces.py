@@ -92,24 +92,38 @@ class StrokeTones:
 def split_strokes(examples: Sequence[Example]) -> tuple[StrokeTones, list[Example]]:
     """Return the tones of strokes of one surface, and the strokes without them.
 
-    The tones are those at the speed and force where they are strongest over the noise; their share of the power is the
-    mean over all speeds and forces.
+    The tones are those at the speed and force where they are strongest over the noise; the ratio of their power to that
+    of the noise is that of the means over all strokes. What is left of tonal strokes has one mean, as the offsets of a
+    sensor may differ by more than this noise.
     """
     speeds, groups = group_by_condition([example.condition for example in examples])
     found: list[Tones] = []
-    shares: list[float] = []
     rest = list(examples)
-    for members in groups:
+    noise_power = np.empty(len(groups))
+    for number, members in enumerate(groups):
         tones, noise = split_signals([examples[place].signal for place in members])
-        power = np.mean([np.var(signal.samples, axis=1, dtype=np.float64).sum() for signal in noise])
         found.append(tones)
-        shares.append(float(tones.power.sum() / max(tones.power.sum() + power, np.finfo(float).tiny)))
+        noise_power[number] = np.mean(
+            [np.var(signal.samples, axis=1, dtype=np.float64).sum() for signal in noise]
+        )
         for place, signal in zip(members, noise, strict=True):
             rest[place] = replace(examples[place], signal=signal)
-    strongest, share = int(np.argmax(shares)), float(np.mean(shares))
-    tones = found[strongest]
-    noise_power = float(tones.power.sum()) * (1 - share) / share if share else 1.0
-    return StrokeTones(tones, float(speeds[strongest, 0]), noise_power), rest
+    power = np.array([tones.power.sum() for tones in found])
+    if not power.any():
+        return StrokeTones(found[0], np.nan, 0.0), rest
+    strokes = [len(members) for members in groups]
+    ratio = np.average(noise_power, weights=strokes) / np.average(power, weights=strokes)
+    strongest = int(np.argmax(power / np.maximum(noise_power, np.finfo(float).tiny)))
+    tones = StrokeTones(found[strongest], float(speeds[strongest, 0]), float(power[strongest] * ratio))
+    means = [example.signal.samples.mean(1, keepdims=True, dtype=np.float64) for example in rest]
+    return tones, [
+        _shifted(example, np.mean(means, 0) - own) for example, own in zip(rest, means, strict=True)
+    ]
+
+
+def _shifted(example: Example, offset: Array) -> Example:
+    signal = example.signal
+    return replace(example, signal=signal.with_samples((signal.samples + offset).astype(np.float32)))
 
 
 def split_signals(signals: Sequence[Signal]) -> tuple[Tones, list[Signal]]:
