@@ -112,9 +112,9 @@ def split_strokes(examples: Sequence[Example]) -> tuple[StrokeTones, list[Exampl
     if not power.any():
         return StrokeTones(found[0], np.nan, 0.0), rest
     strokes = [len(members) for members in groups]
-    ratio = np.average(noise_power, weights=strokes) / np.average(power, weights=strokes)
+    ratio = float(np.average(noise_power, weights=strokes) / np.average(power, weights=strokes))
     strongest = int(np.argmax(power / np.maximum(noise_power, np.finfo(float).tiny)))
-    tones = StrokeTones(found[strongest], float(speeds[strongest, 0]), float(power[strongest] * ratio))
+    known = StrokeTones(found[strongest], float(speeds[strongest, 0]), float(power[strongest] * ratio))
     means = [example.signal.samples.mean(1, keepdims=True, dtype=np.float64) for example in rest]
     return tones, [
         _shifted(example, np.mean(means, 0) - own) for example, own in zip(rest, means, strict=True)
