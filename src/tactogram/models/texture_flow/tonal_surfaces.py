@@ -116,7 +116,7 @@ def split_strokes(examples: Sequence[Example]) -> tuple[StrokeTones, list[Exampl
     strongest = int(np.argmax(power / np.maximum(noise_power, np.finfo(float).tiny)))
     known = StrokeTones(found[strongest], float(speeds[strongest, 0]), float(power[strongest] * ratio))
     means = [example.signal.samples.mean(1, keepdims=True, dtype=np.float64) for example in rest]
-    return tones, [
+    return known, [
         _shifted(example, np.mean(means, 0) - own) for example, own in zip(rest, means, strict=True)
     ]
 
@@ -134,7 +134,7 @@ def split_signals(signals: Sequence[Signal]) -> tuple[Tones, list[Signal]]:
     means = [signal.samples.mean(1, keepdims=True, dtype=np.float64) for signal in signals]
     centred = [signal.samples - mean for signal, mean in zip(signals, means, strict=True)]
     tones, rest = split_tones(centred, first.rate, band=band_edges(first.rate)[[0, -1]])
-    return tones, [
+    return known, [
         signal if noise is x else signal.with_samples((noise + mean).astype(np.float32))
         for signal, noise, x, mean in zip(signals, rest, centred, means, strict=True)
     ]
