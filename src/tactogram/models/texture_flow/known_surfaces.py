@@ -128,7 +128,7 @@ class KnownSurfaces:
         surface = self.spectra.measure(signals)
         if surface is None:
             raise ParameterError(
-                f"recordings must have at least {self.spectra.transform.n_fft} samples, got none of {name}; "
+                f"recordings must have at least {self.spectra.samples(2)} samples, got none of {name}; "
                 f"shorten config.{self.spectra.window}"
             )
         return surface

@@ -126,9 +126,9 @@ class SurfaceSpectra:
         return -(-least // multiple) * multiple
 
     def measure(self, recorded: Sequence[Signal]) -> Surface | None:
-        """Return the surface of signals, or None if all of them are shorter than a window."""
+        """Return the surface of signals, or None if they hold fewer than two windows."""
         signals = [signal for signal in recorded if len(signal) >= self.transform.n_fft]
-        if not signals:
+        if len(signals) < 2 and all(len(signal) < self.samples(2) for signal in signals):
             return None
         mean = torch.from_numpy(np.hstack([signal.samples for signal in signals]).astype(np.float64).mean(1))
         mean = mean.float()
