@@ -16,6 +16,7 @@ from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
 from tactogram.workflows.evaluation.ratings import MODEL, evaluate_reproduction, predicted_ratings
 from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
+from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.recognition.score import score
 from tactogram.workflows.training.train import train
 
@@ -244,3 +245,12 @@ def test_vibviz_recipe_copes_with_mixed_rates_and_channels(real_data, tmp_path):
     scores = score(out.folder, read_signal(stereo[1], unit="1"))["scores"]
     assert list(scores) == ["energy", "tempo", "roughness", "pleasantness", "arousal"]
     assert all(-3 <= value <= 3 for value in scores.values())
+
+
+def test_rated_vibrations_of_no_material_train_a_generator_that_follows_words(store, tmp_path):
+    out = tmp_path / "run"
+    train("texture_flow", store, recipe="tiny", label="item", split="all", out=out, accelerator="cpu")
+    smooth, rough = (
+        next(generate(out, {"words": {"rough": score}}, seconds=2)).samples.std() for score in (2.0, 6.0)
+    )
+    assert rough > 5 * smooth

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_classifier import PhotoClassifier
-from tactogram.model import Condition, SignalKind, material_weights, unit_scores
+from tactogram.model import Condition, Example, SignalKind, material_weights, unit_scores
+from tactogram.models.texture_flow.rated_words import word_weights
 from tactogram.models.texture_flow.surface_prediction import Strokes, SurfacePredictor
 from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.nn.bare_and_fixed import bare
@@ -34,6 +35,8 @@ class KnownSurfaces:
         """Of each material, measured from all its recordings."""
         self.strokes: Strokes | None = None
         """Of each material, from which its surface is predicted at any speed and force, if one is."""
+        self.rated = np.full((len(kind.materials), len(kind.words)), np.nan)
+        """Mean scores of each material, 0 to 1, shape (material, word); NaN if unknown."""
         self.photographs = PhotoClassifier(kind.materials)
         self.predictor: Any = predictor
 
@@ -73,9 +76,16 @@ class KnownSurfaces:
         known = {
             "material": bool(self.kind.materials),
             "image": self.photographs.fitted,
-            "words": self.predictor is not None and bool(self.kind.words),
+            "words": bool(self.kind.words)
+            and (self.predictor is not None or bool(np.isfinite(self.rated).any())),
         }
         return tuple(name for name in DESCRIPTIONS if known.get(name, True))
+
+    def rate(self, members: Sequence[Sequence[Example]]) -> None:
+        """Take over the scores of the examples of each material."""
+        for row, examples in zip(self.rated, members, strict=True):
+            if self.kind.words and (means := [e.rated.means for e in examples if e.rated is not None]):
+                row[:] = np.mean(means, axis=0)
 
     def _of_materials(
         self, weights: NDArray[np.float64], condition: Condition
@@ -95,10 +105,13 @@ class KnownSurfaces:
         """Return a surface of the material's mean, 0 if it is not known."""
         return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
 
-    def _from_words(self, condition: Condition) -> tuple[Surface, Condition]:
-        scores = torch.from_numpy(unit_scores(condition["words"], self.kind, partial=True)).float()
+    def _from_words(self, condition: Condition) -> tuple[Surface, Condition | None]:
+        scores = unit_scores(condition["words"], self.kind, partial=True)
+        if self.predictor is None:
+            return self._of_materials(word_weights(self.rated, scores), condition)
         wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(len(self.kind.axes))
-        return self.predictor.from_words(scores, wanted, like), _speed_and_force(condition)
+        known = torch.from_numpy(scores).float()
+        return self.predictor.from_words(known, wanted, like), _speed_and_force(condition)
 
     def _measured_at(self, condition: Condition) -> Condition:
         """Return speed and force of a given vibration, without those unknown."""
@@ -138,6 +151,7 @@ class KnownSurfaces:
         return {
             "surfaces": [surface._asdict() for surface in self.surfaces],
             "strokes": None if self.strokes is None else self.strokes.state(),
+            "rated": self.rated,
             "photographs": self.photographs.state(),
             "predictor": None if self.predictor is None else self.predictor.state_dict(),
         }
@@ -147,6 +161,7 @@ class KnownSurfaces:
         self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
         stored = state.get("strokes")
         self.strokes = Strokes.from_state(stored) if stored else None
+        self.rated = np.asarray(state.get("rated", self.rated), np.float64)
         self.photographs.load_state(state["photographs"])
         if self.predictor is not None:
             self.predictor.load_state_dict(state["predictor"])

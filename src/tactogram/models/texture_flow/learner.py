@@ -266,6 +266,7 @@ class TextureFlowLearner:
             self.known.measured(name, [example.signal for example in members[name]])
             for name in self.materials
         ]
+        self.known.rate([members[name] for name in self.materials])
         measured = self._measured(modulated(examples, self.config.modulated, seed=self.seed)).values()
         codes = torch.stack([reference.surface.code for references in measured for reference in references])
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
@@ -373,7 +374,8 @@ class TextureFlowLearner:
 
         Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
         its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
-        those that it was measured with. Words need such a training too, on rated surfaces.
+        those that it was measured with. So is the surface of words, if surfaces were rated; without such a training it
+        is a mix of those rated alike (`word_weights`).
         """
         check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION))
         vibration = condition.get("vibration")
