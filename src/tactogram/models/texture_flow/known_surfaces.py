@@ -14,7 +14,7 @@ from tactogram.features.photo_classifier import PhotoClassifier
 from tactogram.model import Condition, Example, SignalKind, material_weights, unit_scores
 from tactogram.models.texture_flow.rated_words import word_weights
 from tactogram.models.texture_flow.surface_prediction import Strokes, SurfacePredictor
-from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
+from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.models.texture_flow.tonal_surfaces import StrokeTones, TonalSurface, split_signals
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
@@ -133,10 +133,7 @@ class KnownSurfaces:
     def _from_words(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
         scores = unit_scores(condition["words"], self.kind, partial=True)
         if self.predictor is None:
-            known = [self._with_tones(surface, number, {}) for number, surface in enumerate(self.surfaces)]
-            mix = TonalSurface.mixed(known, word_weights(self.rated, scores))
-            noise = mix.surface._replace(deviation=mix.surface.deviation.clamp_min(LEAST_DEVIATION))
-            return mix._replace(surface=noise), None
+            return self._of_materials(word_weights(self.rated, scores), condition)
         axes = len(self.kind.axes)
         wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(axes)
         surface = self.predictor.from_words(torch.from_numpy(scores).float(), wanted, like)

@@ -1,27 +1,23 @@
-"""Weights of rated surfaces that scores of words call for, in closed form: a library of a few dozen will do.
-
-Surfaces of like scores can differ widely, and the mean of a tone and a noise is rated as neither. So the surface rated
-nearest is kept, and moved along a regression by what its scores lack.
-"""
+"""Weights of rated surfaces by how near their scores are to those asked: a library of a few dozen will do."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
+from scipy.special import softmax
 
 from tactogram.errors import ParameterError
 
-PENALTY = 0.1
-"""Of the ridge regression, per rated surface and word, for scores of unit variance."""
-LEAST_SPREAD = 1e-3
-"""Least standard deviation that scores are divided by."""
+WIDTH = 0.5
+"""Of the kernel, as a share of the median distance of rated surfaces from their nearest neighbour in words."""
 
 
 def word_weights(rated: NDArray[np.float64], scores: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a weight of each rated surface, float64, shape (surface,); they sum to 1, and some are negative.
+    """Return a weight of each rated surface, float64, shape (surface,), by its distance in words; they sum to 1.
 
-    The mix of surfaces by these weights is the surface rated nearest, plus the difference between what a ridge
-    regression of surfaces on words predicts for the scores asked and for its own.
+    The weights are those of kernel regression (Nadaraya 1964; Watson 1964) with a Gaussian: narrow, as surfaces of like
+    scores can be unlike each other, and a mix of them like none.
 
     Parameters
     ----------
@@ -40,10 +36,8 @@ def word_weights(rated: NDArray[np.float64], scores: NDArray[np.float64]) -> NDA
     if not asked.any() or not whole.any():
         raise ParameterError("words must be at least one that a surface was rated in, got none")
     known = rated[np.ix_(whole, asked)]
-    spread = np.maximum(known.std(0), LEAST_SPREAD)
-    nearest = int(np.sum((known - scores[asked]) ** 2, axis=1).argmin())
-    x, lacks = (known - known.mean(0)) / spread, (scores[asked] - known[nearest]) / spread
+    nearest = np.median(KDTree(known).query(known, k=2)[0][:, 1])
+    width = max(WIDTH * float(nearest), np.finfo(float).eps)
     weights = np.zeros(len(rated))
-    weights[whole] = x @ np.linalg.solve(x.T @ x + PENALTY * x.size * np.eye(x.shape[1]), lacks)
-    weights[np.flatnonzero(whole)[nearest]] += 1
+    weights[whole] = softmax(-np.sum((known - scores[asked]) ** 2, axis=1) / (2 * width**2))
     return weights

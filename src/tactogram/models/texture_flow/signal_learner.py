@@ -366,8 +366,8 @@ class SignalFlowLearner:
 
         Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
         its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
-        those that it was measured with. So is the surface of words, if surfaces were rated; without such a training the
-        surface rated nearest is moved towards the scores asked (`word_weights`).
+        those that it was measured with. So is the surface of words, if surfaces were rated; without such a training it
+        is a mix of those rated alike (`word_weights`).
         """
         check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION))
         vibration = condition.get("vibration")

@@ -43,7 +43,7 @@ class TonalSurface(NamedTuple):
         """Return a mix: noise as in `Surface.mixed`, tones in amplitude, the power of both as the mean in dB."""
         share = weights / weights.sum()
         noise = Surface.mixed([member.surface for member in members], weights)
-        tones = mix_tones([member.tones for member in members], np.maximum(share, 0))
+        tones = mix_tones([member.tones for member in members], share)
         mix = TonalSurface(noise, tones, members[0].scale)
         if not len(tones.frequency):
             return mix
@@ -134,7 +134,7 @@ def split_signals(signals: Sequence[Signal]) -> tuple[Tones, list[Signal]]:
     means = [signal.samples.mean(1, keepdims=True, dtype=np.float64) for signal in signals]
     centred = [signal.samples - mean for signal, mean in zip(signals, means, strict=True)]
     tones, rest = split_tones(centred, first.rate, band=band_edges(first.rate)[[0, -1]])
-    return known, [
+    return tones, [
         signal if noise is x else signal.with_samples((noise + mean).astype(np.float32))
         for signal, noise, x, mean in zip(signals, rest, centred, means, strict=True)
     ]

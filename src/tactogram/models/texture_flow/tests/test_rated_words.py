@@ -6,44 +6,39 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.models.texture_flow.rated_words import word_weights
 
-RNG = np.random.default_rng(0)
-RATED = RNG.random((12, 3))
-NOTHING = np.array([np.nan, np.nan, np.nan])
+RATED = np.array([[0.1, 0.5], [0.2, 0.5], [0.4, 0.5], [0.9, 0.5]])
+"""Nearest neighbours are 0.1, 0.1, 0.2 and 0.5 apart: 0.15 by the median, half of which is the kernel's width."""
 
 
-def test_scores_of_a_rated_surface_are_that_surface():
-    for place, scores in enumerate(RATED):
-        np.testing.assert_allclose(word_weights(RATED, scores), np.eye(12)[place], atol=1e-12)
+def test_weights_are_a_gaussian_of_the_distance_to_the_scores_asked():
+    weights = word_weights(RATED, np.array([0.3, 0.5]))
+    expected = np.exp(-(np.array([0.2, 0.1, 0.1, 0.6]) ** 2) / (2 * 0.075**2))
+    np.testing.assert_allclose(weights, expected / expected.sum())
 
 
-def test_the_mix_moves_by_the_ridge_regression_of_what_is_lacking():
-    surfaces = RNG.standard_normal((12, 5))
-    scores = np.array([0.9, 0.2, 0.4])
-    weights = word_weights(RATED, scores)
-    x = (RATED - RATED.mean(0)) / RATED.std(0)
-    slopes = np.linalg.inv(x.T @ x + 0.1 * 36 * np.eye(3)) @ x.T @ (surfaces - surfaces.mean(0))
-    nearest = np.linalg.norm(RATED - scores, axis=1).argmin()
-    expected = surfaces[nearest] + (scores - RATED[nearest]) / RATED.std(0) @ slopes
-    np.testing.assert_allclose(weights @ surfaces, expected)
-    assert weights.sum() == pytest.approx(1)
+def test_beyond_all_rated_surfaces_it_is_the_nearest():
+    np.testing.assert_allclose(word_weights(RATED, np.array([1.0, 0.5])), [0, 0, 0, 1], atol=1e-3)
 
 
 def test_words_that_are_not_asked_do_not_count():
-    scores = np.array([0.9, np.nan, 0.4])
-    np.testing.assert_allclose(word_weights(RATED, scores), word_weights(RATED[:, [0, 2]], scores[[0, 2]]))
+    weights = word_weights(RATED, np.array([0.3, np.nan]))
+    np.testing.assert_allclose(weights, word_weights(RATED[:, :1], np.array([0.3])))
 
 
 def test_a_surface_that_lacks_a_word_asked_weighs_nothing():
-    rated = RATED.copy()
-    rated[4, 0] = np.nan
-    scores = np.array([0.9, 0.2, 0.4])
-    others = np.delete(np.arange(12), 4)
-    weights = word_weights(rated, scores)
-    assert weights[4] == 0
-    np.testing.assert_allclose(weights[others], word_weights(RATED[others], scores))
+    rated = np.vstack((RATED, [[0.3, np.nan]]))
+    scores = np.array([0.3, 0.5])
+    np.testing.assert_allclose(word_weights(rated, scores), [*word_weights(RATED, scores), 0])
+    assert word_weights(rated, np.array([0.3, np.nan])).argmax() == 4
+
+
+def test_one_surface_and_equal_ones_are_all_there_is():
+    for count in (1, 3):
+        weights = word_weights(np.full((count, 2), 0.4), np.array([0.3, 0.5]))
+        np.testing.assert_allclose(weights, 1 / count)
 
 
 def test_no_score_and_no_rated_surface_are_refused():
-    for rated, scores in ((RATED, NOTHING), (RATED * np.nan, RATED[0])):
+    for rated, scores in ((RATED, RATED[0] * np.nan), (RATED * np.nan, RATED[0])):
         with pytest.raises(ParameterError, match="at least one that a surface was rated in"):
             word_weights(rated, scores)

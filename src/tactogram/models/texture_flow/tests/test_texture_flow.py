@@ -316,8 +316,8 @@ def test_a_recording_stands_for_its_surface():
         learner.generate({"material": "cork", "vibration": stroke.signal}, seed=0)
     with pytest.raises(ParameterError, match="condition 'material' is needed, or vibration instead"):
         learner.generate({}, seed=0)
-    with pytest.raises(ParameterError, match="at least 64 samples, got none of the vibration"):
-        learner.generate({"vibration": stroke.signal.cut(0, 63)}, seed=0)
+    with pytest.raises(ParameterError, match="at least 80 samples, got none of the vibration"):
+        learner.generate({"vibration": stroke.signal.cut(0, 79)}, seed=0)
 
 
 def test_a_quarter_of_the_crops_is_told_another_recording_of_its_surface():
