@@ -105,9 +105,9 @@ def run(
 
     cells = [cached(run.run.name, run, partial(figures, run)) | {"spread": spread_of(run)} for run in loaded]
     settings = {
-        f"{name} {value:g}": cached(
-            f"{name}-{value:g}", loaded[0], partial(figures, loaded[0], **{name: value})
-        )
+        f"{name} {value:g}": cells[0]
+        if getattr(loaded[0].config, name) == value
+        else cached(f"{name}-{value:g}", loaded[0], partial(figures, loaded[0], **{name: value}))
         for name, values in (("solver_steps", STEPS), ("guidance", GUIDANCE))
         for value in values
     }
