@@ -19,12 +19,15 @@ from scipy.spatial.distance import cdist
 from torch import Tensor
 
 from tactogram.datasets import Store
+from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.distances import ImageQuality
 from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
 from tactogram.evaluation.pictures.networks import TrunkDistance
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments.artifacts import cached_result, find_or_simulate, trained_run
 from tactogram.experiments.image_cells import (
+    DRAWS,
+    RatedPlates,
     as_tensor,
     draws_of,
     figures_of,
@@ -35,6 +38,7 @@ from tactogram.experiments.image_cells import (
 from tactogram.experiments.image_comparison import TRIALS
 from tactogram.experiments.picture_cells import spread, text_of
 from tactogram.models.texture_flow.image_learner import ImageFlowLearner
+from tactogram.signal import Image
 from tactogram.training.checkpoint import load_state
 from tactogram.training.labelled_images import as_floats, square
 from tactogram.workflows.progress import ProgressCallback
@@ -105,9 +109,9 @@ def run(
 
     cells = [cached(run.run.name, run, partial(figures, run)) | {"spread": spread_of(run)} for run in loaded]
     settings = {
-        f"{name} {value:g}": cached(
-            f"{name}-{value:g}", loaded[0], partial(figures, loaded[0], **{name: value})
-        )
+        f"{name} {value:g}": cells[0]
+        if getattr(loaded[0].config, name) == value
+        else cached(f"{name}-{value:g}", loaded[0], partial(figures, loaded[0], **{name: value}))
         for name, values in (("solver_steps", STEPS), ("guidance", GUIDANCE))
         for value in values
     }
@@ -130,15 +134,12 @@ def run(
         "real": {
             "frechet": None if others is None else quality(others).get(FRECHET),
             "nearest": real.as_dict(),
+            "nearest_in_words": _shown(
+                figures_of(nearest_in_words(seen, wanted), rater_model, wanted, quality)
+            ),
         },
         "missing": quality.missing,
-        "settings": {
-            name: {
-                "correlation": found["following"]["correlation"],
-                "frechet": found["quality"].get(FRECHET),
-            }
-            for name, found in settings.items()
-        },
+        "settings": {name: _shown(found) for name, found in settings.items()},
     }
     lines = [f"{name:28}{text_of(found, digits=3)}" for name, found in summary.items()]
     lines += [
@@ -192,6 +193,21 @@ class NearestImage:
         )
 
 
+def nearest_in_words(images: Store, plates: RatedPlates, *, count: int = DRAWS) -> list[list[Image]]:
+    """Return the images whose ratings are nearest to each plate's, 64 x 64, shape (plate, image)."""
+    if images.ratings is None:
+        raise ParameterError(f"{images.path}: has no ratings of images")
+    keys = images.photographs_by_material
+    shown = [square(images.photograph(held[0]), 64).transpose(1, 2, 0) for held in keys.values()]
+    order = [images.ratings.words.index(word) for word in plates.words]
+    rated = np.stack([images.ratings.rated(item).means[order] for item in keys])
+    return [[Image(shown[place]) for place in row[:count]] for row in cdist(plates.means, rated).argsort(1)]
+
+
+def _shown(found: dict[str, Any]) -> dict[str, Any]:
+    return {"correlation": found["following"]["correlation"], "frechet": found["quality"].get(FRECHET)}
+
+
 def spread_of(run: LoadedRun) -> dict[str, float]:
     """Return the spread of images by noise and by label."""
     return cast("ImageFlowLearner", run.model).image_spread().as_dict()
@@ -229,7 +245,7 @@ def _summary(cells: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _draw(file: Path, loaded: LoadedRun, plates: Any, *, simulated: bool) -> None:
+def _draw(file: Path, loaded: LoadedRun, plates: RatedPlates, *, simulated: bool) -> None:
     made = draws_of(loaded, plates, draws=TRIALS)
     trials = [[row[trial] for row in made] for trial in range(TRIALS)]
     losses = {"loss": [(line["step"], line["loss"]) for line in loaded.run.metrics() if "loss" in line]}

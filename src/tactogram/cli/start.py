@@ -1,7 +1,5 @@
 """Verbs for a first look: the demo, the installation check, the list of models."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -112,7 +110,7 @@ def _models(request: _ModelsRequest, show: Printer) -> None:
     show(facts, columns(rows))
 
 
-def _in_and_out(model: ModelInfo) -> str:
+def _in_and_out(model: "ModelInfo") -> str:
     """Return the conditions of a model, in brackets if it needs none, and its output."""
     needs = "+".join(model.needs) or "+".join(f"[{name}]" for name in model.takes) or "-"
     return f"{'|'.join((needs, *model.instead))} -> {model.gives}"
