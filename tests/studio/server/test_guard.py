@@ -20,6 +20,7 @@ from tactogram.studio.server.guard_rules import (
 
 TOKEN = "a-token-that-nobody-guesses"
 LOCAL = GuardSettings()
+CHUNKED = [("transfer-encoding", "chunked")]
 FAR = GuardSettings(loopback=False, token=TOKEN, hosts=("lab-pc",))
 
 
@@ -281,15 +282,33 @@ def test_two_ways_to_say_a_length_are_refused():
 
 
 def test_a_sender_that_stalls_is_sent_away():
-    status, _, body = ask("/take/x", "POST", pieces=(), settings=GuardSettings(body_seconds=0.01))
+    settings = GuardSettings(body_seconds=0.01)
+    status, _, body = ask("/take/x", "POST", headers=CHUNKED, pieces=(), settings=settings)
     assert (status, "stopped arriving" in json.loads(body)["error"]) == (408, True)
 
 
 def test_a_sender_that_drips_is_sent_away():
     settings = GuardSettings(body_seconds=0.02, body_rate=2000)
-    assert ask("/take/x", "POST", pieces=[b"x"] * 1000, every_s=0.001, settings=settings)[0] == 408
+
+    def sent(pieces):
+        return ask("/take/x", "POST", headers=CHUNKED, pieces=pieces, every_s=0.001, settings=settings)
+
+    assert sent([b"x"] * 1000)[0] == 408
     # As many pieces, as slowly, but as much as is asked for.
-    assert ask("/take/x", "POST", pieces=[b"x" * 600] * 50, every_s=0.001, settings=settings)[2] == b"30000"
+    assert sent([b"x" * 600] * 50)[2] == b"30000"
+
+
+def test_a_slow_server_cuts_no_answer_to_a_request_without_a_body():
+    async def listening(scope, receive, send):
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        # Two messages, as an application that sends a file waits for a disconnect.
+        ended = [(await receive())["type"] for _ in range(2)]
+        await send({"type": "http.response.body", "body": ",".join(ended).encode()})
+
+    answer = ask(
+        pieces=(b"", b""), every_s=0.7, settings=GuardSettings(body_seconds=1.0, body_rate=1e9), app=listening
+    )
+    assert answer[2] == b"http.request,http.request"
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from tactogram.studio.server.guard_rules import (
     GuardSettings,
     Refusal,
     accepts_html,
+    announces_body,
     body_refusal,
     cookie_name,
     is_secure,
@@ -133,11 +134,15 @@ class RequestGuard:
 
 
 class _RequestBody:
-    """Request body with limits on size and time; after a refusal the application sees a disconnect."""
+    """Request body with limits on size and time; after a refusal the application sees a disconnect.
+
+    Without an announced body only the server can be slow, and a disconnect would cut a file that is being sent.
+    """
 
     def __init__(self, scope: Scope, receive: Receive, settings: GuardSettings) -> None:
         self._scope, self._receive, self._settings = scope, receive, settings
         self._bytes, self._complete = 0, False
+        self._announced = announces_body(scope)
         self._waited = 0.0
         self.refused: Refusal | None = None
 
@@ -147,8 +152,9 @@ class _RequestBody:
         most, loop = self._settings.body_seconds, asyncio.get_running_loop()
         allowed = most + self._bytes / self._settings.body_rate
         begun = loop.time()
+        limit = min(most, allowed - self._waited) if self._announced else None
         try:
-            message = await asyncio.wait_for(self._receive(), min(most, allowed - self._waited))
+            message = await asyncio.wait_for(self._receive(), limit)
         except TimeoutError:
             return self._refuse(STALLED)
         self._waited += loop.time() - begun

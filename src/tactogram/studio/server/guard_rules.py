@@ -202,6 +202,12 @@ def _too_long(scope: Scope, settings: GuardSettings) -> Refusal | None:
     return body_refusal(scope, settings) if int(lengths[0]) > settings.most_bytes(scope["path"]) else None
 
 
+def announces_body(scope: Scope) -> bool:
+    """Return whether a request has a body (RFC 9112, section 6.3)."""
+    headers = _headers(scope)
+    return "content-length" in headers or "transfer-encoding" in headers
+
+
 def body_refusal(scope: Scope, settings: GuardSettings) -> Refusal:
     """Return the refusal of a body that is too long."""
     most = settings.most_bytes(scope["path"])

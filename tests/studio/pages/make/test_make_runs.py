@@ -30,7 +30,11 @@ VOICES = "studio/first/voices"
 @pytest.fixture
 def state(workspace):
     """Give the state of a new page."""
-    place = Workspace.at(workspace)
+    return state_of(workspace)
+
+
+def state_of(folder):
+    place = Workspace.at(folder)
     return MakePageState(place, ResultArchive(place.studio_folder / "kept"), RunCatalogue(place), {})
 
 
@@ -63,17 +67,16 @@ def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
     assert state.command().startswith("tactogram generate texture_flow --words rough=6 --seconds 0.5")
 
 
-def test_a_run_of_images_leaves_the_unticked_words_open(state):
+def test_a_run_of_images_leaves_the_unticked_words_open(tmp_path):
     rng = np.random.default_rng(0)
     items = [f"i{number}" for number in range(6)]
     rows = [(rater, item, word) for item in items for rater in ("r1", "r2") for word in WORDS]
     ratings = Ratings(*zip(*rows, strict=True), rng.integers(0, 2, len(rows)).astype(float), EVOKED)
     shown = [(item, Image(rng.integers(0, 256, (20, 20, 3), np.uint8))) for item in items]
-    folder = state.workspace.folder
-    create_store(
-        folder / "data/seen", [], name="seen", licence="-", simulated=True, ratings=ratings, photographs=shown
-    )
-    train("texture_flow", folder / "data/seen", recipe="tiny", split="all", out=folder / "runs/drawn")
+    store = tmp_path / "data/seen"
+    create_store(store, [], name="seen", licence="-", simulated=True, ratings=ratings, photographs=shown)
+    train("texture_flow", store, recipe="tiny", split="all", out=tmp_path / "runs/drawn")
+    state = state_of(tmp_path)
     state.choose("runs/drawn")
     state.set(words={"rough": 6.0}, seed=3)
 
