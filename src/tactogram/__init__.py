@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tactogram.signal import Signal as Signal
     from tactogram.signal.io import read_signal as read_signal
     from tactogram.signal.io import write_signal as write_signal
+    from tactogram.signal.motion import Motion as Motion
     from tactogram.workflows.data.convert import convert as convert
     from tactogram.workflows.evaluation.crossval import crossval as crossval
     from tactogram.workflows.evaluation.evaluate import evaluate as evaluate
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 _PLACES = {
     "Signal": "tactogram.signal",
+    "Motion": "tactogram.signal.motion",
     "read_signal": "tactogram.signal.io",
     "write_signal": "tactogram.signal.io",
     "open_store": "tactogram.datasets",

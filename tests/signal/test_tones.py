@@ -11,6 +11,7 @@ from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import ModulatedNoiseSynthesizer, synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
 from tactogram.signal.tone_fit import split_tones
+from tactogram.signal.tone_synthesis import synthesise_tones
 from tactogram.signal.tones import Tones, mix_tones, no_tones, share_pattern
 
 RATE, BAND = 1000.0, band_edges(1000.0)[[0, -1]]
@@ -176,3 +177,14 @@ def test_a_spectrum_has_the_power_of_its_lines():
 def test_tones_whose_shapes_differ_are_refused():
     with pytest.raises(ParameterError, match="tones of 2 lines need amplitudes"):
         Tones(np.zeros(2), np.zeros((2, 1, 3)), np.zeros(5))
+
+
+def test_several_tones_glide_from_one_to_the_next():
+    steady = Tones(np.array([50.0]), np.array([[[1.0]], [[0.0]]]), np.zeros(5))
+    end = steady.moved(2.0, BAND).scaled(np.array([3.0]))
+    same = synthesise_tones([steady] * 3, 4000, RATE, seed=1)
+    np.testing.assert_allclose(same, synthesise_tones([steady], 4000, RATE, seed=1), atol=1e-9)
+    glide = synthesise_tones([steady, end], 4000, RATE, seed=1)[0]
+    hz = [np.diff(np.signbit(second)).sum() / 2 for second in glide.reshape(4, 1000)]
+    np.testing.assert_allclose(hz, [56.25, 68.75, 81.25, 93.75], atol=1)
+    assert np.abs(glide[-500:]).max() == pytest.approx(3, rel=0.1)

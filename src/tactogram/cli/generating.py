@@ -50,6 +50,9 @@ class _GenerateRequest(Request):
     image: Annotated[str | None, Option("photograph of the surface", "FILE")] = None
     speed: Annotated[float | None, Option("stroking speed, mm/s", "MM_S")] = None
     force: Annotated[float | None, Option("normal force, N", "N")] = None
+    motion: Annotated[
+        str | None, Option("CSV of a finger's motion, as of `stream`, in place of speed and force", "FILE")
+    ] = None
     seconds: Annotated[float | None, Option("length (default: the model's own)")] = None
     seed: Annotated[int, Option()] = 0
     count: Annotated[int, Option("number of results")] = 1
@@ -72,6 +75,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
             "image",
             "speed",
             "force",
+            "motion",
             "vibration_speed",
             "vibration_force",
         ):
@@ -98,6 +102,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
         count=request.count,
         photograph=request.image,
         recording=request.vibration,
+        motion=request.motion,
     )
     first = written[0]
     lines = [line for row in written for line in (row["file"], *loss_lines(row.get("written", {})))]

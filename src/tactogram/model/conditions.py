@@ -18,6 +18,7 @@ CONDITIONS: Mapping[str, str] = {
     "vibration": "measured vibration of the surface (Signal)",
     "speed_mm_s": "stroking speed, mm/s",
     "force_n": "normal force, N",
+    "motion": "speed and force of the finger over time (Motion), in place of these two",
     "vibration_speed_mm_s": "speed of the measured vibration, mm/s",
     "vibration_force_n": "force of the measured vibration, N",
     "latent": "float array, shape (dimension,): the model's random input, to interpolate; by default drawn by the seed",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from math import floor
 from typing import NamedTuple
 
@@ -68,11 +70,19 @@ class ToneProcess:
         self._done += samples
 
 
-def synthesise_tones(tones: Tones, samples: int, rate: float, *, seed: int) -> Array:
-    """Return ``samples`` of tones at ``rate`` (Hz), float64, shape (axis, time); all are determined by ``seed``."""
-    out = np.zeros((tones.amplitude.shape[1], samples))
-    parameters = ToneParameters(tones.unsteadiness, tones.frequency, tones.amplitude)
-    ToneProcess(rate, np.random.default_rng(seed)).add(out, parameters, parameters, False)
+def synthesise_tones(tones: Sequence[Tones], samples: int, rate: float, *, seed: int) -> Array:
+    """Return ``samples`` of tones at ``rate`` (Hz), float64, shape (axis, time); all are determined by ``seed``.
+
+    Several tones, of as many lines each, are those at evenly spaced times from the first sample to the last.
+    """
+    out = np.zeros((tones[0].amplitude.shape[1], samples))
+    process = ToneProcess(rate, np.random.default_rng(seed))
+    parameters = [ToneParameters(each.unsteadiness, each.frequency, each.amplitude) for each in tones]
+    if len(parameters) == 1:
+        process.add(out, parameters[0], parameters[0], False)
+    edges = np.linspace(0, samples, len(parameters)).round().astype(int)
+    for (first, last), (begin, end) in zip(pairwise(parameters), pairwise(edges), strict=False):
+        process.add(out[:, begin:end], first, last, True)
     return out
 
 

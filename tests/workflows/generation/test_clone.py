@@ -10,7 +10,7 @@ from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Signal
-from tactogram.signal.io import read_signal, write_signal
+from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.workflows.generation.clone import clone, live_map
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import load_run
@@ -134,6 +134,23 @@ def test_a_folder_comes_before_the_model_of_its_name(tmp_path, monkeypatch):
     (tmp_path / "texture_flow").mkdir()
     with pytest.raises(RunError, match="not a run"):
         load_run("texture_flow")
+
+
+def test_a_recorded_motion_is_followed_and_named_in_the_file(tmp_path, capsys):
+    motion, out = tmp_path / "hand.csv", tmp_path / "felt.wav"
+    motion.write_text(
+        "time_s,speed_mm_s,force_n\n0,60,0.5\n1,60,0.5\n1.2,300,1\n2.4,300,1\n2.5,300,0\n3,0,0\n"
+    )
+    told = ["generate", "texture_flow", "--material", "corduroy", "--motion", str(motion), "--out", str(out)]
+    assert main(told) == 0
+    samples, rate = read_signal(out).samples[0], 2500
+    assert len(samples) == 3 * rate
+    slow, fast = samples[rate // 5 : rate].std(), samples[round(1.4 * rate) : round(2.3 * rate)].std()
+    assert fast > 3 * slow > 0
+    assert np.ptp(samples[round(2.7 * rate) :]) == 0
+    assert read_metadata(out)["motion_from"] == "hand.csv"
+    assert main([*told, "--force", "1"]) == 1
+    assert "force_n would be given twice; the motion has it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".ahap", ".haptic", ".hjif"])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from tactogram.signal.tones import no_tones
 DESCRIPTIONS = ("material", "image", "vibration", "words")
 """Conditions that describe a surface, of which one is needed."""
 OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n")
+DescribedSurface = Callable[[Condition], tuple[TonalSurface, Condition | None]]
+"""The surface at a speed and force, and those of the one stroke that it was measured from or predicted for."""
 
 
 class KnownSurfaces:
@@ -44,8 +47,8 @@ class KnownSurfaces:
         self.photographs = PhotoClassifier(kind.materials)
         self.predictor: Any = predictor
 
-    def described(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
-        """Return the surface, and the speed and force of the one stroke that it was measured from or predicted for."""
+    def described(self, condition: Condition) -> DescribedSurface:
+        """Return the surface that a condition describes, at any speed and force."""
         given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
         if not given:
             first, *others = self.descriptions
@@ -64,7 +67,7 @@ class KnownSurfaces:
         if description == "vibration":
             vibration = condition["vibration"]
             self.kind.check(vibration)
-            return self._of_vibration(vibration, measured, condition)
+            return self._of_vibration(vibration, measured)
         if description == "words":
             return self._from_words(condition)
         weights = (
@@ -72,7 +75,7 @@ class KnownSurfaces:
             if description == "image"
             else material_weights(condition, self.kind.materials)
         )
-        return self._of_materials(weights, condition)
+        return partial(self._of_materials, weights)
 
     @property
     def descriptions(self) -> tuple[str, ...]:
@@ -130,26 +133,31 @@ class KnownSurfaces:
         """Return a surface of the material's mean, 0 if it is not known."""
         return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
 
-    def _from_words(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
+    def _from_words(self, condition: Condition) -> DescribedSurface:
         scores = unit_scores(condition["words"], self.kind, partial=True)
         if self.predictor is None:
-            return self._of_materials(word_weights(self.rated, scores), condition)
-        axes = len(self.kind.axes)
-        wanted, like = self.predictor.conditions_of(condition), self.spectra.blank(axes)
-        surface = self.predictor.from_words(torch.from_numpy(scores).float(), wanted, like)
-        return TonalSurface(surface, no_tones(axes), self.spectra.variance), _speed_and_force(condition)
+            return partial(self._of_materials, word_weights(self.rated, scores))
+        like, words = self.spectra.blank(len(self.kind.axes)), torch.from_numpy(scores).float()
+        tones = no_tones(len(self.kind.axes))
 
-    def _of_vibration(
-        self, vibration: Signal, measured: Condition, wanted: Condition
-    ) -> tuple[TonalSurface, Condition]:
-        """Return the surface of a stroke at the speed and force wanted, and the condition it is at."""
+        def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
+            surface = self.predictor.from_words(words, self.predictor.conditions_of(wanted), like)
+            return TonalSurface(surface, tones, self.spectra.variance), _speed_and_force(wanted)
+
+        return at
+
+    def _of_vibration(self, vibration: Signal, measured: Condition) -> DescribedSurface:
         tones, noise = split_signals([vibration])
         own = self.measured("the vibration", noise)
-        surface, at = self._at(own, measured, wanted)
         scale, speed = self.spectra.variance, measured.get("speed_mm_s")
         known = StrokeTones(tones, np.nan if speed is None else float(speed), scale * float(own.power))
-        moved = known.at(self._speed(wanted, False), scale * float(surface.power), self.kind.rate)
-        return TonalSurface(surface, moved, scale), at
+
+        def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
+            surface, reached = self._at(own, measured, wanted)
+            moved = known.at(self._speed(wanted, False), scale * float(surface.power), self.kind.rate)
+            return TonalSurface(surface, moved, scale), reached
+
+        return at
 
     def _measured_at(self, condition: Condition) -> Condition:
         """Return speed and force of a given vibration, without those unknown."""

@@ -28,8 +28,8 @@ class VelocityUNet(nn.Module):
     """The velocity of every value of a spectrogram or image on its way from noise to texture.
 
     It has no fixed length: normalisation is over the channels of each place alone, so nothing far away matters.
-    The last layer begins at 0. ``labels`` are the numbers of a label; one of zeros is no condition. ``cosines`` tell
-    the network the row; with none all rows are alike.
+    The last layer begins at 0. ``labels`` are the numbers of a label, which may change over columns; one of zeros is no
+    condition. ``cosines`` tell the network the row; with none all rows are alike.
     """
 
     def __init__(self, config: Config, *, channels: int, labels: int, cosines: int = COSINES) -> None:
@@ -51,12 +51,16 @@ class VelocityUNet(nn.Module):
         self.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     def forward(self, x: Tensor, time: Tensor, label: Tensor) -> Tensor:
-        """Return the velocity, (batch, channel, row, column), at ``time``, (batch,), 0 to 1; label: (batch, label)."""
+        """Return the velocity, (batch, channel, row, column), at ``time``, (batch,), 0 to 1.
+
+        ``label`` is (batch, label), or (batch, column, label).
+        """
         batch, _, rows, columns = x.shape
         place = torch.linspace(0, math.pi, rows, device=x.device)
         order = torch.arange(1, self.cosines + 1, device=x.device)
         cosines = torch.cos(order[:, None] * place)[None, :, :, None].expand(batch, -1, -1, columns)
-        e = self.embed(self.time(_sinusoids(time, self.size)) + self.label(label))  # B, E
+        label = label.view(batch, -1, label.shape[-1])
+        e = self.embed(self.time(_sinusoids(time, self.size))[:, None] + self.label(label))  # B, 1 or C, E
         h = torch.cat((x, cosines), 1).contiguous(memory_format=torch.channels_last)
         h = self.first(h)  # B, W0, R/2, C/2
         skips = []
@@ -79,7 +83,10 @@ class _ChannelNorm(nn.LayerNorm):
 
 
 class _Block(nn.Module):
-    """Two convolutions with a skip connection; the condition scales and shifts the channels between them."""
+    """Two convolutions with a skip connection; the condition scales and shifts the channels between them.
+
+    The embedding of the condition, (batch, 1 or column, number), is averaged over the columns of a place.
+    """
 
     def __init__(self, into: int, out: int, embedding: int) -> None:
         super().__init__()
@@ -92,7 +99,8 @@ class _Block(nn.Module):
 
     def forward(self, x: Tensor, e: Tensor) -> Tensor:
         h = self.convs[0](F.silu(self.norms[0](x)))
-        scale, shift = self.film(e)[:, :, None, None].chunk(2, 1)
+        e = e.view(len(e), min(e.shape[1], x.shape[-1]), -1, e.shape[-1]).mean(2)  # B, 1 or C, E
+        scale, shift = self.film(e).mT[:, :, None].chunk(2, 1)  # B, W, 1, 1 or C
         h = self.convs[1](F.silu(self.norms[1](h) * (1 + scale) + shift))
         added: Tensor = self.skip(x) + h
         return added

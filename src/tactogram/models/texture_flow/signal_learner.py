@@ -42,6 +42,7 @@ from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
+from tactogram.signal.motion import Motion
 from tactogram.signal.tone_synthesis import synthesise_tones
 from tactogram.training.checkpoint import load_state
 from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
@@ -54,6 +55,8 @@ MOST_PHOTOGRAPHS = 50
 """Photographs of a material that are learned from."""
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
+MOMENT_S = 0.05
+"""Longest time between two moments of a motion for which a surface is determined, s."""
 PLAYBACK_RATE = 4000.0
 """Of a signal over displacement that is played at a speed, Hz."""
 LEAST_RMS = 1e-12
@@ -368,8 +371,13 @@ class SignalFlowLearner:
         its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
         those that it was measured with. So is the surface of words, if surfaces were rated; without such a training it
         is a mix of those rated alike (`word_weights`).
+
+        A ``motion`` changes speed and force over time, as far as the training recordings have them, and silences the
+        signal where the finger rests or is lifted. The signal is as long as the motion.
         """
-        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION))
+        motion: Motion | None = condition.get("motion")
+        over_time = () if self.over_displacement else ("motion",)
+        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION, *over_time))
         vibration = condition.get("vibration")
         if vibration is not None and vibration.unit != self.kind.unit:
             gain = self.rms / max(_rms(vibration), LEAST_RMS)
@@ -386,15 +394,52 @@ class SignalFlowLearner:
             raise ParameterError(
                 "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
             )
-        self.labels.check(condition)
-        (surface, tones, _), measured = self.known.described(condition)
-        length = max(1, round((self.seconds if seconds is None else seconds) * self.kind.rate))
-        wanted = condition if self.known.predictor is None or measured is None else measured
-        spectrum = self._spectrum(self._label(surface, wanted, measured), length, seed=seed)
-        noise = self.spectra.decode(spectrum.cpu(), surface, length, seed=seed)
-        steady = synthesise_tones(tones, length, self.kind.rate, seed=child_seed(seed, "tones"))
-        made = self.kind.signal((noise + steady).astype(np.float32))
+        if seconds is None:
+            seconds = self.seconds if motion is None else motion.seconds
+        moments = [condition] if motion is None else self._moments(condition, motion, seconds)
+        for moment in moments:
+            self.labels.check(moment)
+        at = self.known.described(condition)
+        found = [at(moment) for moment in moments]
+        labels = [
+            self._label(
+                each.surface, moment if self.known.predictor is None or reached is None else reached, reached
+            )
+            for moment, (each, reached) in zip(moments, found, strict=True)
+        ]
+        length = max(1, round(seconds * self.kind.rate))
+        spectrum = self._spectrum(torch.stack(labels), length, seed=seed)
+        noise = self.spectra.decode(spectrum.cpu(), [each.surface for each, _ in found], length, seed=seed)
+        steady = synthesise_tones(
+            [each.tones for each, _ in found], length, self.kind.rate, seed=child_seed(seed, "tones")
+        )
+        samples = noise + steady
+        if motion is not None and motion.gain is not None:
+            mean = found[0][0].surface.mean.numpy()[:, None]
+            samples = mean + motion.at("gain", np.arange(length) / self.kind.rate) * (samples - mean)
+        made = self.kind.signal(samples.astype(np.float32))
         return made if speed is None else played(made, speed, PLAYBACK_RATE)
+
+    def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
+        """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""
+        times = np.linspace(0, seconds, 2 + int(seconds / MOMENT_S))
+        known = {
+            name: values
+            for name in NUMBERS
+            if name in self.labels.ranges and (values := motion.at(name, times)) is not None
+        }
+        if "speed_mm_s" not in known:
+            raise ParameterError(
+                "a motion needs a model trained on recordings of known speed, and this one's have none"
+            )
+        if twice := [name for name in known if condition.get(name) is not None]:
+            raise ParameterError(f"{' and '.join(twice)} would be given twice; the motion has it")
+        if seconds > motion.seconds:
+            raise ParameterError(f"seconds must be at most the motion's {motion.seconds:g}, got {seconds:g}")
+        return [
+            {**condition, **{name: float(values[k]) for name, values in known.items()}}
+            for k in range(len(times))
+        ]
 
     @property
     def predicted_ranges(self) -> dict[str, tuple[float, float]]:
@@ -406,8 +451,11 @@ class SignalFlowLearner:
         probabilities = self.known.photographs.probabilities(image)
         return self.materials[probabilities.argmax()], float(probabilities.max())
 
-    def _spectrum(self, label: Tensor, length: int, *, seed: int) -> Tensor:
-        """Return a spectrum, (axis, bin, frame), of at least ``length`` samples."""
+    def _spectrum(self, labels: Tensor, length: int, *, seed: int) -> Tensor:
+        """Return a spectrum, (axis, bin, frame), of at least ``length`` samples.
+
+        Several labels, (moment, label), are those at evenly spaced times from the first sample to the last.
+        """
         frames = self.spectra.frames(length, self.config.multiple)
         shape = len(self.kind.axes), self.spectra.bins, NOISE_FRAMES
         noise = torch.cat(
@@ -417,7 +465,8 @@ class SignalFlowLearner:
             ],
             -1,
         )[None, ..., :frames]
-        return self.flow.sample(noise, label[None])[0]
+        over_frames = self.spectra.over_frames(labels, frames, length)
+        return self.flow.sample(noise, over_frames[None])[0]
 
 
 def _rms(signal: Signal) -> float:

@@ -212,23 +212,26 @@ class SurfacePredictor(nn.Module):
         weight = self.spread.square() / self.spread.square().mean()
         return ((found - self._coordinates(pair.wanted)).square() * weight).mean()
 
-    @torch.no_grad()
     def predict(self, surface: Surface, at: Tensor, wanted: Tensor) -> Surface:
         """Return a surface that was measured ``at`` speed and force, at those ``wanted``; (condition,), NaN if unknown.
 
         What the prediction lacks of the measured stroke itself is added, the less the further it is away.
         """
+        return surface_of(self._predicted(vector_of(surface)[None], at[None], wanted)[0], surface)
+
+    @torch.no_grad()
+    def _predicted(self, vectors: Tensor, at: Tensor, wanted: Tensor) -> Tensor:
+        """Return surfaces, (stroke, number), measured ``at`` (stroke, condition), at those ``wanted``, (condition,)."""
         device = self.mean.device
-        vector, at = vector_of(surface)[None].to(device), at[None].to(device)
-        wanted = torch.where(wanted.isnan(), at[0].cpu(), wanted)[None].to(device)
-        stroke, unknown = self._coordinates(vector), self.word_mean[None] * torch.nan
-        given = torch.ones(1, dtype=torch.bool, device=device)
+        wanted = torch.where(wanted.isnan(), at, wanted).to(device)
+        vectors, at = vectors.to(device), at.to(device)
+        stroke, unknown = self._coordinates(vectors), self.word_mean.expand(len(at), -1) * torch.nan
+        given = torch.ones(len(at), dtype=torch.bool, device=device)
         found = self._vectors(self._components(stroke, given, at, wanted, unknown))
-        if torch.equal(at.isfinite(), wanted.isfinite()):
-            missed = vector - self._vectors(self._components(stroke, given, at, at, unknown))
-            distance = (self._standardised(wanted) - self._standardised(at)).norm(dim=1) / REACH
-            found = found + torch.exp(-distance.square() / 2) * missed
-        return surface_of(found[0].cpu(), surface)
+        missed = vectors - self._vectors(self._components(stroke, given, at, at, unknown))
+        distance = (self._standardised(wanted) - self._standardised(at)).norm(dim=1) / REACH
+        nearness = torch.exp(-distance.square() / 2) * (at.isfinite() == wanted.isfinite()).all(1)
+        return (found + nearness[:, None] * missed).cpu()
 
     def from_strokes(self, vectors: Tensor, at: Tensor, wanted: Tensor, like: Surface) -> Surface:
         """Return the mean of a material's surfaces predicted from each of its strokes, the nearest counting most.
@@ -239,10 +242,7 @@ class SurfacePredictor(nn.Module):
         wanted = self._or_median(wanted)
         distance = (self._standardised(at) - self._standardised(wanted)).norm(dim=1) / REACH
         weights = torch.exp(-distance.square() / 2).clamp_min(LEAST_SHARE)
-        found = [
-            self.predict(surface_of(vector, like), own, wanted)
-            for vector, own in zip(vectors, at, strict=True)
-        ]
+        found = [surface_of(vector, like) for vector in self._predicted(vectors, at, wanted)]
         return Surface.mixed(found, weights.double().numpy())
 
     @torch.no_grad()

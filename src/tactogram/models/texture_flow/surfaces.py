@@ -185,17 +185,36 @@ class SurfaceSpectra:
         found = self._log_magnitudes(self._transformed(samples, surface.mean), surface.log_root)
         return (found - surface.centre[..., None]) / surface.deviation[..., None]
 
-    def decode(self, spectrum: Tensor, surface: Surface, length: int, *, seed: int) -> NDArray[np.float32]:
+    def over_frames(self, values: Tensor, frames: int, length: int) -> Tensor:
+        """Return values, (value, …), at the frames that `decode` puts around ``length`` samples: (frame, …).
+
+        They are those at evenly spaced times from the first sample to the last; a single one stays (1, …).
+        """
+        if len(values) == 1:
+            return values
+        samples = torch.arange(frames) * self.transform.hop - self._margin(frames, length)
+        place = (samples / length).clamp(0, 1) * (len(values) - 1)
+        lower = place.floor().clamp_max(len(values) - 2).long()
+        share = (place - lower).view(-1, *[1] * (values.ndim - 1)).to(values.dtype)
+        return values[lower] * (1 - share) + values[lower + 1] * share
+
+    def decode(
+        self, spectrum: Tensor, surfaces: Sequence[Surface], length: int, *, seed: int
+    ) -> NDArray[np.float32]:
         """Return ``length`` samples of a spectrum from the middle of its windows: (axis, bin, frame) -> (axis, time).
 
-        The first and last window surround the signal.
+        The first and last window surround the signal. Several surfaces are those at evenly spaced times from the first
+        sample to the last.
         """
-        root = surface.root
-        level = root.abs().square().sum((-1, -2)).div(len(surface.mean)).sqrt()  # K
-        logs = spectrum * surface.deviation[..., None] + surface.centre[..., None]
-        magnitude = (torch.exp(logs) - self.softness).clamp_min(0) * level[:, None]
+        mean, frames = surfaces[0].mean[:, None], spectrum.shape[-1]
+        root, centre, deviation = (
+            self.over_frames(torch.stack(tables), frames, length).movedim(0, -1)
+            for tables in zip(*((s.root, s.centre, s.deviation) for s in surfaces), strict=True)
+        )  # K, A, A, 1 or T; A, K, 1 or T
+        level = root.abs().square().sum((1, 2)).div(len(mean)).sqrt()  # K, 1 or T
+        magnitude = (torch.exp(spectrum * deviation + centre) - self.softness).clamp_min(0) * level
         magnitude = F.pad(magnitude, (0, 0, 1, 0))
-        total = self.transform.length(spectrum.shape[-1])
+        total = self.transform.length(frames)
         recovered = [
             recover(
                 each, self.transform, total, iterations=self.iterations, seed=child_seed(seed, "phase", k)
@@ -203,11 +222,15 @@ class SurfaceSpectra:
             for k, each in enumerate(magnitude)
         ]
         sources = self.transform.forward(torch.stack(recovered))[:, 1:]
-        x = torch.einsum("kab,bkt->akt", root / level[:, None, None], sources)
+        x = torch.einsum("kabt,bkt->akt", root / level[:, None, None], sources)
         x = self.transform.inverse(F.pad(x, (0, 0, 1, 0)), total)
-        begin = (total - length) // 2
-        result: NDArray[np.float32] = (x + surface.mean[:, None])[:, begin : begin + length].numpy()
+        begin = self._margin(frames, length)
+        result: NDArray[np.float32] = (x + mean)[:, begin : begin + length].numpy()
         return result
+
+    def _margin(self, frames: int, length: int) -> int:
+        """Return the samples before the first of ``length``."""
+        return (self.transform.length(frames) - length) // 2
 
     def _transformed(self, samples: NDArray[np.float32], mean: Tensor) -> Tensor:
         """Return the transform of windows wholly within the samples: (axis, bin from 1, frame)."""

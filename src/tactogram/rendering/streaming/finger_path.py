@@ -15,7 +15,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.rendering.streaming.motion import FingerState
+from tactogram.rendering.streaming.motion import FingerState, MotionSample, MotionSource
+from tactogram.signal.motion import Motion
 
 State = Literal["lost", "air", "rest", "slide"]
 STATES: tuple[State, ...] = ("lost", "air", "rest", "slide")
@@ -28,6 +29,9 @@ LANDING_S = 0.003
 """Length of the ramp when the finger lands, and the shortest when it starts to move, s."""
 LIFTING_S = 0.012
 """Length of the ramp when it lifts or is lost, and the shortest when it comes to rest, s."""
+
+TRACED_HZ, TRACED = 1000.0, 5
+"""Rate of a motion that is followed without a stream, and samples in a block of it."""
 
 _X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH, _MOVEMENT = range(8)
 
@@ -126,6 +130,28 @@ class FingerTracker:
         moving = block.speed_mm_s[count - 1] > (settings.rest_mm_s + settings.moving_mm_s) / 2
         self.state = "lost" if lost else "air" if not finger.touching else "slide" if moving else "rest"
         return block
+
+
+def followed(source: MotionSource, seconds: float) -> Motion:
+    """Return the first ``seconds`` of a source's motion, as a stream follows it.
+
+    The force is None if the source has none.
+    """
+    finger, tracker = FingerState(), FingerTracker(TRACED_HZ, TRACED)
+    count = 1 + math.floor(seconds * TRACED_HZ + 1e-6)
+    blocks = math.ceil(count / TRACED)
+    speed, force, gain = np.empty((3, blocks, TRACED))
+    for number in range(blocks):
+        now_s = number * TRACED / TRACED_HZ
+        for message in source.poll(now_s):
+            if isinstance(message, MotionSample):
+                finger.update(message, now_s)
+        block = tracker.follow(finger, now_s, TRACED)
+        finger.landing_n = 0.0
+        speed[number], force[number] = block.speed_mm_s, block.force_n
+        gain[number] = block.contact * block.movement
+    known = None if math.isnan(finger.force) else force.ravel()[:count]
+    return Motion(np.arange(count) / TRACED_HZ, speed.ravel()[:count], known, gain.ravel()[:count])
 
 
 @numba.njit(cache=True, nogil=True)

@@ -6,7 +6,10 @@ import math
 import os
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
+
+import numpy as np
 
 from tactogram.errors import DataError, DeviceError, ParameterError, one_line
 from tactogram.rendering.streaming.motion import MotionSample
@@ -15,6 +18,8 @@ from tactogram.text_files import csv_rows, read_text
 COLUMNS = ("time_s", "x_mm", "y_mm", "speed_mm_s", "force_n")
 """Columns of a motion file: the first and at least one other are required. An empty cell is a missing value."""
 
+DENSE_S = 0.005
+"""Longest time between two samples of a dense motion, s."""
 MICE = Path("/dev/input/mice")
 """Linux's device for the movements of all mice, three bytes each (PS/2): buttons and signs, right, up."""
 
@@ -22,14 +27,17 @@ MICE = Path("/dev/input/mice")
 class MotionFile:
     """Motion from a CSV with `COLUMNS` in any order, at the ascending times in ``time_s``; ``y_mm`` is 0 if omitted.
 
-    A ``loop`` restarts at the end, lifted for a moment, instead of falling silent. Raises `DataError` naming file and
-    line if the file is invalid.
+    A ``loop`` restarts at the end, lifted for a moment, instead of falling silent. ``dense`` interpolates linearly what
+    is missing, so that no gap counts as a lost connection. Raises `DataError` naming file and line if the file is
+    invalid.
     """
 
     simulated = False
 
-    def __init__(self, path: Path | str, *, loop: bool = False) -> None:
+    def __init__(self, path: Path | str, *, loop: bool = False, dense: bool = False) -> None:
         self.samples = list(_rows(Path(path)))
+        if dense:
+            self.samples = _dense(self.samples)
         self.name = Path(path).name
         self._loop = loop
         self._next = 0
@@ -91,6 +99,28 @@ def _rows(path: Path) -> Iterator[MotionSample]:
         if not math.isnan(values.get("x_mm", math.nan)):
             values.setdefault("y_mm", 0.0)
         yield MotionSample(at, at, **values)
+
+
+def _dense(samples: list[MotionSample]) -> list[MotionSample]:
+    """Return samples at most `DENSE_S` apart, with every value that any sample has."""
+    times = np.array([sample.time_s for sample in samples])
+    counts = np.ceil(np.diff(times) / DENSE_S).astype(int)
+    dense = np.concatenate(
+        [
+            np.linspace(*ends, count, endpoint=False)
+            for ends, count in zip(pairwise(times), counts, strict=True)
+        ]
+        + [times[-1:]]
+    )
+    columns: dict[str, list[float]] = {}
+    for name in COLUMNS[1:]:
+        values = np.array([getattr(sample, name) for sample in samples])
+        if (known := np.isfinite(values)).any():
+            columns[name] = np.interp(dense, times[known], values[known]).tolist()
+    return [
+        MotionSample(at, at, **{name: values[k] for name, values in columns.items()})
+        for k, at in enumerate(dense.tolist())
+    ]
 
 
 class MouseMotion:

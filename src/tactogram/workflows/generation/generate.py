@@ -10,6 +10,8 @@ from tactogram.errors import ParameterError
 from tactogram.model import Condition, NoiselessGenerator, PhotographClassifier
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
+from tactogram.rendering.streaming.finger_path import followed
+from tactogram.rendering.streaming.recorded_motion import MotionFile
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
 from tactogram.training.seeds import child_seed
@@ -69,13 +71,15 @@ def generate_files(
     count: int = 1,
     photograph: Path | str | None = None,
     recording: Path | str | None = None,
+    motion: Path | str | None = None,
 ) -> list[dict[str, Any]]:
     """Write ``count`` signals or images to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
 
     Provenance, and whether the model was trained on simulated data, is written into the files.
 
-    The other parameters are those of `generate`. The names of ``photograph`` and ``recording``, for models conditioned
-    on one, are written into the files; the recording is filtered and resampled as those that the model was trained on.
+    The other parameters are those of `generate`. The names of ``photograph``, ``recording`` and ``motion``, for models
+    conditioned on one, are written into the files; the recording is filtered and resampled as those that the model was
+    trained on, the motion (`MotionFile`, interpolated) followed as by a stream.
 
     Returns
     -------
@@ -105,7 +109,10 @@ def generate_files(
         found |= {"text": text, "material": condition["material"]}
     if recording is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording))}
-    named = {"photograph": photograph, "vibration_from": recording}
+    if motion is not None:
+        source = MotionFile(motion, dense=True)
+        condition = {**condition, "motion": followed(source, source.seconds)}
+    named = {"photograph": photograph, "vibration_from": recording, "motion_from": motion}
     more = {name: Path(file).name for name, file in named.items() if file is not None}
     facts = run_provenance(loaded, seed) | _named(condition) | more | found
     if count > 1 and isinstance(loaded.model, NoiselessGenerator):
@@ -175,7 +182,7 @@ def _named(condition: Condition) -> dict[str, Any]:
     return {
         name: value
         for name, value in condition.items()
-        if value is not None and name not in ("image", "vibration")
+        if value is not None and name not in ("image", "vibration", "motion")
     }
 
 

@@ -12,6 +12,7 @@ from tactogram.errors import ParameterError
 from tactogram.model import ImageKind, SignalKind
 from tactogram.studio.pages.make.form import (
     DRAWN,
+    ELSEWHERE,
     PARTS,
     FormHistory,
     GenerationForm,
@@ -41,7 +42,7 @@ def test_a_form_has_a_part_for_every_condition(name):
     form = form_of(facts, kind_of(facts))
 
     assert {PARTS[c] for c in facts.needs if c not in DRAWN} == set(form.needs)
-    assert {PARTS[c] for c in facts.takes if c not in DRAWN} == set(form.takes)
+    assert {PARTS[c] for c in facts.takes if c not in (*DRAWN, *ELSEWHERE)} == set(form.takes)
     assert {PARTS[c] for c in facts.instead} == set(form.instead)
     assert set(form.drawn) == {c for c in (*facts.needs, *facts.takes) if c in DRAWN}
     assert form.materials == (MATERIALS if form.has("materials") else ())

@@ -87,7 +87,7 @@ def test_sources_of_every_surface_are_alike():
 def test_decoded_spectra_have_the_level_spectrum_coherence_and_mean_of_the_recording(place):
     surface = surfaces()[place]
     samples = next(e for e in EXAMPLES if e.material == KIND.materials[place]).signal.samples
-    made = spectra().decode(spectra().encode(samples, surface), surface, 2400, seed=0)
+    made = spectra().decode(spectra().encode(samples, surface), [surface], 2400, seed=0)
     assert made.shape == (2, 2400)
     assert made.mean(1) == pytest.approx([0.0, 9.81], abs=0.02)
     assert made.std(1) == pytest.approx(samples.std(1), rel=0.05)
@@ -100,7 +100,7 @@ def test_decoded_spectra_have_the_level_spectrum_coherence_and_mean_of_the_recor
 def test_magnitudes_survive_the_way_back():
     found, surface = spectra(), surfaces()[0]
     spectrum = found.encode(EXAMPLES[0].signal.samples, surface)
-    made = found.decode(spectrum, surface, 2400, seed=0)
+    made = found.decode(spectrum, [surface], 2400, seed=0)
     again = found.encode(made, surface)
     # Frame k is centred on hop k; the signal begins 16.5 hops after the first, and its first window is 2 hops later.
     kept = (spectrum[..., 18 : 18 + again.shape[-1]] + spectrum[..., 19 : 19 + again.shape[-1]]) / 2
@@ -116,8 +116,19 @@ def test_a_mix_lies_between_in_the_logarithm():
         Surface.mixed([one, other], np.array([0.0, 2.0])).root, other.root, rtol=1e-3, atol=1e-4
     )
     values = torch.randn(2, 32, 48, generator=torch.Generator().manual_seed(0))
-    rms = [spectra().decode(values, surface, 2000, seed=0)[0].std() for surface in (one, half, other)]
+    rms = [spectra().decode(values, [surface], 2000, seed=0)[0].std() for surface in (one, half, other)]
     assert rms[0] < 0.5 * rms[1] < 0.25 * rms[2]
+
+
+def test_surfaces_change_over_the_signal():
+    one, other = surfaces()
+    frames = spectra().frames(4000, 1)
+    values = torch.randn(2, 32, frames, generator=torch.Generator().manual_seed(0))
+    made = spectra().decode(values, [one, one, other, other], 4000, seed=0)
+    first, last = (spectra().decode(values, [surface], 4000, seed=0) for surface in (one, other))
+    assert made[0, :1200].std() == pytest.approx(first[0, :1200].std(), rel=0.05)
+    assert made[0, 2800:].std() == pytest.approx(last[0, 2800:].std(), rel=0.05)
+    assert 2 * first[0].std() < made[0, 1800:2200].std() < last[0].std()
 
 
 def test_the_code_tells_levels_and_how_fast_strength_changes():
@@ -137,7 +148,7 @@ def test_the_code_tells_levels_and_how_fast_strength_changes():
 
 
 def test_the_faintest_magnitudes_are_silence():
-    made = spectra().decode(torch.full((2, 32, 50), -20.0), surfaces()[1], 500, seed=0)
+    made = spectra().decode(torch.full((2, 32, 50), -20.0), [surfaces()[1]], 500, seed=0)
     assert made.std(1) == pytest.approx([0, 0], abs=1e-6)
 
 
@@ -214,6 +225,21 @@ def test_what_is_far_away_does_not_matter():
     assert not torch.allclose(one[..., 159], other[..., 159], atol=1e-3)
 
 
+def test_a_label_may_change_over_columns():
+    network = trained().flow.average.network
+    noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
+    one, other = (trained()._label(surface, {}, None) for surface in trained().known.surfaces)
+    time = torch.tensor([0.3])
+    with torch.no_grad():
+        found = [network(noise, time, label[None]) for label in (one, other)]
+        same = network(noise, time, one.expand(1, 256, -1))
+        both = network(noise, time, torch.cat((one.expand(128, -1), other.expand(128, -1)))[None])
+    torch.testing.assert_close(same, found[0], atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(both[..., :64], found[0][..., :64], atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(both[..., 192:], found[1][..., 192:], atol=1e-5, rtol=1e-4)
+    assert not torch.allclose(found[0], found[1], atol=1e-2)
+
+
 def test_an_untrained_network_gives_no_velocity():
     network = VelocityUNet(SMALL, channels=2, labels=3)
     assert not network(torch.randn(2, 2, 32, 16), torch.rand(2), torch.rand(2, 3)).any()
@@ -243,7 +269,7 @@ def test_training_lowers_the_loss():
 
 def test_a_longer_signal_begins_with_the_same_spectrum():
     learner = trained()
-    label = learner._label(learner.known.surfaces[0], {}, None)
+    label = learner._label(learner.known.surfaces[0], {}, None)[None]
     short, long = (learner._spectrum(label, length, seed=4) for length in (3000, 6000))
     torch.testing.assert_close(short[..., :64], long[..., :64], atol=1e-3, rtol=1e-3)
     assert np.corrcoef(long[..., :64].flatten(), long[..., 64:128].flatten())[0, 1] < 0.3
@@ -270,8 +296,8 @@ def test_the_default_length_is_that_of_the_recordings():
 
 def test_guidance_of_zero_ignores_speed_and_material():
     free = trained(stroked=True, guidance=0.0)
-    label = free._label(free.known.surfaces[0], {"speed_mm_s": 50}, None)
-    other = free._label(free.known.surfaces[1], {"speed_mm_s": 200}, None)
+    label = free._label(free.known.surfaces[0], {"speed_mm_s": 50}, None)[None]
+    other = free._label(free.known.surfaces[1], {"speed_mm_s": 200}, None)[None]
     torch.testing.assert_close(free._spectrum(label, 500, seed=1), free._spectrum(other, 500, seed=1))
     strong = trained(stroked=True, guidance=2.0)
     assert not torch.equal(strong._spectrum(label, 500, seed=1), strong._spectrum(other, 500, seed=1))

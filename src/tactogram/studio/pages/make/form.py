@@ -20,6 +20,8 @@ LONGEST_S = 60.0
 """Longest signal that this page generates, s; the command line allows an hour."""
 DRAWN = ("latent",)
 """Conditions without a part: the seed draws them, independently of the other conditions."""
+ELSEWHERE = ("motion",)
+"""Conditions without a part: the page Touch follows the hand."""
 PARTS: Mapping[str, str] = {
     "material": "materials",
     "image": "photo",
@@ -99,7 +101,7 @@ def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
         raise ParameterError(f"a {model.task} model generates nothing; choose another run")
     conditions = model.conditions
     for name in conditions:
-        if name not in PARTS and name not in DRAWN:
+        if name not in (*PARTS, *DRAWN, *ELSEWHERE):
             raise ParameterError(f"condition {name!r} has no field here: {CONDITIONS[name]}")
     return GenerationForm(
         needs=tuple(PARTS[name] for name in model.needs if name in PARTS),
