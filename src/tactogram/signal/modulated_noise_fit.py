@@ -75,7 +75,7 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
         [s.samples.mean(1, dtype=np.float64) for s in members], axis=0, weights=[len(s) for s in members]
     )
     recordings = [s.samples - s.samples.mean(1, keepdims=True, dtype=np.float64) for s in members]
-    tones, recordings = split_tones(recordings, rate, band=band_edges(rate)[[0, -1]])
+    patterns, recordings = split_tones(recordings, rate, band=band_edges(rate)[[0, -1]])
     deviation, correlation = _correlation(recordings)
     unmixing = np.linalg.inv(mixing_matrix(deviation, correlation))
     sources = [unmixing @ x for x in recordings]
@@ -105,7 +105,7 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
         axes=first.axes,
         tones=no_tones(len(first.axes)),
     )
-    return replace(_with_spectrum(model, recordings), tones=tones)
+    return replace(_with_spectrum(model, recordings), tones=patterns[0] if patterns else model.tones)
 
 
 def log_likelihood(model: ModulatedNoise, signal: Signal) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from tactogram.signal.tones import STEP_S, Tones, no_tones
+from tactogram.signal.tones import STEP_S, Tones
 
 Array = NDArray[np.float64]
 
@@ -62,11 +62,13 @@ class StrokeLines(NamedTuple):
         return np.asarray(0.5 * np.sum(np.abs(self.amplitude) ** 2, axis=1))
 
 
-def split_tones(recordings: Sequence[Array], rate: float, *, band: ArrayLike) -> tuple[Tones, list[Array]]:
-    """Return the tones of recordings of one texture, and each recording without its own.
+def split_tones(
+    recordings: Sequence[Array], rate: float, *, band: ArrayLike
+) -> tuple[list[Tones], list[Array]]:
+    """Return the tones of each recording of one texture that has some, and every recording without its own.
 
-    If fewer than half of them have lines, there are none. The lines are those of the recording with the median share
-    of power in them, at the mean power of all.
+    If fewer than half of them have lines, there are none. All tones have the mean power of all recordings; the first
+    are of the recording with the median share of power in its lines.
 
     Parameters
     ----------
@@ -80,18 +82,23 @@ def split_tones(recordings: Sequence[Array], rate: float, *, band: ArrayLike) ->
     found = [stroke_lines(x, rate, band=limits) for x in recordings]
     having = [place for place, lines in enumerate(found) if lines is not None]
     if 2 * len(having) < len(recordings) or not having:
-        return no_tones(len(recordings[0])), list(recordings)
+        return [], list(recordings)
     strokes = {place: lines for place, lines in enumerate(found) if lines is not None}
     share = {p: lines.power.sum() / np.mean(np.sum(recordings[p] ** 2, 0)) for p, lines in strokes.items()}
-    chosen = sorted(having, key=share.__getitem__)[len(having) // 2]
-    lines = strokes[chosen]
+    median = sorted(having, key=share.__getitem__)[len(having) // 2]
     wanted = np.sum([each.power for each in strokes.values()], axis=0) / len(recordings)
-    amplitude = lines.amplitude * np.sqrt(wanted / np.maximum(lines.power, np.finfo(float).tiny))[:, None]
-    strokes_hz, unsteadiness = _unsteadiness(list(strokes.values()), rate)
-    hz = float(np.exp(strokes_hz[having.index(chosen)]))
-    amplitude *= np.exp(-(unsteadiness[3] ** 2))
-    tones = Tones(hz * lines.multiple, np.stack((amplitude.real, amplitude.imag)), unsteadiness)
-    return tones, [x if place not in strokes else strokes[place].rest for place, x in enumerate(recordings)]
+    speeds, unsteadiness = _unsteadiness(list(strokes.values()), rate)
+    tones = {}
+    for (place, lines), speed in zip(strokes.items(), speeds, strict=True):
+        scale = np.sqrt(wanted / np.maximum(lines.power, np.finfo(float).tiny)) * np.exp(
+            -(unsteadiness[3] ** 2)
+        )
+        parts = np.stack((lines.amplitude.real, lines.amplitude.imag)) * scale[:, None]
+        tones[place] = Tones(float(np.exp(speed)) * lines.multiple, parts, unsteadiness)
+    first = [tones.pop(median)]
+    return first + list(tones.values()), [
+        x if place not in strokes else strokes[place].rest for place, x in enumerate(recordings)
+    ]
 
 
 def stroke_lines(x: Array, rate: float, *, band: Array) -> StrokeLines | None:

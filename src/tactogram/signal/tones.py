@@ -79,6 +79,10 @@ class Tones:
         inside = (frequency >= band[0]) & (frequency <= band[1])
         return replace(self, frequency=frequency, amplitude=self.amplitude * inside)
 
+    def at_its_own_speed(self) -> Tones:
+        """Return the lines of the one stroke that they are of, whose mean speed does not differ."""
+        return replace(self, unsteadiness=self.unsteadiness * (np.arange(5) > 0))
+
     def scaled(self, gain: Array) -> Tones:
         """Return the lines with the amplitude of each axis multiplied by ``gain``, shape (axis,)."""
         return replace(self, amplitude=self.amplitude * gain[:, None])

@@ -40,15 +40,18 @@ class KnownSurfaces:
         """Of each material, measured from all its recordings."""
         self.strokes: Strokes | None = None
         """Of each material, from which its surface is predicted at any speed and force, if one is."""
-        self.tones: list[StrokeTones] = []
-        """Of each material; not in `surfaces` or `strokes`, which are measured without them."""
+        self.tones: list[list[StrokeTones]] = []
+        """Of some strokes of each material; not in `surfaces` or `strokes`, which are measured without them."""
         self.rated = np.full((len(kind.materials), len(kind.words)), np.nan)
         """Mean scores of each material, 0 to 1, shape (material, word); NaN if unknown."""
         self.photographs = PhotoClassifier(kind.materials)
         self.predictor: Any = predictor
 
-    def described(self, condition: Condition) -> DescribedSurface:
-        """Return the surface that a condition describes, at any speed and force."""
+    def described(self, condition: Condition, *, draw: float) -> DescribedSurface:
+        """Return the surface that a condition describes, at any speed and force.
+
+        ``draw``, from 0 to below 1, chooses a stroke of each material, whose tones it has.
+        """
         given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
         if not given:
             first, *others = self.descriptions
@@ -69,13 +72,13 @@ class KnownSurfaces:
             self.kind.check(vibration)
             return self._of_vibration(vibration, measured)
         if description == "words":
-            return self._from_words(condition)
+            return self._from_words(condition, draw)
         weights = (
             self.photographs.probabilities(condition["image"])
             if description == "image"
             else material_weights(condition, self.kind.materials)
         )
-        return partial(self._of_materials, weights)
+        return partial(self._of_materials, weights, draw)
 
     @property
     def descriptions(self) -> tuple[str, ...]:
@@ -95,11 +98,11 @@ class KnownSurfaces:
                 row[:] = np.mean(means, axis=0)
 
     def _of_materials(
-        self, weights: NDArray[np.float64], condition: Condition
+        self, weights: NDArray[np.float64], draw: float, condition: Condition
     ) -> tuple[TonalSurface, Condition | None]:
         chosen = np.flatnonzero(weights).tolist()
         if self.strokes is None:
-            surfaces = [self._with_tones(self.surfaces[number], number, condition) for number in chosen]
+            surfaces = [self._with_tones(self.surfaces[number], number, draw, condition) for number in chosen]
             return TonalSurface.mixed(surfaces, weights[chosen]), None
         predictor = bare(self.predictor)
         wanted = predictor.conditions_of(condition)
@@ -108,18 +111,18 @@ class KnownSurfaces:
             for number in chosen
         ]
         surfaces = [
-            self._with_tones(surface, number, condition)
+            self._with_tones(surface, number, draw, condition)
             for surface, number in zip(predicted, chosen, strict=True)
         ]
         return TonalSurface.mixed(surfaces, weights[chosen]), _speed_and_force(condition)
 
-    def _with_tones(self, surface: Surface, material: int, condition: Condition) -> TonalSurface:
-        """Return a material's surface with its tones, if it has any, at the speed of a condition."""
-        scale = self.spectra.variance
-        if not self.tones:
+    def _with_tones(self, surface: Surface, material: int, draw: float, condition: Condition) -> TonalSurface:
+        """Return a material's surface with the tones of one of its strokes, if any, at the speed of a condition."""
+        scale, patterns = self.spectra.variance, self.tones[material] if self.tones else []
+        if not patterns:
             return TonalSurface(surface, no_tones(len(surface.mean)), scale)
         speed = self._speed(condition, self.predictor is not None)
-        tones = self.tones[material].at(speed, scale * float(surface.power), self.kind.rate)
+        tones = patterns[int(draw * len(patterns))].at(speed, scale * float(surface.power), self.kind.rate)
         return TonalSurface(surface, tones, scale)
 
     def _speed(self, condition: Condition, median: bool) -> float | None:
@@ -133,10 +136,10 @@ class KnownSurfaces:
         """Return a surface of the material's mean, 0 if it is not known."""
         return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
 
-    def _from_words(self, condition: Condition) -> DescribedSurface:
+    def _from_words(self, condition: Condition, draw: float) -> DescribedSurface:
         scores = unit_scores(condition["words"], self.kind, partial=True)
         if self.predictor is None:
-            return partial(self._of_materials, word_weights(self.rated, scores))
+            return partial(self._of_materials, word_weights(self.rated, scores), draw)
         like, words = self.spectra.blank(len(self.kind.axes)), torch.from_numpy(scores).float()
         tones = no_tones(len(self.kind.axes))
 
@@ -147,9 +150,10 @@ class KnownSurfaces:
         return at
 
     def _of_vibration(self, vibration: Signal, measured: Condition) -> DescribedSurface:
-        tones, noise = split_signals([vibration])
+        patterns, noise = split_signals([vibration])
         own = self.measured("the vibration", noise)
         scale, speed = self.spectra.variance, measured.get("speed_mm_s")
+        tones = patterns[0] if patterns else no_tones(len(self.kind.axes))
         known = StrokeTones(tones, np.nan if speed is None else float(speed), scale * float(own.power))
 
         def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
@@ -197,7 +201,7 @@ class KnownSurfaces:
         return {
             "surfaces": [surface._asdict() for surface in self.surfaces],
             "strokes": None if self.strokes is None else self.strokes.state(),
-            "tones": [tones.state() for tones in self.tones],
+            "tones": [[tones.state() for tones in patterns] for patterns in self.tones],
             "rated": self.rated,
             "photographs": self.photographs.state(),
             "predictor": None if self.predictor is None else self.predictor.state_dict(),
@@ -208,7 +212,9 @@ class KnownSurfaces:
         self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
         stored = state.get("strokes")
         self.strokes = Strokes.from_state(stored) if stored else None
-        self.tones = [StrokeTones.from_state(each) for each in state.get("tones", [])]
+        self.tones = [
+            [StrokeTones.from_state(each) for each in patterns] for patterns in state.get("tones", [])
+        ]
         self.rated = np.asarray(state.get("rated", self.rated), np.float64)
         self.photographs.load_state(state["photographs"])
         if self.predictor is not None:

@@ -335,7 +335,7 @@ class SignalFlowLearner:
         noise = [example for _, rest in split for example in rest]
         others: dict[str, Any] = {"surfaces": [], "photographs": PhotoClassifier(materials).state()}
         others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials).state()}
-        others |= {"tones": [tones.state() for tones, _ in split]}
+        others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
         return {name: value for name, value in self.state().items() if name in names} | others
 
     @property
@@ -399,7 +399,7 @@ class SignalFlowLearner:
         moments = [condition] if motion is None else self._moments(condition, motion, seconds)
         for moment in moments:
             self.labels.check(moment)
-        at = self.known.described(condition)
+        at = self.known.described(condition, draw=child_rng(seed, "tones").random())
         found = [at(moment) for moment in moments]
         labels = [
             self._label(

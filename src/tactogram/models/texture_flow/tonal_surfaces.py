@@ -21,9 +21,12 @@ from tactogram.signal import Signal
 from tactogram.signal.modulated_noise import LEAST_RATE, band_edges
 from tactogram.signal.texture_map import group_by_condition
 from tactogram.signal.tone_fit import split_tones
-from tactogram.signal.tones import ARRAYS, Tones, mix_tones, no_tones
+from tactogram.signal.tones import ARRAYS, Tones, mix_tones
 
 Array = NDArray[np.float64]
+
+MOST_PATTERNS = 8
+"""Strokes of a surface whose tones are kept."""
 
 
 class TonalSurface(NamedTuple):
@@ -55,7 +58,7 @@ class TonalSurface(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class StrokeTones:
-    """Tones of strokes of one surface, at one speed.
+    """Tones of one stroke of a surface.
 
     Attributes
     ----------
@@ -89,34 +92,38 @@ class StrokeTones:
         return StrokeTones(tones, *map(float, state["numbers"]))
 
 
-def split_strokes(examples: Sequence[Example]) -> tuple[StrokeTones, list[Example]]:
-    """Return the tones of strokes of one surface, and the strokes without them.
+def split_strokes(examples: Sequence[Example]) -> tuple[list[StrokeTones], list[Example]]:
+    """Return the tones of strokes of one surface, at most `MOST_PATTERNS`, and the strokes without theirs.
 
-    The tones are those at the speed and force where they are strongest over the noise; the ratio of their power to that
-    of the noise is that of the means over all strokes. What is left of tonal strokes has one mean, as the offsets of a
-    sensor may differ by more than this noise.
+    The ratio of their power to that of the noise is that of the means over all strokes; those that stand out most from
+    the noise come first. What is left of tonal strokes has one mean, as the offsets of a sensor may differ by more than
+    this noise.
     """
     speeds, groups = group_by_condition([example.condition for example in examples])
-    found: list[Tones] = []
+    found: list[list[Tones]] = []
     rest = list(examples)
     noise_power = np.empty(len(groups))
     for number, members in enumerate(groups):
-        tones, noise = split_signals([examples[place].signal for place in members])
-        found.append(tones)
+        patterns, noise = split_signals([examples[place].signal for place in members])
+        found.append(patterns if len(patterns) < 2 else [tones.at_its_own_speed() for tones in patterns])
         noise_power[number] = np.mean(
             [np.var(signal.samples, axis=1, dtype=np.float64).sum() for signal in noise]
         )
         for place, signal in zip(members, noise, strict=True):
             rest[place] = replace(examples[place], signal=signal)
-    power = np.array([tones.power.sum() for tones in found])
+    power = np.array([patterns[0].power.sum() if patterns else 0.0 for patterns in found])
     if not power.any():
-        return StrokeTones(found[0], np.nan, 0.0), rest
+        return [], rest
     strokes = [len(members) for members in groups]
     ratio = float(np.average(noise_power, weights=strokes) / np.average(power, weights=strokes))
-    strongest = int(np.argmax(power / np.maximum(noise_power, np.finfo(float).tiny)))
-    known = StrokeTones(found[strongest], float(speeds[strongest, 0]), float(power[strongest] * ratio))
+    order = np.argsort(-power / np.maximum(noise_power, np.finfo(float).tiny), kind="stable")
+    known = [
+        StrokeTones(tones, float(speeds[group, 0]), float(power[group] * ratio))
+        for group in order
+        for tones in found[group]
+    ]
     means = [example.signal.samples.mean(1, keepdims=True, dtype=np.float64) for example in rest]
-    return known, [
+    return known[:MOST_PATTERNS], [
         _shifted(example, np.mean(means, 0) - own) for example, own in zip(rest, means, strict=True)
     ]
 
@@ -126,11 +133,11 @@ def _shifted(example: Example, offset: Array) -> Example:
     return replace(example, signal=signal.with_samples((signal.samples + offset).astype(np.float32)))
 
 
-def split_signals(signals: Sequence[Signal]) -> tuple[Tones, list[Signal]]:
-    """Return the tones of signals of one texture, and the signals without them; over displacement there are none."""
+def split_signals(signals: Sequence[Signal]) -> tuple[list[Tones], list[Signal]]:
+    """Return the tones of signals of one texture, and the signals without theirs; over displacement there are none."""
     first = signals[0]
     if first.domain != "time" or first.rate < LEAST_RATE:
-        return no_tones(len(first.axes)), list(signals)
+        return [], list(signals)
     means = [signal.samples.mean(1, keepdims=True, dtype=np.float64) for signal in signals]
     centred = [signal.samples - mean for signal, mean in zip(signals, means, strict=True)]
     tones, rest = split_tones(centred, first.rate, band=band_edges(first.rate)[[0, -1]])

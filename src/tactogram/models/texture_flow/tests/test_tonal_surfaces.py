@@ -46,12 +46,24 @@ def line_hz(samples):
 def test_tones_of_a_material_are_generated_beside_its_noise():
     strokes = [stroke(seed) for seed in range(3)]
     learner = fitted(strokes)
-    assert learner.known.tones[0].tones.frequency == pytest.approx([60], rel=0.1)
+    [patterns] = learner.known.tones
+    assert len(patterns) == 3
+    assert [each.tones.frequency[0] for each in patterns] == pytest.approx([60] * 3, rel=0.1)
     made = learner.generate({"material": "mat"}, seconds=8, seed=0).samples
     assert line_hz(made) == pytest.approx(60, rel=0.15)
     recorded = np.mean([np.var(e.signal.samples) for e in strokes])
     # The untrained network makes noise of about the surface's power.
     assert np.var(made) == pytest.approx(recorded, rel=0.2)
+
+
+def test_each_signal_has_the_tones_of_one_stroke():
+    """Strokes along and across ribs: a signal has the lines of one of them, and all have the same power."""
+    strokes = [stroke(seed, hz=hz, force_n=hz) for seed, hz in enumerate((60.0, 150.0))]
+    learner = fitted(strokes)
+    made = [learner.generate({"material": "mat"}, seconds=4, seed=seed).samples for seed in range(12)]
+    assert {round(line_hz(x), -1) for x in made} <= {50, 60, 70, 130, 140, 150, 160, 170}
+    assert 0 < sum(line_hz(x) > 100 for x in made) < 12
+    assert [np.var(x) for x in made] == pytest.approx([0.54] * 12, rel=0.3)
 
 
 def test_training_is_on_strokes_without_their_tones():
@@ -74,7 +86,7 @@ def test_tones_follow_the_speed_wanted():
 
 def test_tones_have_the_ratio_of_the_mean_powers_of_all_strokes():
     strokes = [stroke(0, force_n=0.5), stroke(1, ribs=0.0, noise=1.0, force_n=1.0)]
-    tones, _ = split_strokes(strokes)
+    [tones], _ = split_strokes(strokes)
     assert tones.tones.power.sum() / tones.noise == pytest.approx(0.5 / (0.2**2 + 1), rel=0.1)
 
 
@@ -105,7 +117,7 @@ def test_a_mix_has_the_lines_of_both_and_their_mean_power_in_db():
     spectra = SurfaceSpectra(CONFIG, RATE)
     members = []
     for hz, level in ((60.0, 1.0), (150.0, 3.0)):
-        tones, [noise] = split_signals([stroke(0, hz=hz, ribs=level, noise=0.2 * level).signal])
+        [tones], [noise] = split_signals([stroke(0, hz=hz, ribs=level, noise=0.2 * level).signal])
         members.append(TonalSurface(spectra.measure([noise]), tones, spectra.variance))
     mix = TonalSurface.mixed(members, np.array([1.0, 1.0]))
     assert mix.tones.frequency == pytest.approx([60, 150], rel=0.1)
@@ -126,7 +138,7 @@ def test_a_mix_without_tones_is_that_of_surfaces():
 def test_friction_over_displacement_has_no_tones():
     signal = Signal(stroke(0).signal.samples, 20.0, "1", ("x",), domain="displacement")
     tones, [rest] = split_signals([signal])
-    assert len(tones.frequency) == 0
+    assert tones == []
     assert rest is signal
 
 
