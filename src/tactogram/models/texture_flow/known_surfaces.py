@@ -63,9 +63,7 @@ class KnownSurfaces:
             )
         [description] = given
         if description not in self.descriptions:
-            raise ParameterError(
-                f"condition {description!r} was not learned by this run; give {' or '.join(self.descriptions)}"
-            )
+            raise ParameterError(self._not_learned(description))
         measured = self._measured_at(condition)
         if description == "vibration":
             vibration = condition["vibration"]
@@ -90,6 +88,14 @@ class KnownSurfaces:
             and (self.predictor is not None or bool(np.isfinite(self.rated).any())),
         }
         return tuple(name for name in DESCRIPTIONS if known.get(name, True))
+
+    def _not_learned(self, description: str) -> str:
+        """Return a refusal that says what to give instead of a description that was not learned."""
+        instead = " or ".join(self.descriptions)
+        if description == "image":
+            instead = instead.replace("material", "material (by name, or a text that describes it)")
+            instead += "; or train on recordings with photographs of two materials or more"
+        return f"condition {description!r} was not learned by this run; give {instead}"
 
     def rate(self, members: Sequence[Sequence[Example]]) -> None:
         """Take over the scores of the examples of each material."""

@@ -374,8 +374,16 @@ def test_a_photograph_stands_for_the_material_it_shows():
         again.generate(c, seconds=2, seed=0).samples for c in ({"image": turned}, {"material": "tile"})
     )
     assert made.std() == pytest.approx(tile.std(), rel=0.3)
-    with pytest.raises(ParameterError, match="'image' was not learned by this run"):
-        trained().generate({"image": turned}, seed=0)
+
+
+def test_a_run_without_photographs_refuses_one_and_says_what_to_give_instead():
+    refused = (
+        "condition 'image' was not learned by this run; give material (by name, or a text that describes it) or "
+        "vibration; or train on recordings with photographs of two materials or more"
+    )
+    with pytest.raises(ParameterError) as error:
+        trained().generate({"image": Image(np.zeros((48, 48, 3), np.uint8))}, seed=0)
+    assert str(error.value) == refused
 
 
 def test_frames_that_the_network_cannot_halve_are_refused():
