@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.datasets import open_store
+from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.signal import Signal
-from tactogram.signal.io import read_metadata, read_signal, write_signal
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_metadata, read_signal, write_image, write_signal
 from tactogram.workflows.generation.clone import clone, live_map
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 
 @pytest.fixture
@@ -88,6 +89,50 @@ def test_materials_by_name_are_cloned(tmp_path):
     assert corduroy[1] > corduroy[0]
 
 
+def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path):
+    """Simulated: a smooth and a rough surface, a red and a blue photograph; without forces."""
+    rng = np.random.default_rng(0)
+
+    def stroke_of(name, speed):
+        noise = (5 if name == "rough" else 1) * speed / 100 * rng.standard_normal((1, 2500))
+        streams = {"acceleration": Signal(noise, 1000.0, "m/s^2", ("z",))}
+        return Recording(streams=streams, material=name, speed_mm_s=speed, simulated=True)
+
+    def photograph(channel):
+        pixels = rng.integers(0, 60, (64, 64, 3), np.uint8)
+        pixels[..., channel] += 150
+        return Image(pixels)
+
+    colours = {"smooth": 0, "rough": 2}
+    store = create_store(
+        tmp_path / "seen",
+        [stroke_of(name, speed) for name in colours for speed in (50.0, 100.0, 200.0, 300.0)],
+        name="seen",
+        licence="none",
+        simulated=True,
+        photographs=[(name, photograph(channel)) for name, channel in colours.items() for _ in range(4)],
+    )
+    run = train(
+        "texture_flow", store.path, recipe="tiny", changes={"config.prediction_steps": 50, "config.components": 4},
+        split="all", out=tmp_path / "run", accelerator="cpu",
+    )  # fmt: skip
+    write_image(tmp_path / "photo.png", photograph(2))
+    told = [
+        "--model",
+        str(run.folder),
+        "--speeds",
+        "60,240",
+        "--seconds",
+        "1",
+        "--out",
+        str(tmp_path / "clone"),
+    ]
+    assert main(["clone", "--image", str(tmp_path / "photo.png"), *told]) == 0
+    made = [next(generate(tmp_path / "clone", {"material": "photo", "speed_mm_s": v})) for v in (60.0, 240.0)]
+    assert made[0].samples.std() == pytest.approx(3, rel=0.4)
+    assert made[1].samples.std() == pytest.approx(12, rel=0.4)
+
+
 def test_a_live_map_covers_the_speeds_that_a_model_predicts():
     seen = []
 
@@ -107,7 +152,9 @@ def test_a_live_map_covers_the_speeds_that_a_model_predicts():
 
 
 def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
-    with pytest.raises(ParameterError, match="give a recording of a surface, `materials` or `words`"):
+    with pytest.raises(
+        ParameterError, match="give a recording of a surface, `images`, `materials` or `words`"
+    ):
         clone(out=tmp_path / "a")
     with pytest.raises(ParameterError, match="different names, got 'mine' twice"):
         clone([stroke, stroke], out=tmp_path / "a")

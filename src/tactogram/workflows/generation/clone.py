@@ -11,9 +11,9 @@ import numpy as np
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
-from tactogram.model import Condition
+from tactogram.model import Condition, MotionPredictor
 from tactogram.signal import Signal
-from tactogram.signal.io import read_signal
+from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.texture_map import NAMES, NoiseMap
@@ -35,7 +35,7 @@ LEAST_S = 1.0
 
 @takes(CloneRequest)
 def clone(request: CloneRequest) -> Run:
-    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke or the name of each.
+    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke, photograph or name.
 
     Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
     which count as simulated; and a recording of 1 s or more whose speed is known, as of the middle one of ``forces``
@@ -55,10 +55,16 @@ def clone(request: CloneRequest) -> Run:
     check_writable(out, folder=True)
     Run(out).check_free()
     loaded = load_run(request.model)
+    ranges = loaded.model.predicted_ranges if isinstance(loaded.model, MotionPredictor) else {}
+    if not ranges:
+        raise ParameterError(
+            f"{request.model} predicts no other speeds and forces; take texture_flow as it comes trained, or train it "
+            "on recordings at several speeds with config.prediction_steps"
+        )
     surfaces = _surfaces(request, loaded)
     store = create_store(
         strokes,
-        _strokes(request, loaded, surfaces),
+        _strokes(request, loaded, surfaces, ranges),
         name=f"clones of {', '.join(surfaces)}",
         licence="that of the recordings",
         source=f"tactogram clone, by {run_provenance(loaded, request.seed)['run']}",
@@ -74,12 +80,10 @@ def live_map(
 
     ``condition`` describes it to a run that predicts surfaces within ``ranges`` (`MotionPredictor`).
     """
-    at = list(
-        product(*(_within(values, ranges.get(name)) for name, values in zip(NAMES, _CLONED, strict=True)))
-    )
+    at = _grid(_CLONED, ranges)
     strokes = [
         run.generator.generate(
-            {**condition, **{name: value for name, value in zip(NAMES, pair, strict=True) if value}},
+            {**condition, **_known(pair)},
             seconds=STROKE_S,
             seed=child_seed(seed, "clone", number),
         )
@@ -87,6 +91,19 @@ def live_map(
     ]
     models = [fit_modulated_noise(stroke) for stroke in strokes if isinstance(stroke, Signal)]
     return NoiseMap(models, np.array(at, np.float64))
+
+
+def _grid(
+    cloned: tuple[Sequence[float], Sequence[float]], ranges: Mapping[str, tuple[float, float]]
+) -> list[tuple[float | None, ...]]:
+    """Return the speeds and forces of strokes, None where a model predicts none."""
+    return list(
+        product(*(_within(values, ranges.get(name)) for name, values in zip(NAMES, cloned, strict=True)))
+    )
+
+
+def _known(pair: Sequence[float | None]) -> dict[str, float]:
+    return {name: value for name, value in zip(NAMES, pair, strict=True) if value is not None}
 
 
 def _within(values: Sequence[float], limits: tuple[float, float] | None) -> list[float | None]:
@@ -101,53 +118,61 @@ def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str
     found: dict[str, Mapping[str, Any]] = {}
     known = {"vibration_speed_mm_s": request.speed, "vibration_force_n": request.force}
     names = [
-        *(Path(file).stem for file in request.recordings),
+        *(Path(file).stem for file in (*request.recordings, *request.images)),
         *request.materials,
         *([WORDS] if request.words else []),
     ]
     if twice := [name for name in names if names.count(name) > 1]:
         raise ParameterError(
-            f"recordings, materials and `words` must have different names, got {twice[0]!r} twice"
+            f"recordings, photographs, materials and `words` must have different names, got {twice[0]!r} twice"
         )
     for file in map(Path, request.recordings):
         found[file.stem] = {"vibration": loaded.prepare_vibration(read_signal(file)), **known}
+    found |= {Path(file).stem: {"image": read_image(file)} for file in request.images}
     found |= {name: {"material": name} for name in request.materials}
     if request.words:
         found[WORDS] = {"words": some_words(loaded, request.words)}
     if not found:
-        raise ParameterError("give a recording of a surface, `materials` or `words`")
+        raise ParameterError("give a recording of a surface, `images`, `materials` or `words`")
     return found
 
 
 def _strokes(
-    request: CloneRequest, loaded: LoadedRun, surfaces: Mapping[str, Mapping[str, Any]]
+    request: CloneRequest,
+    loaded: LoadedRun,
+    surfaces: Mapping[str, Mapping[str, Any]],
+    ranges: Mapping[str, tuple[float, float]],
 ) -> Iterator[Recording]:
+    grid = _grid((request.speeds, request.forces), ranges)
+    middle = sorted(request.forces)[len(request.forces) // 2] if "force_n" in ranges else None
     recorded = {
-        name: (request.speed, request.force or sorted(request.forces)[len(request.forces) // 2])
+        name: (request.speed, request.force or middle)
         for name, given in surfaces.items()
         if request.speed and "vibration" in given and given["vibration"].seconds >= LEAST_S
     }
     for name, (speed, force) in recorded.items():
         yield _stroke(name, surfaces[name]["vibration"], speed, force, simulated=False)
-    at = [(name, *pair) for name in surfaces for pair in product(request.speeds, request.forces)]
-    for number, (name, speed, force) in enumerate(at, start=1):
-        if recorded.get(name) == (speed, force):
+    at = [(name, pair) for name in surfaces for pair in grid]
+    for number, (name, pair) in enumerate(at, start=1):
+        if recorded.get(name) == pair:
             continue
         made = loaded.generator.generate(
-            {**surfaces[name], "speed_mm_s": speed, "force_n": force},
+            {**surfaces[name], **_known(pair)},
             seconds=request.seconds,
             seed=child_seed(request.seed, "clone", number),
         )
         request.progress("generate", number, len(at))
-        yield _stroke(name, made, speed, force, simulated=True)
+        yield _stroke(name, made, *pair, simulated=True)
 
 
-def _stroke(name: str, signal: Any, speed: float, force: float, *, simulated: bool) -> Recording:
+def _stroke(
+    name: str, signal: Any, speed: float | None, force: float | None, *, simulated: bool
+) -> Recording:
     return Recording(
         streams={"acceleration": signal},
         material=name,
         speed_mm_s=speed,
         force_n=force,
         simulated=simulated,
-        source=f"{name}-{speed:g}-{force:g}",
+        source="-".join([name, *(f"{value:g}" for value in (speed, force) if value is not None)]),
     )

@@ -15,7 +15,7 @@ STROKE_S = 4.0
 
 @dataclass(frozen=True)
 class CloneRequest(Request):
-    """Surfaces to clone: each recording, named like its file, each of ``materials`` of the model, and ``words``."""
+    """Surfaces to clone: each recording and photograph, named like its file, each material of the model, and words."""
 
     recordings: Annotated[Sequence[Path | str], Argument("one stroke of each surface", "FILE")] = ()
     _: KW_ONLY
@@ -24,6 +24,12 @@ class CloneRequest(Request):
     force: Annotated[float | None, Option("normal force of the recordings, N, if known", "N", above=0)] = None
     materials: Annotated[
         Sequence[str], Option("material of the model, instead of a recording", "NAME", "--material")
+    ] = ()
+    images: Annotated[
+        Sequence[Path | str],
+        Option(
+            "photograph of a surface, instead of a recording, for a model trained on some", "FILE", "--image"
+        ),
     ] = ()
     words: Annotated[
         Mapping[str, float] | None,
