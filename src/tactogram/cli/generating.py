@@ -51,7 +51,8 @@ class _GenerateRequest(Request):
     speed: Annotated[float | None, Option("stroking speed, mm/s", "MM_S")] = None
     force: Annotated[float | None, Option("normal force, N", "N")] = None
     motion: Annotated[
-        str | None, Option("CSV of a finger's motion, as of `stream`, in place of speed and force", "FILE")
+        str | None,
+        Option("CSV of a finger's motion, as of `stream`, in place of speed and force", "simulated|FILE"),
     ] = None
     seconds: Annotated[float | None, Option("length (default: the model's own)")] = None
     seed: Annotated[int, Option()] = 0

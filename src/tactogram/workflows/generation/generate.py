@@ -12,8 +12,10 @@ from tactogram.rendering.files.catalogue import format_for, formats_with, haptic
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.streaming.finger_path import followed
 from tactogram.rendering.streaming.recorded_motion import MotionFile
+from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
+from tactogram.signal.motion import Motion
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.descriptions import with_materials
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
@@ -22,6 +24,8 @@ MOST = 100_000
 """Largest number of results at a time."""
 LONGEST_S = 3600.0
 """Longest signal, s."""
+SIMULATED, SIMULATED_S = "simulated", 10.0
+"""A hand that is simulated, not a person's, and how long it moves by default, s."""
 
 
 def generate(
@@ -56,6 +60,15 @@ def generate(
         yield generator.generate(condition, seconds=seconds, seed=drawn)
 
 
+def motion_of(source: Path | str, *, seconds: float | None = None, seed: int = 0) -> Motion:
+    """Return the motion of a file (`MotionFile`, interpolated), or of a `SIMULATED` hand, followed as by a stream."""
+    if source == SIMULATED:
+        length = SIMULATED_S if seconds is None else seconds
+        return followed(SimulatedHand(length, seed=seed), length)
+    file = MotionFile(source, dense=True)
+    return followed(file, file.seconds)
+
+
 def seeds_of(seed: int, count: int) -> list[int]:
     """Return the seed of each of ``count`` pieces; the first is ``seed`` itself."""
     return [seed, *(child_seed(seed, "generate", number) for number in range(1, count))]
@@ -79,7 +92,7 @@ def generate_files(
 
     The other parameters are those of `generate`. The names of ``photograph``, ``recording`` and ``motion``, for models
     conditioned on one, are written into the files; the recording is filtered and resampled as those that the model was
-    trained on, the motion (`MotionFile`, interpolated) followed as by a stream.
+    trained on; the motion is that of `motion_of`.
 
     Returns
     -------
@@ -110,8 +123,7 @@ def generate_files(
     if recording is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording))}
     if motion is not None:
-        source = MotionFile(motion, dense=True)
-        condition = {**condition, "motion": followed(source, source.seconds)}
+        condition = {**condition, "motion": motion_of(motion, seconds=seconds, seed=seed)}
     named = {"photograph": photograph, "vibration_from": recording, "motion_from": motion}
     more = {name: Path(file).name for name, file in named.items() if file is not None}
     facts = run_provenance(loaded, seed) | _named(condition) | more | found

@@ -12,7 +12,6 @@ from tactogram.errors import ParameterError
 from tactogram.model import ImageKind, SignalKind
 from tactogram.studio.pages.make.form import (
     DRAWN,
-    ELSEWHERE,
     PARTS,
     FormHistory,
     GenerationForm,
@@ -42,7 +41,7 @@ def test_a_form_has_a_part_for_every_condition(name):
     form = form_of(facts, kind_of(facts))
 
     assert {PARTS[c] for c in facts.needs if c not in DRAWN} == set(form.needs)
-    assert {PARTS[c] for c in facts.takes if c not in (*DRAWN, *ELSEWHERE)} == set(form.takes)
+    assert {PARTS[c] for c in facts.takes if c not in DRAWN} == set(form.takes)
     assert {PARTS[c] for c in facts.instead} == set(form.instead)
     assert set(form.drawn) == {c for c in (*facts.needs, *facts.takes) if c in DRAWN}
     assert form.materials == (MATERIALS if form.has("materials") else ())
@@ -66,6 +65,7 @@ def test_a_request_adapts_to_any_form(name):
         vibration="v.npz",
         vibration_speed_mm_s=80.0,
         vibration_force_n=0.5,
+        motion="simulated",
         speed_mm_s=100.0,
         force_n=1.0,
         seconds=2.0,
@@ -79,6 +79,7 @@ def test_a_request_adapts_to_any_form(name):
     assert "gone" not in {**request.weights, **request.words}
     assert bool(request.photo) == form.has("photo")
     assert (request.speed_mm_s is not None) == form.has("speed")
+    assert bool(request.motion) == form.has("motion")
     assert (request.vibration_force_n is not None) == form.has("vibration_force")
     assert (request.seconds is not None) == (form.over == "time")
 
@@ -184,6 +185,17 @@ def test_the_command_has_the_speed_and_force_of_a_recording_while_one_is_used():
     assert options in command(form.used(request), form)
     for unused in (replace(request, vibration=""), replace(request, photo="p.png")):
         assert "vibration" not in command(form.used(unused), form)
+
+
+def test_a_motion_replaces_speed_and_force():
+    form = replace(DESCRIBED, takes=("speed", "force", "motion"))
+    request = GenerationRequest("r", {"cork": 1.0}, speed_mm_s=150.0, force_n=1.0)
+
+    for motion, title in (("studio/motions/hand-1a2b3c4d.csv", "hand"), ("simulated", "a simulated hand")):
+        moved = form.used(replace(request, motion=motion))
+        assert f"--mix cork=1 --motion {motion} --seed" in command(moved, form)
+        assert moved.title == f"cork, motion of {title}"
+    assert "--speed 150 --force 1" in command(form.used(request), form)
 
 
 def test_words_replace_materials_where_a_model_allows_it():

@@ -15,6 +15,7 @@ from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
 from tactogram.signal.io import read_signal, write_image
+from tactogram.studio.pages.make.files import store_motion
 from tactogram.studio.pages.make.form import GenerationRequest
 from tactogram.studio.pages.make.page import MakePage
 from tactogram.studio.pages.make.runs import RunCatalogue, cropped
@@ -65,6 +66,30 @@ def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
     assert state.form.words[:2] == ("dry", "sleek")
     assert made.seconds == 0.5
     assert state.command().startswith("tactogram generate texture_flow --words rough=6 --seconds 0.5")
+
+
+def test_a_motion_is_followed(state):
+    name = store_motion(
+        state.motions, "hand.csv", b"time_s,speed_mm_s,force_n\n0,200,1\n1,200,1\n1.1,200,0\n2,0,0\n"
+    )
+    state.choose("texture_flow")
+    state.set(weights={"corduroy": 1.0}, motion=state.workspace.name_of(state.motions / name))
+
+    ((_, made),) = state.runs.generate(state.request)
+
+    assert made.seconds == 2
+    assert made.samples[0, :2000].std() > 1
+    assert np.ptp(made.samples[0, 3000:]) == 0
+    assert f"--motion studio/motions/{name}" in state.command()
+    state.set(motion="simulated", seconds=0.5)
+    ((_, other),) = state.runs.generate(state.request)
+    assert other.seconds == 0.5
+
+
+def test_what_is_no_motion_is_not_stored(state):
+    with pytest.raises(DataError, match=r"^bad.csv: line 1: expected columns of time_s"):
+        store_motion(state.motions, "bad.csv", b"a,b\n1,2\n")
+    assert not any(file.name.startswith(("bad", ".bad")) for file in state.motions.glob("*"))
 
 
 def test_a_run_of_images_leaves_the_unticked_words_open(tmp_path):

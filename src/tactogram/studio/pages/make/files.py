@@ -1,4 +1,4 @@
-"""Files of the page Make's form: the photograph with its crop, and the vibration."""
+"""Files of the page Make's form: the photograph with its crop, the vibration, and the motion."""
 
 from __future__ import annotations
 
@@ -11,11 +11,18 @@ from nicegui import ui
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.streaming.recorded_motion import MotionFile
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
+from tactogram.signal.io.atomic import atomic_write
 from tactogram.studio.layout import heading, hint, in_background, report_errors
 from tactogram.studio.pages.make.form import Crop
-from tactogram.studio.workspace.uploads import read_uploaded_image, read_uploaded_signal, safe_name
+from tactogram.studio.workspace.uploads import (
+    check_upload,
+    read_uploaded_image,
+    read_uploaded_signal,
+    safe_name,
+)
 
 if TYPE_CHECKING:
     from tactogram.studio.pages.make.page import MakePage
@@ -217,3 +224,55 @@ async def _ask_recording(page: MakePage) -> None:
     if id:
         signal = await in_background(store.signal, id, store.streams_of(id)[0])
         _use_vibration(page, f"{store.info(id).material or 'recording'}-{id[:8]}", signal)
+
+
+# -- motion ----------------------------------------------------------------------------------------------
+
+
+def draw_motion(page: MakePage) -> None:
+    """Draw the choice of a motion: none, that of a simulated hand, or an uploaded one."""
+    state = page.state
+    options = {"": "none: one speed and force", "simulated": "a simulated hand"}
+    for path in sorted(state.motions.glob("[!.]*.csv")):
+        options[state.workspace.name_of(path)] = f"file: {path.stem}"
+    options.setdefault(state.request.motion, state.request.motion)
+
+    def choose(motion: str) -> None:
+        state.set(motion=motion)
+        page.committed(redraw=True)
+
+    select = ui.select(options, value=state.request.motion, label="Motion")
+    select.on_value_change(report_errors(lambda event: choose(event.value or "")))
+    select.classes("w-full").props('outlined dense options-dense data-motion="1"')
+
+    async def uploaded(event: Any) -> None:
+        data = await event.file.read()
+        upload.reset()
+        name = await in_background(store_motion, state.motions, event.file.name, data)
+        choose(state.workspace.name_of(state.motions / name))
+
+    upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True).classes("hidden")
+    upload.props('accept=".csv" data-motion-upload="1"')
+    with ui.row():
+        button = ui.button("Upload a motion").props("no-caps outline dense")
+    button.on("click", js_handler=f"() => window.tactogramMake.choose({upload.id})")
+    hint("The surface follows its speed and force, and is silent where the finger rests or is lifted.")
+
+
+def store_motion(folder: Path, name: str, data: bytes) -> str:
+    """Store an uploaded motion under a name with a hash, and return the name.
+
+    Raises
+    ------
+    DataError
+        If it is not a motion file.
+    """
+    name = check_upload(name, data, kind="signal")
+    stored = f"{Path(safe_name(name)).stem[:60]}-{hashlib.sha256(data).hexdigest()[:8]}.csv"
+    with atomic_write(folder / stored) as part:
+        part.write_bytes(data)
+        try:
+            MotionFile(part)
+        except DataError as error:
+            raise DataError(str(error).replace(str(part), name)) from None
+    return stored

@@ -20,8 +20,6 @@ LONGEST_S = 60.0
 """Longest signal that this page generates, s; the command line allows an hour."""
 DRAWN = ("latent",)
 """Conditions without a part: the seed draws them, independently of the other conditions."""
-ELSEWHERE = ("motion",)
-"""Conditions without a part: the page Touch follows the hand."""
 PARTS: Mapping[str, str] = {
     "material": "materials",
     "image": "photo",
@@ -29,6 +27,7 @@ PARTS: Mapping[str, str] = {
     "vibration": "vibration",
     "speed_mm_s": "speed",
     "force_n": "force",
+    "motion": "motion",
     "vibration_speed_mm_s": "vibration_speed",
     "vibration_force_n": "vibration_force",
 }
@@ -70,7 +69,7 @@ class GenerationForm:
         return self.has("words") and "words" not in self.needs
 
     def used(self, request: GenerationRequest) -> GenerationRequest:
-        """Return ``request`` without what a photograph, vibration or words replace, and what goes with that."""
+        """Return ``request`` without what a photograph, vibration, words or motion replace, and what goes with that."""
         if "photo" in self.instead and request.photo:
             request = replace(request, weights={}, vibration="")
         elif ({"vibration"} & {*self.instead} and request.vibration) or (
@@ -81,6 +80,8 @@ class GenerationForm:
             request = replace(request, words={})
         if not request.vibration:
             request = replace(request, vibration_speed_mm_s=None, vibration_force_n=None)
+        if request.motion:
+            request = replace(request, speed_mm_s=None, force_n=None)
         return request
 
     @property
@@ -101,7 +102,7 @@ def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
         raise ParameterError(f"a {model.task} model generates nothing; choose another run")
     conditions = model.conditions
     for name in conditions:
-        if name not in (*PARTS, *DRAWN, *ELSEWHERE):
+        if name not in PARTS and name not in DRAWN:
             raise ParameterError(f"condition {name!r} has no field here: {CONDITIONS[name]}")
     return GenerationForm(
         needs=tuple(PARTS[name] for name in model.needs if name in PARTS),
@@ -135,6 +136,8 @@ class GenerationRequest:
         Left, top, right and bottom of the crop, as shares of the photograph's sides.
     vibration_speed_mm_s, vibration_force_n : float, optional
         Of the stroke in ``vibration``.
+    motion : str
+        File of a motion, relative to the workspace, or ``simulated``; empty if none.
     speed_mm_s, force_n, seconds : float, optional
     seed, count : int
     """
@@ -148,6 +151,7 @@ class GenerationRequest:
     vibration: str = ""
     vibration_speed_mm_s: float | None = None
     vibration_force_n: float | None = None
+    motion: str = ""
     speed_mm_s: float | None = None
     force_n: float | None = None
     seconds: float | None = None
@@ -188,6 +192,9 @@ class GenerationRequest:
                 self.vibration.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0] or "recording"
             )
         parts += [f"{word} {score:.2g}" for word, score in list(self.words.items())[:4]]
+        if self.motion:
+            name = self.motion.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0]
+            parts.append(f"motion of {name or 'a simulated hand'}")
         if self.speed_mm_s is not None:
             parts.append(f"{self.speed_mm_s:g} mm/s")
         if self.force_n is not None:
@@ -211,6 +218,7 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
         vibration=request.vibration if form.has("vibration") else "",
         vibration_speed_mm_s=request.vibration_speed_mm_s if form.has("vibration_speed") else None,
         vibration_force_n=request.vibration_force_n if form.has("vibration_force") else None,
+        motion=request.motion if form.has("motion") else "",
         speed_mm_s=request.speed_mm_s if form.has("speed") else None,
         force_n=request.force_n if form.has("force") else None,
         seconds=request.seconds if form.over == "time" else None,
@@ -273,6 +281,8 @@ def command(request: GenerationRequest, form: GenerationForm, *, photo: str = ""
             words += ["--rest", "mean"]
     if request.vibration:
         words += ["--vibration", request.vibration]
+    if request.motion:
+        words += ["--motion", request.motion]
     numbers = {
         "--vibration-speed": request.vibration_speed_mm_s,
         "--vibration-force": request.vibration_force_n,

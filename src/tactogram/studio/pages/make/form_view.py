@@ -12,7 +12,7 @@ from nicegui import ui
 
 from tactogram.errors import TactogramError
 from tactogram.studio.layout import heading, hint, in_background, report_errors
-from tactogram.studio.pages.make.files import draw_photo, draw_vibration
+from tactogram.studio.pages.make.files import draw_motion, draw_photo, draw_vibration
 from tactogram.studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED
 from tactogram.studio.pages.make.materials_view import draw_material, draw_mix
 from tactogram.studio.pages.make.words_view import draw_words
@@ -37,7 +37,7 @@ def draw_form(page: MakePage) -> None:
         ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", _draw_recording),
     ]
     parts.sort(key=lambda part: part[0] in form.instead)
-    parts.append(("", "Settings", _draw_numbers))
+    parts += [("motion", "Motion", draw_motion), ("", "Settings", _draw_numbers)]
     used = form.used(page.state.request)
     unused = {"materials"} if form.mixes and not used.weights else set()
     if used.photo or used.vibration:
@@ -105,11 +105,11 @@ def _draw_numbers(page: MakePage) -> None:
     form = page.state.form
     if form is None:
         return
-    optional = []
+    optional, moved = [], bool(page.state.request.motion)
     with ui.element("div").classes("numbers"):
         for name, field, label, most, shown in (
-            ("speed", "speed_mm_s", "Speed, mm/s", MOST_SPEED_MM_S, form.has("speed")),
-            ("force", "force_n", "Force, N", MOST_FORCE_N, form.has("force")),
+            ("speed", "speed_mm_s", "Speed, mm/s", MOST_SPEED_MM_S, form.has("speed") and not moved),
+            ("force", "force_n", "Force, N", MOST_FORCE_N, form.has("force") and not moved),
             ("length", "seconds", "Length, s", LONGEST_S, form.over == "time"),
         ):
             if shown:

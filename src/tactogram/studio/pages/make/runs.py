@@ -21,7 +21,14 @@ from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.atomic import write_text
-from tactogram.studio.pages.make.form import Crop, GenerationForm, GenerationRequest, check_request, form_of
+from tactogram.studio.pages.make.form import (
+    LONGEST_S,
+    Crop,
+    GenerationForm,
+    GenerationRequest,
+    check_request,
+    form_of,
+)
 from tactogram.studio.pages.make.material_map import levels_db, positions
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.text_files import read_json
@@ -129,8 +136,17 @@ class RunCatalogue:
         with self._lock:
             loaded = self.load(run)
             condition = self._condition(request, loaded, run.form)
-            from tactogram.workflows.generation.generate import generate
+            from tactogram.workflows.generation.generate import SIMULATED, generate, motion_of
 
+            if request.motion:
+                simulated = request.motion == SIMULATED
+                source = SIMULATED if simulated else self.workspace.inside(request.motion)
+                motion = motion_of(source, seconds=request.seconds, seed=request.seed)
+                if request.seconds is None and motion.seconds > LONGEST_S:
+                    raise ParameterError(
+                        f"The motion lasts {motion.seconds:g} s; set a length of at most {LONGEST_S:g} s."
+                    )
+                condition["motion"] = motion
             pieces = generate(
                 loaded, condition, seconds=request.seconds, seed=request.seed, count=request.count
             )

@@ -47,6 +47,7 @@ class MakePageState:
         self.made = ResultArchive(workspace.studio_folder / "made")
         self.photographs = workspace.studio_folder / "photos"
         self.vibrations = workspace.studio_folder / "vibrations"
+        self.motions = workspace.studio_folder / "motions"
         self.history = FormHistory(tuple(storage.get("past") or ()), tuple(storage.get("future") or ()))
         self.request = GenerationRequest.from_stored(storage.get("asked") or {})
         self.run: FinishedRun | None = None
