@@ -59,8 +59,8 @@ class Config(BaseModel):
     """Principal components of surfaces that are predicted."""
     guidance: float = Field(default=1.0, ge=0, allow_inf_nan=False)
     """Strength of the condition when generating: 1 as learned, above 1 exaggerated, 0 none (Ho & Salimans 2021)."""
-    solver_steps: int = Field(default=8, ge=1)
-    """Steps of Heun's method, each two evaluations of the network but the last, which is one."""
+    solver_steps: int = Field(default=6, ge=1)
+    """Steps of the solver, each one evaluation of the network, or two with a `guidance` other than 1."""
     iterations: int = Field(default=64, ge=0)
     """Of phase recovery."""
     conditions: tuple[Literal["speed_mm_s", "force_n"], ...] = ("speed_mm_s", "force_n")

@@ -5,18 +5,22 @@ References
 - Lipman, Y. et al. (2023). Flow matching for generative modeling. ICLR.
 - Liu, X., Gong, C. & Liu, Q. (2023). Flow straight and fast: learning to generate and transfer data with rectified
   flow. ICLR.
+- Hairer, E., Nørsett, S. P. & Wanner, G. (1993). Solving ordinary differential equations I. Springer. Sec. III.5.
 - Esser, P. et al. (2024). Scaling rectified flow transformers for high-resolution image synthesis. ICML. Sec. 3.1.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import torch
 from torch import Tensor
 
 Velocity = Callable[[Tensor, Tensor], Tensor]
 """Maps values, (batch, …), and times, (batch,), to velocities, (batch, …)."""
+DENSITY = 1.5
+"""Exponent of the times of the solver's steps: above 1 they are denser near the noise, where paths bend most."""
 
 
 def flow_loss(velocity: Velocity, data: Tensor) -> Tensor:
@@ -34,16 +38,20 @@ def flow_loss(velocity: Velocity, data: Tensor) -> Tensor:
 
 
 def solve(velocity: Velocity, noise: Tensor, steps: int) -> Tensor:
-    """Return data, (batch, …), that ``noise`` flows to in ``steps`` steps of Heun's method; the last is Euler's.
+    """Return data, (batch, …), that ``noise`` flows to in ``steps`` steps, one evaluation of ``velocity`` each.
 
-    The times are squares, denser near the noise: 8 such steps come as close to recordings as 16 even ones.
+    The method is that of Adams and Bashforth, of second order and with unequal steps (Hairer et al., Sec. III.5): each
+    step continues the change of the velocity over the one before. The first is Euler's. The times are denser near the
+    noise.
     """
+    times = [(place / steps) ** DENSITY for place in range(steps + 1)]
     x = noise
-    for step in range(steps):
-        begin, end = ((place / steps) ** 2 for place in (step, step + 1))
-        now, then = (torch.full((len(x),), time).to(x) for time in (begin, end))
-        slope = velocity(x, now)
-        if step < steps - 1:
-            slope = (slope + velocity(x + slope * (end - begin), then)) / 2
-        x = x + slope * (end - begin)
+    earlier: tuple[float, Tensor] | None = None
+    for begin, end in pairwise(times):
+        slope = mean = velocity(x, torch.full((len(x),), begin).to(x))
+        if earlier is not None:
+            time, before = earlier
+            mean = slope + (slope - before) * (end - begin) / (2 * (begin - time))
+        earlier = begin, slope
+        x = x + mean * (end - begin)
     return x
