@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
@@ -375,7 +376,6 @@ class SignalFlowLearner:
         A ``motion`` changes speed and force over time, as far as the training recordings have them, and silences the
         signal where the finger rests or is lifted. The signal is as long as the motion.
         """
-        motion: Motion | None = condition.get("motion")
         over_time = () if self.over_displacement else ("motion",)
         check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION, *over_time))
         vibration = condition.get("vibration")
@@ -394,6 +394,12 @@ class SignalFlowLearner:
             raise ParameterError(
                 "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
             )
+        made = self.kind.signal(self._samples(condition, seconds, seed=seed))
+        return made if speed is None else played(made, speed, PLAYBACK_RATE)
+
+    def _samples(self, condition: Condition, seconds: float | None, *, seed: int) -> NDArray[np.float32]:
+        """Return the samples of a condition that is at constant speed and force or has a motion, (axis, time)."""
+        motion: Motion | None = condition.get("motion")
         if seconds is None:
             seconds = self.seconds if motion is None else motion.seconds
         moments = [condition] if motion is None else self._moments(condition, motion, seconds)
@@ -417,8 +423,7 @@ class SignalFlowLearner:
         if motion is not None and motion.gain is not None:
             mean = found[0][0].surface.mean.numpy()[:, None]
             samples = mean + motion.at("gain", np.arange(length) / self.kind.rate) * (samples - mean)
-        made = self.kind.signal(samples.astype(np.float32))
-        return made if speed is None else played(made, speed, PLAYBACK_RATE)
+        return samples.astype(np.float32)
 
     def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
         """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""
