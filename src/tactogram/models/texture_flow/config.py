@@ -57,6 +57,9 @@ class Config(BaseModel):
     """Pairs of strokes in each."""
     components: int = Field(default=64, gt=0)
     """Principal components of surfaces that are predicted."""
+    straightening_steps: int = Field(default=0, ge=0)
+    """Training steps after the others, in which the network learns to reach in one step of the solver what its average
+    reaches in `solver_steps`; 0 is none. It then generates in one step, with the `guidance` of its training."""
     guidance: float = Field(default=1.0, ge=0, allow_inf_nan=False)
     """Strength of the condition when generating: 1 as learned, above 1 exaggerated, 0 none (Ho & Salimans 2021)."""
     solver_steps: int = Field(default=6, ge=1)

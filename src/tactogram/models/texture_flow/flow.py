@@ -5,6 +5,7 @@ References
 - Lipman, Y. et al. (2023). Flow matching for generative modeling. ICLR.
 - Liu, X., Gong, C. & Liu, Q. (2023). Flow straight and fast: learning to generate and transfer data with rectified
   flow. ICLR.
+- Liu, X. et al. (2024). InstaFlow: one step is enough for high-quality diffusion-based text-to-image generation. ICLR.
 - Hairer, E., Nørsett, S. P. & Wanner, G. (1993). Solving ordinary differential equations I. Springer. Sec. III.5.
 - Esser, P. et al. (2024). Scaling rectified flow transformers for high-resolution image synthesis. ICML. Sec. 3.1.
 """
@@ -33,6 +34,21 @@ def flow_loss(velocity: Velocity, data: Tensor) -> Tensor:
     time = torch.sigmoid(torch.randn(len(data))).to(data)
     share = time.view(-1, *[1] * (data.ndim - 1))
     error = velocity((1 - share) * noise + share * data, time) - (data - noise)
+    return _mean_square(error, data)
+
+
+def straightening_loss(velocity: Velocity, teacher: Velocity, noise: Tensor, steps: int) -> Tensor:
+    """Return the mean squared error of one step from ``noise`` to where it flows in ``steps`` steps of ``teacher``.
+
+    The distillation of a flow to a single step (Liu et al. 2023, Sec. 2; InstaFlow), with errors limited as in
+    `flow_loss`. ``noise`` is (batch, …); no gradient reaches the teacher.
+    """
+    with torch.no_grad():
+        data = solve(teacher, noise, steps)
+    return _mean_square(velocity(noise, torch.zeros(len(noise)).to(noise)) - (data - noise), data)
+
+
+def _mean_square(error: Tensor, data: Tensor) -> Tensor:
     inner = tuple(range(1, data.ndim))
     return (error.square().mean(inner) / data.square().mean(inner).clamp_min(1)).mean()
 

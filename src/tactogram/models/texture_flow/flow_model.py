@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from functools import cached_property
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 
+from tactogram.model import Stage
 from tactogram.models.texture_flow.config import Config
-from tactogram.models.texture_flow.flow import flow_loss, solve
+from tactogram.models.texture_flow.flow import Velocity, flow_loss, solve, straightening_loss
 from tactogram.nn import MovingAverage
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.training.seeds import torch_seeded
@@ -30,6 +32,8 @@ class FlowModel:
         self.config, self.device = config, device
         self.network: Any = network.to(device)
         self.average = MovingAverage(network, config.moving_average)
+        self.teacher: Any = None
+        """Of a straightened flow, the average before."""
         self.backward: Callable[[Tensor], None] = Tensor.backward
 
     @cached_property
@@ -43,13 +47,48 @@ class FlowModel:
         self.backward, self.device = fabric.backward, fabric.device
         self.average.network.to(self.device)
 
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """Training, and straightening if it is wanted."""
+        last = (
+            (Stage("straighten", self.config.straightening_steps),) if self.config.straightening_steps else ()
+        )
+        return Stage("train", self.config.steps), *last
+
+    def step(self, stage: Stage, number: int, data: Tensor, label: Tensor) -> float:
+        """Return the loss of batch ``number`` of a stage; of ``data``, straightening needs only the shape."""
+        if stage.name == "straighten":
+            return self.straighten(number, stage.steps, torch.randn(data.shape), label)
+        return self.update(number, stage.steps, data, label)
+
     def update(self, number: int, steps: int, data: Tensor, label: Tensor) -> float:
         """Return the loss of batch ``number`` of ``steps``, after a step of the optimiser and of the average."""
         label = label.to(self.device)
+        loss = flow_loss(lambda x, time: self.network(x, time, label).float(), data.to(self.device))
+        return self._descend(number, steps, loss)
+
+    def straighten(self, number: int, steps: int, noise: Tensor, label: Tensor) -> float:
+        """Return the loss of batch ``number`` of ``steps`` as `update` does; it learns to flow in a single step.
+
+        With the first batch the average becomes the teacher, and network and a new average begin with its weights.
+        """
+        if number == 0:
+            self.teacher = self.average.network
+            bare(self.network).load_state_dict(self.teacher.state_dict())
+            self.average = MovingAverage(bare(self.network), self.config.moving_average)
+        label = label.to(self.device)
+        loss = straightening_loss(
+            lambda x, time: self.network(x, time, label).float(),
+            self._guided(self.teacher, label),
+            noise.to(self.device),
+            self.config.solver_steps,
+        )
+        return self._descend(number, steps, loss)
+
+    def _descend(self, number: int, steps: int, loss: Tensor) -> float:
         rate = min(1, (number + 1) / self.config.warm_up) * (1 + math.cos(math.pi * number / steps)) / 2
         for group in self.optimiser.param_groups:
             group["lr"] = rate * self.config.learning_rate
-        loss = flow_loss(lambda x, time: self.network(x, time, label).float(), data.to(self.device))
         self.optimiser.zero_grad()
         self.backward(loss)
         torch.nn.utils.clip_grad_norm_(self.network.parameters(), LARGEST_GRADIENT)
@@ -59,24 +98,31 @@ class FlowModel:
 
     @torch.no_grad()
     def loss(self, data: Tensor, label: Tensor) -> float:
-        """Return the loss of the average at fixed noises and times."""
+        """Return the loss of the average, before it was straightened, at fixed noises and times."""
         label = label.to(self.device)
+        network = self.average.network if self.teacher is None else self.teacher
         with torch_seeded(0, "validate"):
-            return flow_loss(lambda x, t: self.average.network(x, t, label), data.to(self.device)).item()
+            return flow_loss(lambda x, t: network(x, t, label), data.to(self.device)).item()
 
     @torch.inference_mode()
     def sample(self, noise: Tensor, label: Tensor) -> Tensor:
-        """Return data that ``noise`` flows to, with the guidance and steps of the configuration."""
-        given, strength = label.to(self.device), self.config.guidance
+        """Return data that ``noise`` flows to, in the configuration's steps; in a single one if straightened."""
+        noise, label = noise.to(self.device), label.to(self.device)
+        if self.config.straightening_steps:
+            return solve(lambda x, time: self.average.network(x, time, label), noise, 1)
+        return solve(self._guided(self.average.network, label), noise, self.config.solver_steps)
+
+    def _guided(self, network: nn.Module, label: Tensor) -> Velocity:
+        strength = self.config.guidance
 
         def velocity(x: Tensor, time: Tensor) -> Tensor:
-            found: Tensor = self.average.network(x, time, given)
+            found: Tensor = network(x, time, label)
             if strength == 1:
                 return found
-            free: Tensor = self.average.network(x, time, torch.zeros_like(given))
+            free: Tensor = network(x, time, torch.zeros_like(label))
             return free + strength * (found - free)
 
-        return solve(velocity, noise.to(self.device), self.config.solver_steps)
+        return velocity
 
     def start_from(self, weights: Mapping[str, Tensor]) -> None:
         """Begin with the weights of another network; `RuntimeError` if they do not fit."""
@@ -84,10 +130,14 @@ class FlowModel:
         self.average.network.load_state_dict(weights)
 
     def state(self) -> dict[str, Any]:
-        """Return average and network, without the optimiser."""
-        return {"average": self.average.state(), "network": self.network.state_dict()}
+        """Return average, network and teacher, without the optimiser."""
+        teacher = {} if self.teacher is None else {"teacher": self.teacher.state_dict()}
+        return {"average": self.average.state(), "network": self.network.state_dict(), **teacher}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Continue from `state`; without the network, which a run that is shipped omits, from the average."""
         self.average.load_state(state["average"])
         self.network.load_state_dict(state.get("network", state["average"]["weights"]))
+        if "teacher" in state:
+            self.teacher = deepcopy(self.average.network)
+            self.teacher.load_state_dict(state["teacher"])

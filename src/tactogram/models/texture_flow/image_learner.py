@@ -66,7 +66,7 @@ class ImageFlowLearner:
 
     def stages(self, examples: Sequence[ImageExample]) -> tuple[Stage, ...]:
         self._images(examples[:2])
-        return Stage("fit", 1), Stage("train", self.config.steps)
+        return Stage("fit", 1), *self.flow.stages
 
     def batches(
         self, stage: Stage, examples: Sequence[ImageExample], *, seed: int, start: int = 0
@@ -91,7 +91,7 @@ class ImageFlowLearner:
             return self._fit(*batch)
         number, images, scores = batch
         label = self._label(self._with_some_missing(scores))
-        return {"loss": self.flow.update(number, stage.steps, images, label)}
+        return {"loss": self.flow.step(stage, number, images, label)}
 
     def _fit(self, examples: Sequence[ImageExample], images: LabelledImages) -> dict[str, float]:
         place = {item: number for number, item in enumerate(self.items)}

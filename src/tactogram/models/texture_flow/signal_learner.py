@@ -120,7 +120,7 @@ class SignalFlowLearner:
         predict = (
             (Stage("predict", self.config.prediction_steps),) if self.known.predictor is not None else ()
         )
-        return Stage("fit", 1), *predict, Stage("train", self.config.steps)
+        return Stage("fit", 1), *predict, *self.flow.stages
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
@@ -233,7 +233,7 @@ class SignalFlowLearner:
         if stage.name == "predict":
             return self._step_of_prediction(stage, *batch)
         number, spectra, label = batch
-        return {"loss": self.flow.update(number, stage.steps, spectra, self._with_some_dropped(label))}
+        return {"loss": self.flow.step(stage, number, spectra, self._with_some_dropped(label))}
 
     def _step_of_prediction(self, stage: Stage, number: int, pairs: StrokePair) -> dict[str, float]:
         self.known.predictor.train()
@@ -282,8 +282,9 @@ class SignalFlowLearner:
         return {"seconds": self.seconds}
 
     def _start_from(self, run: Path) -> None:
-        """Take over the average weights of another run."""
-        weights = load_state(run / "model.safetensors")[0].get("average", {}).get("weights", {})
+        """Take over the average weights of another run, those before it was straightened."""
+        state = load_state(run / "model.safetensors")[0]
+        weights = state.get("teacher") or state.get("average", {}).get("weights", {})
         try:
             self.flow.start_from(weights)
         except RuntimeError as error:

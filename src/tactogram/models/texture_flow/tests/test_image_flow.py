@@ -53,6 +53,12 @@ def test_images_follow_their_words():
     assert trained().generate({"words": {"bright": 1.0}}, seed=0).pixels.shape == (16, 16, 3)
 
 
+def test_one_step_is_enough_for_a_straightened_flow():
+    learner = trained(straightening_steps=100, guidance=2.0)
+    assert np.mean(brightness({"bright": 1.0}, learner=learner)) == pytest.approx(40, abs=25)
+    assert np.mean(brightness({"bright": 7.0}, learner=learner)) == pytest.approx(200, abs=25)
+
+
 def test_any_word_may_be_missing():
     assert np.mean(brightness({"bright": 7.0})) == pytest.approx(200, abs=30)
     unsaid = brightness({"loud": 4.0}, draws=12)

@@ -1,5 +1,6 @@
 """Texture flow: the spectra and the way back, the flow, the network's reach, and what was learned and is refused."""
 
+import copy
 from functools import cache
 
 import numpy as np
@@ -8,13 +9,14 @@ import torch
 from scipy.signal import csd, lfilter, welch
 
 from tactogram.errors import ParameterError
-from tactogram.model import Example, SignalKind
+from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.texture_flow import Config, build
-from tactogram.models.texture_flow.flow import flow_loss, solve
+from tactogram.models.texture_flow.flow import flow_loss, solve, straightening_loss
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.signal import Image, Signal
-from tactogram.training.loop import fit
+from tactogram.training.checkpoint import save_state
+from tactogram.training.loop import TrainingPosition, fit
 
 RATE = 1000.0
 AXES = ("x", "z")
@@ -219,6 +221,23 @@ def test_the_solver_evaluates_the_velocity_once_per_step_and_misses_only_its_cha
     assert times == pytest.approx([0, (1 / 4) ** 1.5, (2 / 4) ** 1.5, (3 / 4) ** 1.5])
 
 
+def test_one_step_is_straight_where_it_ends_with_the_teacher():
+    """The teacher flows from every noise to four times its value, dx/dt = 3 x / (1 + 3 t), which bends no path."""
+    torch.manual_seed(0)
+    noise = 0.1 * torch.randn(5, 2, 3)
+    slope = torch.tensor(3.0, requires_grad=True)
+
+    def teacher(x, time):
+        return slope * x / (1 + 3 * time)[:, None, None]
+
+    def loss(velocity):
+        return straightening_loss(velocity, teacher, noise, 6)
+
+    assert loss(lambda x, time: 3 * x).item() == pytest.approx(0, abs=1e-9)
+    assert loss(lambda x, time: 3 * x + 0.5 + time[:, None, None]).item() == pytest.approx(0.25, abs=1e-4)
+    assert not loss(lambda x, time: 3 * x).requires_grad
+
+
 # -- network ------------------------------------------------------------------------------------------------
 
 
@@ -282,6 +301,48 @@ def test_a_longer_signal_begins_with_the_same_spectrum():
     short, long = (learner._spectrum(label, length, seed=4) for length in (3000, 6000))
     torch.testing.assert_close(short[..., :64], long[..., :64], atol=1e-3, rtol=1e-3)
     assert np.corrcoef(long[..., :64].flatten(), long[..., 64:128].flatten())[0, 1] < 0.3
+
+
+def test_a_straightened_flow_arrives_in_one_step_near_where_its_teacher_arrives_in_several():
+    learner = trained(straightening_steps=60, solver_steps=6)
+    flow, label = learner.flow, learner._label(learner.known.surfaces[0], {}, None)[None]
+    noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
+    taught = flow._guided(flow.teacher, label)
+    with torch.no_grad():
+        wanted, plain = (solve(taught, noise, steps) for steps in (6, 1))
+    times = []
+    handle = flow.average.network.register_forward_pre_hook(lambda _, given: times.append(given[1].item()))
+    made = flow.sample(noise, label)
+    handle.remove()
+    assert times == [0]
+    assert (made - wanted).square().mean() < 0.5 * (plain - wanted).square().mean()
+
+
+def test_straightening_goes_on_where_it_was_interrupted_and_validation_is_that_of_the_teacher():
+    config = SMALL.model_copy(update={"steps": 2, "straightening_steps": 4})
+    whole, again, plain = (build(config, KIND, seed=0) for _ in range(3))
+    states = {}
+
+    def keep(at, stage, losses):
+        states[at] = copy.deepcopy(whole.state())
+
+    fit(whole, EXAMPLES, seed=0, on_step=keep)
+    again.load_state(states[TrainingPosition(2, 2)])
+    fit(again, EXAMPLES, seed=0, start=TrainingPosition(2, 2))
+    one, other = (learner.flow.average.network.state_dict() for learner in (again, whole))
+    assert all(torch.equal(one[name], other[name]) for name in one)
+    plain.load_state(states[TrainingPosition(1, 2)])
+    assert again.validate(EXAMPLES) == whole.validate(EXAMPLES) == plain.validate(EXAMPLES)
+
+
+def test_a_training_begins_with_the_weights_before_straightening(tmp_path):
+    straightened = trained(straightening_steps=60, solver_steps=6)
+    save_state(tmp_path / "model.safetensors", straightened.state())
+    learner = build(SMALL.model_copy(update={"start": str(tmp_path)}), KIND, seed=1)
+    learner.step(Stage("fit", 1), EXAMPLES)
+    begun, before = learner.flow.network.state_dict(), straightened.flow.teacher.state_dict()
+    assert all(torch.equal(begun[name], before[name]) for name in before)
+    assert not torch.equal(begun["last.weight"], straightened.flow.network.state_dict()["last.weight"])
 
 
 def test_weights_are_scaled_to_sum_to_one():
