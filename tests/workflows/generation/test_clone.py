@@ -55,6 +55,8 @@ def test_a_clone_plays_at_any_speed_and_force(stroke, tmp_path, capsys):
         str(tmp_path / "x.wav"),
     ]
     assert main(["generate", str(out), *told]) == 0
+    assert main(["generate", str(out), *told, "--motion", "simulated"]) == 1
+    assert "texture_var takes no motion; a stream follows one" in capsys.readouterr().err
     assert 0 < read_signal(tmp_path / "x.wav").samples.std() < 1
 
 

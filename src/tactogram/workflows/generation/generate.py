@@ -55,6 +55,11 @@ def generate(
         raise ParameterError(f"seed must be >= 0, got {seed}")
     if not 1 <= count <= MOST:
         raise ParameterError(f"count must be at least 1 and at most {MOST}, got {count}")
+    if condition.get("motion") is not None and "motion" not in loaded.facts.conditions:
+        raise ParameterError(
+            f"{loaded.facts.name} takes no motion; a stream follows one: "
+            "tactogram stream RUN --motion FILE --backend file --out FILE"
+        )
     condition = with_materials(loaded, condition)
     for drawn in seeds_of(seed, count):
         yield generator.generate(condition, seconds=seconds, seed=drawn)
