@@ -57,6 +57,12 @@ class Motion:
         """Length, s."""
         return float(self.time_s[-1])
 
+    def lasting(self, seconds: float | None) -> float:
+        """Return ``seconds``, by default all; raise `ParameterError` if the motion is shorter."""
+        if seconds is not None and seconds > self.seconds:
+            raise ParameterError(f"seconds must be at most the motion's {self.seconds:g}, got {seconds:g}")
+        return self.seconds if seconds is None else seconds
+
     def at(self, name: str, times: ArrayLike) -> Array | None:
         """Return ``speed_mm_s``, ``force_n`` or ``gain`` at ``times`` (s, held at the ends); None if unknown.
 

@@ -366,8 +366,8 @@ class SignalFlowLearner:
         count as the nearest recorded ones. A vibration in another unit counts as loud as the training recordings, and
         the result is in its unit.
 
-        Trained on signals over displacement, it returns one, or with ``speed_mm_s`` that signal as felt at this speed,
-        over time, for ``seconds``, which need a speed.
+        Trained on signals over displacement, it returns one, or with ``speed_mm_s`` or a ``motion`` that signal as
+        felt at this speed, over time, for ``seconds``, which need a speed.
 
         Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
         its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
@@ -377,32 +377,49 @@ class SignalFlowLearner:
         A ``motion`` changes speed and force over time, as far as the training recordings have them, and silences the
         signal where the finger rests or is lifted. The signal is as long as the motion.
         """
-        over_time = () if self.over_displacement else ("motion",)
-        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, *OF_THE_VIBRATION, *over_time))
+        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, "motion", *OF_THE_VIBRATION))
         vibration = condition.get("vibration")
         if vibration is not None and vibration.unit != self.kind.unit:
             gain = self.rms / max(_rms(vibration), LEAST_RMS)
             alike = vibration.with_samples(gain * vibration.samples, unit=self.kind.unit)
             made = self.generate({**condition, "vibration": alike}, seconds=seconds, seed=seed)
             return made.with_samples(made.samples / gain, unit=vibration.unit)
-        speed = condition.get("speed_mm_s") if self.over_displacement else None
-        if speed is not None:
-            if not (math.isfinite(speed) and speed > 0):
-                raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
-            condition = {**condition, "speed_mm_s": None}
-            seconds = None if seconds is None else seconds * speed
-        elif self.over_displacement and seconds is not None:
-            raise ParameterError(
-                "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
-            )
-        made = self.kind.signal(self._samples(condition, seconds, seed=seed))
-        return made if speed is None else played(made, speed, PLAYBACK_RATE)
+        if self.over_displacement:
+            return self._over_displacement(condition, seconds, seed=seed)
+        return self.kind.signal(self._samples(condition, seconds, seed=seed))
+
+    def _over_displacement(self, condition: Condition, seconds: float | None, *, seed: int) -> Signal:
+        """Return a signal over displacement, or as it is felt at a speed or along a motion."""
+        motion: Motion | None = condition.get("motion")
+        speed: float | None = condition.get("speed_mm_s")
+        still = {**condition, "speed_mm_s": None, "motion": None}
+        if motion is not None:
+            if speed is not None:
+                raise ParameterError("speed_mm_s would be given twice; the motion has it")
+            times = np.arange(0, motion.lasting(seconds), 1 / PLAYBACK_RATE)
+            moved = np.interp(times, motion.time_s, motion.speed_mm_s)
+            length_mm = float(np.sum(moved)) / PLAYBACK_RATE + 2 / self.kind.rate
+            made = self.kind.signal(self._samples(still, length_mm, seed=seed))
+            speeds = Signal((1e-3 * moved[None]).astype(np.float32), PLAYBACK_RATE, "m/s", ("along",))
+            return played(made, speeds, PLAYBACK_RATE)
+        if speed is None:
+            if seconds is not None:
+                raise ParameterError(
+                    "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
+                )
+            return self.kind.signal(self._samples(still, None, seed=seed))
+        if not (math.isfinite(speed) and speed > 0):
+            raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
+        made = self.kind.signal(self._samples(still, None if seconds is None else seconds * speed, seed=seed))
+        return played(made, speed, PLAYBACK_RATE)
 
     def _samples(self, condition: Condition, seconds: float | None, *, seed: int) -> NDArray[np.float32]:
         """Return the samples of a condition that is at constant speed and force or has a motion, (axis, time)."""
         motion: Motion | None = condition.get("motion")
-        if seconds is None:
-            seconds = self.seconds if motion is None else motion.seconds
+        if motion is not None:
+            seconds = motion.lasting(seconds)
+        elif seconds is None:
+            seconds = self.seconds
         moments = [condition] if motion is None else self._moments(condition, motion, seconds)
         for moment in moments:
             self.labels.check(moment)
@@ -440,8 +457,6 @@ class SignalFlowLearner:
             )
         if twice := [name for name in known if condition.get(name) is not None]:
             raise ParameterError(f"{' and '.join(twice)} would be given twice; the motion has it")
-        if seconds > motion.seconds:
-            raise ParameterError(f"seconds must be at most the motion's {motion.seconds:g}, got {seconds:g}")
         return [
             {**condition, **{name: float(values[k]) for name, values in known.items()}}
             for k in range(len(times))

@@ -15,6 +15,7 @@ from tactogram.models.texture_flow.flow import flow_loss, solve, straightening_l
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.signal import Image, Signal
+from tactogram.signal.motion import Motion
 from tactogram.training.checkpoint import save_state
 from tactogram.training.loop import TrainingPosition, fit
 
@@ -508,6 +509,18 @@ def test_friction_is_felt_at_a_speed_for_any_time():
     assert made.samples.mean() == pytest.approx(0.6, abs=0.01)
     frequency, power = welch(made.samples[0], made.rate, nperseg=len(made) // 2)
     assert frequency[power.argmax()] == pytest.approx(80 / 4, abs=1.5)
+
+
+def test_friction_is_felt_along_a_motion():
+    motion = Motion(np.array([0.0, 2.0, 2.01, 3.0]), np.array([80.0, 80.0, 0.0, 0.0]))
+    made = rubbed().generate({"material": "cork", "motion": motion}, seed=1)
+    assert (made.domain, made.seconds) == ("time", pytest.approx(3.0, abs=1e-3))
+    frequency, power = welch(made.samples[0, :8000], made.rate, nperseg=4000)
+    assert frequency[power.argmax()] == pytest.approx(80 / 4, abs=1.5)
+    assert np.ptp(made.samples[0, 8400:11600]) < 1e-3  # a finger at rest feels the friction where it is
+    assert made.samples[0, 10000] == pytest.approx(0.6, abs=0.2)
+    with pytest.raises(ParameterError, match="at most the motion's 3, got 4"):
+        rubbed().generate({"material": "cork", "motion": motion}, seconds=4, seed=1)
 
 
 def test_what_friction_cannot_be_is_refused():
