@@ -24,6 +24,7 @@ def test_it_is_linear_between_its_samples_and_held_at_the_ends():
         ({"speed_mm_s": np.array([0.0, -1.0, 2.0])}, "speed_mm_s of a motion must be finite and >= 0"),
         ({"force_n": np.ones(2)}, "one number for each"),
         ({"gain": np.array([0.0, np.nan, 1.0])}, "gain"),
+        ({"contact": np.array([0.0, 2.0, 1.0])}, "contact of a motion must be at most 1, got 2"),
         ({"time_s": np.zeros(1), "speed_mm_s": np.ones(1)}, "at least two"),
     ],
 )

@@ -182,6 +182,13 @@ def test_tones_whose_shapes_differ_are_refused():
         Tones(np.zeros(2), np.zeros((2, 1, 3)), np.zeros(5))
 
 
+def test_tones_that_lose_a_line_are_refused():
+    two = Tones(np.array([50.0, 90.0]), np.ones((2, 1, 2)), np.zeros(5))
+    one = Tones(np.array([50.0]), np.ones((2, 1, 1)), np.zeros(5))
+    with pytest.raises(ParameterError, match="must keep their lines, got 2, then 1"):
+        synthesise_tones([two, one], 1000, RATE, seed=0)
+
+
 def test_several_tones_glide_from_one_to_the_next():
     steady = Tones(np.array([50.0]), np.array([[[1.0]], [[0.0]]]), np.zeros(5))
     end = steady.moved(2.0, BAND).scaled(np.array([3.0]))

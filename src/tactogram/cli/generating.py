@@ -52,7 +52,10 @@ class _GenerateRequest(Request):
     force: Annotated[float | None, Option("normal force, N", "N")] = None
     motion: Annotated[
         str | None,
-        Option("CSV of a finger's motion, as of `stream`, in place of speed and force", "simulated|FILE"),
+        Option(
+            "motion of the finger instead of --speed and --force: a CSV as for `stream`, or a simulated hand",
+            "simulated|FILE",
+        ),
     ] = None
     seconds: Annotated[float | None, Option("length (default: the model's own)")] = None
     seed: Annotated[int, Option()] = 0

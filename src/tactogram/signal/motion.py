@@ -24,20 +24,24 @@ class Motion:
     force_n : float64 array, shape (sample,), optional
     gain : float64 array, shape (sample,), optional
         0 while the finger rests or is lifted, 1 while it slides, in between as it lands, starts or stops. By default 1.
+    contact : float64 array, shape (sample,), optional
+        0 while the finger is lifted, 1 while it touches, in between as it lands or lifts. By default 1.
 
     Raises
     ------
     ParameterError
-        If the arrays differ in length, hold fewer than two samples, are not finite or negative, or times do not ascend.
+        If the arrays differ in length, hold fewer than two samples, or contain negative or non-finite values; if times
+        do not ascend, or a gain is above 1.
     """
 
     time_s: Array
     speed_mm_s: Array
     force_n: Array | None = None
     gain: Array | None = None
+    contact: Array | None = None
 
     def __post_init__(self) -> None:
-        for name in ("time_s", "speed_mm_s", "force_n", "gain"):
+        for name in ("time_s", "speed_mm_s", "force_n", "gain", "contact"):
             if (given := getattr(self, name)) is None:
                 continue
             array = np.array(given, np.float64)
@@ -47,6 +51,8 @@ class Motion:
                 )
             if not (np.isfinite(array).all() and (array >= 0).all()):
                 raise ParameterError(f"{name} of a motion must be finite and >= 0")
+            if name in ("gain", "contact") and (array > 1).any():
+                raise ParameterError(f"{name} of a motion must be at most 1, got {array.max():g}")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if self.time_s[0] != 0 or not (np.diff(self.time_s) > 0).all():
@@ -64,9 +70,9 @@ class Motion:
         return self.seconds if seconds is None else seconds
 
     def at(self, name: str, times: ArrayLike) -> Array | None:
-        """Return ``speed_mm_s``, ``force_n`` or ``gain`` at ``times`` (s, held at the ends); None if unknown.
+        """Return ``speed_mm_s``, ``force_n``, ``gain`` or ``contact`` at ``times`` (s); None if unknown.
 
-        Float64, shape (time,).
+        Float64, shape (time,); held at the ends.
         """
         values = getattr(self, name)
         return None if values is None else np.interp(np.asarray(times, np.float64), self.time_s, values)

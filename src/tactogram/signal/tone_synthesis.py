@@ -11,6 +11,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.errors import ParameterError
 from tactogram.signal.tones import STEP_S, Tones
 
 Array = NDArray[np.float64]
@@ -43,6 +44,10 @@ class ToneProcess:
 
     def add(self, out: Array, first: ToneParameters, last: ToneParameters, moving: bool) -> None:
         """Add the next samples to ``out``, (axis, time); ``moving`` if the parameters at the end are others."""
+        if first.frequency.shape != last.frequency.shape:
+            raise ParameterError(
+                f"tones must keep their lines, got {len(first.frequency)}, then {len(last.frequency)}"
+            )
         if not len(first.frequency):
             return
         if not len(self._phase):

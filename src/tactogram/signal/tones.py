@@ -80,7 +80,7 @@ class Tones:
         return replace(self, frequency=frequency, amplitude=self.amplitude * inside)
 
     def at_its_own_speed(self) -> Tones:
-        """Return the lines of the one stroke that they are of, whose mean speed does not differ."""
+        """Return the lines without the spread of mean speeds between strokes."""
         return replace(self, unsteadiness=self.unsteadiness * (np.arange(5) > 0))
 
     def scaled(self, gain: Array) -> Tones:
@@ -104,23 +104,30 @@ def no_tones(axes: int) -> Tones:
     return Tones(np.zeros(0), np.zeros((2, axes, 0)), np.zeros(5))
 
 
-def mix_tones(tones: Sequence[Tones], weights: ArrayLike) -> Tones:
-    """Return the lines of all, with their amplitudes weighted; lines of one frequency are added."""
+def join_tones(tones: Sequence[Tones], weights: ArrayLike) -> Tones:
+    """Return the lines of all, one after the other, with their amplitudes weighted."""
     w = np.asarray(weights, np.float64)
     every = np.concatenate([each.frequency for each in tones])
     amplitude = np.concatenate(
         [share * each.amplitude for share, each in zip(w, tones, strict=True)], axis=-1
     )
+    having = np.array([share if len(each.frequency) else 0.0 for share, each in zip(w, tones, strict=True)])
+    unsteadiness = (
+        having @ np.array([each.unsteadiness for each in tones]) / max(having.sum(), np.finfo(float).tiny)
+    )
+    return Tones(every, amplitude, unsteadiness)
+
+
+def mix_tones(tones: Sequence[Tones], weights: ArrayLike) -> Tones:
+    """Return the lines of all, ascending, with their amplitudes weighted; lines of one frequency are added."""
+    joined = join_tones(tones, weights)
+    every, amplitude = joined.frequency, joined.amplitude
     order = np.argsort(every, kind="stable")
     first = np.ones(len(every), bool)
     first[1:] = np.diff(every[order]) > SAME * every[order][1:]
     line = np.cumsum(first) - 1
     added = amplitude[..., order] @ (line[:, None] == np.arange(first.sum()))
-    having = np.array([share if len(each.frequency) else 0.0 for share, each in zip(w, tones, strict=True)])
-    unsteadiness = (
-        having @ np.array([each.unsteadiness for each in tones]) / max(having.sum(), np.finfo(float).tiny)
-    )
-    return Tones(every[order][first], added, unsteadiness)
+    return Tones(every[order][first], added, joined.unsteadiness)
 
 
 def share_pattern(tones: Sequence[Tones], speeds: ArrayLike, band: Array) -> list[Tones]:

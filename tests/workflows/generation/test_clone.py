@@ -199,7 +199,7 @@ def test_a_recorded_motion_is_followed_and_named_in_the_file(tmp_path, capsys):
     assert np.ptp(samples[round(2.7 * rate) :]) == 0
     assert read_metadata(out)["motion_from"] == "hand.csv"
     assert main([*told, "--force", "1"]) == 1
-    assert "force_n would be given twice; the motion has it" in capsys.readouterr().err
+    assert "the motion has its own force_n; omit it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".ahap", ".haptic", ".hjif"])

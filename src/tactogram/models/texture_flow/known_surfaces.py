@@ -94,7 +94,7 @@ class KnownSurfaces:
         instead = " or ".join(self.descriptions)
         if description == "image":
             instead = instead.replace("material", "material (by name, or a text that describes it)")
-            instead += "; or train on recordings with photographs of two materials or more"
+            instead += ", or train on recordings with photographs of two materials or more"
         return f"condition {description!r} was not learned by this run; give {instead}"
 
     def rate(self, members: Sequence[Sequence[Example]]) -> None:

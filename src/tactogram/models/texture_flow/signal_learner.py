@@ -331,7 +331,7 @@ class SignalFlowLearner:
 
     def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
         """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
-        names = ("seconds", "rms", "codes", "conditions", "average", "predictor")
+        names = ("seconds", "rms", "codes", "conditions", "average", "teacher", "predictor")
         materials = tuple(dict.fromkeys(str(example.material) for example in examples))
         split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
         noise = [example for _, rest in split for example in rest]
@@ -375,9 +375,12 @@ class SignalFlowLearner:
         is a mix of those rated alike (`word_weights`).
 
         A ``motion`` changes speed and force over time, as far as the training recordings have them, and silences the
-        signal where the finger rests or is lifted. The signal is as long as the motion.
+        signal where its gain is 0; over displacement, where the finger is lifted. The signal is as long as the motion.
         """
         check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, "motion", *OF_THE_VIBRATION))
+        motion = condition.get("motion")
+        if motion is not None and not isinstance(motion, Motion):
+            raise ParameterError(f"motion must be a Motion, got {type(motion).__name__}")
         vibration = condition.get("vibration")
         if vibration is not None and vibration.unit != self.kind.unit:
             gain = self.rms / max(_rms(vibration), LEAST_RMS)
@@ -395,13 +398,15 @@ class SignalFlowLearner:
         still = {**condition, "speed_mm_s": None, "motion": None}
         if motion is not None:
             if speed is not None:
-                raise ParameterError("speed_mm_s would be given twice; the motion has it")
+                raise _given_twice(["speed_mm_s"])
             times = np.arange(0, motion.lasting(seconds), 1 / PLAYBACK_RATE)
             moved = np.interp(times, motion.time_s, motion.speed_mm_s)
-            length_mm = float(np.sum(moved)) / PLAYBACK_RATE + 2 / self.kind.rate
+            length_mm = float(np.sum(moved) + 2 * np.max(moved)) / PLAYBACK_RATE + 2 / self.kind.rate
             made = self.kind.signal(self._samples(still, length_mm, seed=seed))
             speeds = Signal((1e-3 * moved[None]).astype(np.float32), PLAYBACK_RATE, "m/s", ("along",))
-            return played(made, speeds, PLAYBACK_RATE)
+            felt = played(made, speeds, PLAYBACK_RATE)
+            contact = motion.at("contact", np.arange(len(felt)) / PLAYBACK_RATE)
+            return felt if contact is None else felt.with_samples((felt.samples * contact).astype(np.float32))
         if speed is None:
             if seconds is not None:
                 raise ParameterError(
@@ -453,10 +458,10 @@ class SignalFlowLearner:
         }
         if "speed_mm_s" not in known:
             raise ParameterError(
-                "a motion needs a model trained on recordings of known speed, and this one's have none"
+                "this run was trained on recordings of unknown speed, so it cannot follow a motion"
             )
         if twice := [name for name in known if condition.get(name) is not None]:
-            raise ParameterError(f"{' and '.join(twice)} would be given twice; the motion has it")
+            raise _given_twice(twice)
         return [
             {**condition, **{name: float(values[k]) for name, values in known.items()}}
             for k in range(len(times))
@@ -488,6 +493,12 @@ class SignalFlowLearner:
         )[None, ..., :frames]
         over_frames = self.spectra.over_frames(labels, frames, length)
         return self.flow.sample(noise, over_frames[None])[0]
+
+
+def _given_twice(names: Sequence[str]) -> ParameterError:
+    return ParameterError(
+        f"the motion has its own {' and '.join(names)}; omit {'it' if len(names) == 1 else 'them'}"
+    )
 
 
 def _rms(signal: Signal) -> float:

@@ -21,7 +21,7 @@ from tactogram.signal import Signal
 from tactogram.signal.modulated_noise import LEAST_RATE, band_edges
 from tactogram.signal.texture_map import group_by_condition
 from tactogram.signal.tone_fit import split_tones
-from tactogram.signal.tones import ARRAYS, Tones, mix_tones
+from tactogram.signal.tones import ARRAYS, Tones, join_tones
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ class TonalSurface(NamedTuple):
         """Return a mix: noise as in `Surface.mixed`, tones in amplitude, the power of both as the mean in dB."""
         share = weights / weights.sum()
         noise = Surface.mixed([member.surface for member in members], weights)
-        tones = mix_tones([member.tones for member in members], share)
+        tones = join_tones([member.tones for member in members], share)
         mix = TonalSurface(noise, tones, members[0].scale)
         if not len(tones.frequency):
             return mix
@@ -95,9 +95,9 @@ class StrokeTones:
 def split_strokes(examples: Sequence[Example]) -> tuple[list[StrokeTones], list[Example]]:
     """Return the tones of strokes of one surface, at most `MOST_PATTERNS`, and the strokes without theirs.
 
-    The ratio of their power to that of the noise is that of the means over all strokes; those that stand out most from
-    the noise come first. What is left of tonal strokes has one mean, as the offsets of a sensor may differ by more than
-    this noise.
+    The ratio of their power to that of the noise is that of the means over all strokes. Speeds and forces take turns,
+    first that at which tones stand out most from the noise. What is left of tonal strokes has one mean, as the offsets
+    of a sensor may differ by more than this noise.
     """
     speeds, groups = group_by_condition([example.condition for example in examples])
     found: list[list[Tones]] = []
@@ -118,9 +118,10 @@ def split_strokes(examples: Sequence[Example]) -> tuple[list[StrokeTones], list[
     ratio = float(np.average(noise_power, weights=strokes) / np.average(power, weights=strokes))
     order = np.argsort(-power / np.maximum(noise_power, np.finfo(float).tiny), kind="stable")
     known = [
-        StrokeTones(tones, float(speeds[group, 0]), float(power[group] * ratio))
+        StrokeTones(found[group][turn], float(speeds[group, 0]), float(power[group] * ratio))
+        for turn in range(max(map(len, found)))
         for group in order
-        for tones in found[group]
+        if turn < len(found[group])
     ]
     means = [example.signal.samples.mean(1, keepdims=True, dtype=np.float64) for example in rest]
     return known[:MOST_PATTERNS], [

@@ -15,7 +15,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.rendering.streaming.motion import FingerState, MotionSample, MotionSource
+from tactogram.errors import DataError
+from tactogram.rendering.streaming.motion import (
+    FARTHEST_MM,
+    FASTEST_MM_S,
+    FingerState,
+    MotionSample,
+    MotionSource,
+)
 from tactogram.signal.motion import Motion
 
 State = Literal["lost", "air", "rest", "slide"]
@@ -133,14 +140,15 @@ class FingerTracker:
 
 
 def followed(source: MotionSource, seconds: float) -> Motion:
-    """Return the first ``seconds`` of a source's motion, as a stream follows it.
+    """Return the first ``seconds`` of a source's motion, as a stream follows it: from rest.
 
-    The force is None if the source has none.
+    The force is None if the source has none. Raises `DataError` if the source has neither speeds nor positions, or some
+    that no finger has.
     """
     finger, tracker = FingerState(), FingerTracker(TRACED_HZ, TRACED)
-    count = 1 + math.floor(seconds * TRACED_HZ + 1e-6)
+    count = 1 + math.ceil(seconds * TRACED_HZ - 1e-6)
     blocks = math.ceil(count / TRACED)
-    speed, force, gain = np.empty((3, blocks, TRACED))
+    speed, force, gain, contact = np.empty((4, blocks, TRACED))
     for number in range(blocks):
         now_s = number * TRACED / TRACED_HZ
         for message in source.poll(now_s):
@@ -149,9 +157,17 @@ def followed(source: MotionSource, seconds: float) -> Motion:
         block = tracker.follow(finger, now_s, TRACED)
         finger.landing_n = 0.0
         speed[number], force[number] = block.speed_mm_s, block.force_n
-        gain[number] = block.contact * block.movement
+        gain[number], contact[number] = block.contact * block.movement, block.contact
+    if finger.counts.invalid:
+        raise DataError(
+            f"{source.name}: speeds must be at most {FASTEST_MM_S:g} mm/s, positions have x_mm and y_mm within "
+            f"{FARTHEST_MM:g} mm; correct them"
+        )
+    if math.isinf(finger.speed_s) and math.isinf(finger.position_s):
+        raise DataError(f"{source.name}: has neither speed_mm_s nor x_mm; add one of them")
     known = None if math.isnan(finger.force) else force.ravel()[:count]
-    return Motion(np.arange(count) / TRACED_HZ, speed.ravel()[:count], known, gain.ravel()[:count])
+    speeds, gains, contacts = (values.ravel()[:count] for values in (speed, gain, contact))
+    return Motion(np.arange(count) / TRACED_HZ, speeds, known, gains, contacts)
 
 
 @numba.njit(cache=True, nogil=True)

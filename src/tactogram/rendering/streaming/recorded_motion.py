@@ -27,17 +27,14 @@ MICE = Path("/dev/input/mice")
 class MotionFile:
     """Motion from a CSV with `COLUMNS` in any order, at the ascending times in ``time_s``; ``y_mm`` is 0 if omitted.
 
-    A ``loop`` restarts at the end, lifted for a moment, instead of falling silent. ``dense`` interpolates linearly what
-    is missing, so that no gap counts as a lost connection. Raises `DataError` naming file and line if the file is
-    invalid.
+    A ``loop`` restarts at the end, lifted for a moment, instead of falling silent. Raises `DataError` naming file and
+    line if the file is invalid.
     """
 
     simulated = False
 
-    def __init__(self, path: Path | str, *, loop: bool = False, dense: bool = False) -> None:
+    def __init__(self, path: Path | str, *, loop: bool = False) -> None:
         self.samples = list(_rows(Path(path)))
-        if dense:
-            self.samples = _dense(self.samples)
         self.name = Path(path).name
         self._loop = loop
         self._next = 0
@@ -47,6 +44,10 @@ class MotionFile:
     def seconds(self) -> float:
         """Time from the first sample to the last, s."""
         return self.samples[-1].time_s - self.samples[0].time_s
+
+    def fill(self, seconds: float) -> None:
+        """Interpolate linearly what is missing in the first ``seconds``: no gap then counts as a lost connection."""
+        self.samples = _dense(self.samples, self.samples[0].time_s + seconds)
 
     def poll(self, now_s: float) -> list[MotionSample]:
         """Return the next samples up to ``now_s``; the first sample is at 0."""
@@ -101,9 +102,10 @@ def _rows(path: Path) -> Iterator[MotionSample]:
         yield MotionSample(at, at, **values)
 
 
-def _dense(samples: list[MotionSample]) -> list[MotionSample]:
-    """Return samples at most `DENSE_S` apart, with every value that any sample has."""
-    times = np.array([sample.time_s for sample in samples])
+def _dense(samples: list[MotionSample], end_s: float) -> list[MotionSample]:
+    """Return samples at most `DENSE_S` apart, up to ``end_s``, with every value that any sample has."""
+    recorded = np.array([sample.time_s for sample in samples])
+    times = np.append(recorded[recorded < end_s], end_s)
     counts = np.ceil(np.diff(times) / DENSE_S).astype(int)
     dense = np.concatenate(
         [
@@ -116,7 +118,7 @@ def _dense(samples: list[MotionSample]) -> list[MotionSample]:
     for name in COLUMNS[1:]:
         values = np.array([getattr(sample, name) for sample in samples])
         if (known := np.isfinite(values)).any():
-            columns[name] = np.interp(dense, times[known], values[known]).tolist()
+            columns[name] = np.interp(dense, recorded[known], values[known]).tolist()
     return [
         MotionSample(at, at, **{name: values[k] for name, values in columns.items()})
         for k, at in enumerate(dense.tolist())

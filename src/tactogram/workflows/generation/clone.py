@@ -38,8 +38,9 @@ def clone(request: CloneRequest) -> Run:
     """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke, photograph or name.
 
     Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
-    which count as simulated; and a recording of 1 s or more whose speed is known, as of the middle one of ``forces``
-    if its own is not. A recording in another unit than the model's keeps its unit, but then all must have it.
+    limited to what the model predicts, which count as simulated; and a recording of 1 s or more whose speed is known,
+    as of the middle one of ``forces`` if its own is not. A recording in another unit than the model's keeps its unit,
+    but then all must have it.
 
     Raises
     ------
@@ -144,7 +145,8 @@ def _strokes(
     ranges: Mapping[str, tuple[float, float]],
 ) -> Iterator[Recording]:
     grid = _grid((request.speeds, request.forces), ranges)
-    middle = sorted(request.forces)[len(request.forces) // 2] if "force_n" in ranges else None
+    forces = sorted({force for _, force in grid if force is not None})
+    middle = forces[len(forces) // 2] if forces else None
     recorded = {
         name: (request.speed, request.force or middle)
         for name, given in surfaces.items()

@@ -49,29 +49,52 @@ def generate(
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     generator = loaded.generator
-    if seconds is not None and not 0 < seconds <= LONGEST_S:
-        raise ParameterError(f"seconds must be > 0 and at most {LONGEST_S:g}, got {seconds:g}")
-    if seed < 0:
-        raise ParameterError(f"seed must be >= 0, got {seed}")
+    _check(seconds, seed)
     if not 1 <= count <= MOST:
         raise ParameterError(f"count must be at least 1 and at most {MOST}, got {count}")
-    if condition.get("motion") is not None and "motion" not in loaded.facts.conditions:
-        raise ParameterError(
-            f"{loaded.facts.name} takes no motion; a stream follows one: "
-            "tactogram stream RUN --motion FILE --backend file --out FILE"
-        )
+    if condition.get("motion") is not None:
+        _check_motion(loaded)
     condition = with_materials(loaded, condition)
     for drawn in seeds_of(seed, count):
         yield generator.generate(condition, seconds=seconds, seed=drawn)
 
 
 def motion_of(source: Path | str, *, seconds: float | None = None, seed: int = 0) -> Motion:
-    """Return the motion of a file (`MotionFile`, interpolated), or of a `SIMULATED` hand, followed as by a stream."""
+    """Return the motion of a file (`MotionFile`, interpolated), or of a `SIMULATED` hand, followed as by a stream.
+
+    Of a file it is the first ``seconds``, by default all. Raises `ParameterError` if the motion is shorter, or longer
+    than `LONGEST_S`.
+    """
+    _check(seconds, seed)
     if source == SIMULATED:
         length = SIMULATED_S if seconds is None else seconds
         return followed(SimulatedHand(length, seed=seed), length)
-    file = MotionFile(source, dense=True)
-    return followed(file, file.seconds)
+    file = MotionFile(source)
+    length = file.seconds if seconds is None else seconds
+    if length > file.seconds:
+        raise ParameterError(f"seconds must be at most the motion's {file.seconds:g}, got {length:g}")
+    if not 0 < length <= LONGEST_S:
+        raise ParameterError(
+            f"{source}: a motion must have two times or more, and last at most {LONGEST_S:g} s, got {length:g}; "
+            "give seconds"
+        )
+    file.fill(length)
+    return followed(file, length)
+
+
+def _check(seconds: float | None, seed: int) -> None:
+    if seconds is not None and not 0 < seconds <= LONGEST_S:
+        raise ParameterError(f"seconds must be > 0 and at most {LONGEST_S:g}, got {seconds:g}")
+    if seed < 0:
+        raise ParameterError(f"seed must be >= 0, got {seed}")
+
+
+def _check_motion(loaded: LoadedRun) -> None:
+    if "motion" not in loaded.facts.conditions:
+        streams = "; a stream follows one: tactogram stream RUN --motion FILE --backend file --out FILE"
+        raise ParameterError(
+            f"{loaded.facts.name} takes no motion{streams if loaded.facts.gives == 'signal' else ''}"
+        )
 
 
 def seeds_of(seed: int, count: int) -> list[int]:
@@ -128,6 +151,7 @@ def generate_files(
     if recording is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording))}
     if motion is not None:
+        _check_motion(loaded)
         condition = {**condition, "motion": motion_of(motion, seconds=seconds, seed=seed)}
     named = {"photograph": photograph, "vibration_from": recording, "motion_from": motion}
     more = {name: Path(file).name for name, file in named.items() if file is not None}

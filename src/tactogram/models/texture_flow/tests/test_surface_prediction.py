@@ -177,7 +177,7 @@ def test_a_motion_is_followed():
 def test_what_is_no_motion_of_its_recordings_is_refused():
     motion = Motion(np.array([0.0, 1.0]), np.array([50.0, 100.0]))
     for more, message in (
-        ({"speed_mm_s": 50.0}, "speed_mm_s would be given twice"),
+        ({"speed_mm_s": 50.0}, "the motion has its own speed_mm_s; omit it"),
         ({}, "at most the motion's 1"),
     ):
         with pytest.raises(ParameterError, match=message):

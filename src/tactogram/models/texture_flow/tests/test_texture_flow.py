@@ -450,7 +450,7 @@ def test_a_photograph_stands_for_the_material_it_shows():
 def test_a_run_without_photographs_refuses_one_and_says_what_to_give_instead():
     refused = (
         "condition 'image' was not learned by this run; give material (by name, or a text that describes it) or "
-        "vibration; or train on recordings with photographs of two materials or more"
+        "vibration, or train on recordings with photographs of two materials or more"
     )
     with pytest.raises(ParameterError) as error:
         trained().generate({"image": Image(np.zeros((48, 48, 3), np.uint8))}, seed=0)
@@ -512,15 +512,25 @@ def test_friction_is_felt_at_a_speed_for_any_time():
 
 
 def test_friction_is_felt_along_a_motion():
-    motion = Motion(np.array([0.0, 2.0, 2.01, 3.0]), np.array([80.0, 80.0, 0.0, 0.0]))
+    motion = Motion(
+        np.array([0.0, 2.0, 2.01, 3.0, 3.01, 4.0]), np.array([80.0, 80.0, 0.0, 0.0, 0.0, 0.0]),
+        contact=np.array([1.0, 1, 1, 1, 0, 0]),
+    )  # fmt: skip
     made = rubbed().generate({"material": "cork", "motion": motion}, seed=1)
-    assert (made.domain, made.seconds) == ("time", pytest.approx(3.0, abs=1e-3))
+    assert (made.domain, made.seconds) == ("time", pytest.approx(4.0, abs=1e-3))
     frequency, power = welch(made.samples[0, :8000], made.rate, nperseg=4000)
     assert frequency[power.argmax()] == pytest.approx(80 / 4, abs=1.5)
     assert np.ptp(made.samples[0, 8400:11600]) < 1e-3  # a finger at rest feels the friction where it is
     assert made.samples[0, 10000] == pytest.approx(0.6, abs=0.2)
-    with pytest.raises(ParameterError, match="at most the motion's 3, got 4"):
-        rubbed().generate({"material": "cork", "motion": motion}, seconds=4, seed=1)
+    assert not made.samples[0, 12200:].any()
+    fast = Motion(np.array([0.0, 0.2]), np.array([0.0, 1200.0]))
+    assert rubbed().generate({"material": "cork", "motion": fast}, seed=1).seconds == pytest.approx(
+        0.2, abs=1e-3
+    )
+    with pytest.raises(ParameterError, match="at most the motion's 4, got 5"):
+        rubbed().generate({"material": "cork", "motion": motion}, seconds=5, seed=1)
+    with pytest.raises(ParameterError, match="motion must be a Motion, got str"):
+        rubbed().generate({"material": "cork", "motion": "simulated"}, seed=1)
 
 
 def test_what_friction_cannot_be_is_refused():

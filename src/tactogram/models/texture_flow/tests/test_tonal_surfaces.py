@@ -124,6 +124,27 @@ def test_a_mix_has_the_lines_of_both_and_their_mean_power_in_db():
     assert mix.power == pytest.approx(np.sqrt(members[0].power * members[1].power))
 
 
+def test_a_mix_keeps_its_lines_in_order_as_one_moves_past_the_other():
+    spectra, tones = SurfaceSpectra(CONFIG, RATE), []
+    noise = spectra.measure([stroke(0, ribs=0.0).signal])
+    fixed = Tones(np.array([90.0]), np.ones((2, 1, 1)), np.zeros(5))
+    for hz in (60.0, 90.0, 120.0):
+        moving = Tones(np.array([hz]), np.ones((2, 1, 1)), np.zeros(5))
+        members = [TonalSurface(noise, each, spectra.variance) for each in (moving, fixed)]
+        tones.append(TonalSurface.mixed(members, np.array([1.0, 1.0])).tones.frequency.tolist())
+    assert tones == [[60.0, 90.0], [90.0, 90.0], [120.0, 90.0]]
+
+
+def test_speeds_take_turns_among_the_strokes_that_are_kept():
+    strokes = [
+        stroke(seed, hz=0.5 * speed, ribs=ribs, speed_mm_s=speed)
+        for speed, ribs in ((100.0, 1.0), (200.0, 0.8))
+        for seed in range(6)
+    ]
+    kept, _ = split_strokes(strokes)
+    assert [each.speed_mm_s for each in kept] == [100.0, 200.0] * 4
+
+
 def test_a_mix_without_tones_is_that_of_surfaces():
     spectra = SurfaceSpectra(CONFIG, RATE)
     surfaces = [

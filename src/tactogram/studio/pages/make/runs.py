@@ -144,7 +144,7 @@ class RunCatalogue:
                 motion = motion_of(source, seconds=request.seconds, seed=request.seed)
                 if request.seconds is None and motion.seconds > LONGEST_S:
                     raise ParameterError(
-                        f"The motion lasts {motion.seconds:g} s; set a length of at most {LONGEST_S:g} s."
+                        f"The motion lasts {motion.seconds:g} s; set a length of at most {LONGEST_S:g} s, or cut it."
                     )
                 condition["motion"] = motion
             pieces = generate(
