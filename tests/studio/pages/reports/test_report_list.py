@@ -147,6 +147,7 @@ def test_experiments_list_their_result_files(tmp_path):
     assert entries["stroke_gan_mixing"].results == (
         committed / "stroke_gan_mixing.json",
         committed / "stroke_gan_mixing_paper.json",
+        committed / "stroke_gan_mixing_texture_flow.json",
         committed / "stroke_gan_mixing_texture_gan.json",
     )
     found = [file for entry in entries.values() for file in entry.results if file != result]
