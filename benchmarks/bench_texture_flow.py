@@ -5,20 +5,15 @@ multiplications and additions of its convolutions and dense layers; activations,
 average of the weights and the spectra of the crops take time but are not work. Generation includes phase recovery.
 """
 
-import numpy as np
 import torch
 
-from benchmarks.bench_stroke_gan import measured
-from tactogram.model import Example, SignalKind
-from tactogram.models import find
-from tactogram.recipe import Recipe
-from tactogram.signal import Signal
+from benchmarks.bench_stroke_gan import built, measured
 
 
 def run():
     rows = []
     for axes, rate in ((1, 2500.0), (3, 1000.0)):
-        learner, data = built(axes, rate)
+        learner, _, data = built("texture_flow", "quick", axes, rate, {})
         stage = learner.stages(data)[-1]
         batch = next(learner.batches(stage, data, seed=0))
         network, config = learner.flow.network, learner.config
@@ -37,20 +32,6 @@ def run():
             )
             rows.append({**size, "job": f"generate, {seconds:g} s", **made})
     return rows
-
-
-def built(axes, rate):
-    random = np.random.default_rng(0)
-    names = ("x", "y", "z")[:axes]
-    data = [
-        Example(str(i), Signal(random.standard_normal((axes, 12_000)), rate, "1", names), "ab"[i % 2])
-        for i in range(8)
-    ]
-    facts = find("texture_flow")
-    config = facts.config(Recipe.load(facts.recipe("quick")).config)
-    learner = facts.build(config, SignalKind(rate, "1", names, ("a", "b")), seed=0)
-    learner.step(learner.stages(data)[0], data)
-    return learner, data
 
 
 def work(network, *inputs):
