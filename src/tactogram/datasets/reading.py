@@ -45,7 +45,7 @@ def read_all(
     if done == len(items):
         return
     workers = min(workers or cores(), len(items) - done)
-    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=_start_worker)
+    pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=start_worker)
     try:
         pending: deque[tuple[ImportItem, Future[list[Recording] | str]]] = deque()
         rest = iter(items[done:])
@@ -84,14 +84,17 @@ def _read(importer_name: str, item: ImportItem) -> list[Recording] | str:
     return text if item.name in text else f"{item.name}: {text}"
 
 
-def _start_worker() -> None:
-    """Leave interrupts to the parent, and end with it: a killed import must not leave processes behind."""
+def start_worker(ends: connection.Connection | None = None) -> None:
+    """Leave interrupts to the parent, and end with it: a killed import must not leave processes behind.
+
+    With ``ends`` the process also ends when the other side of that pipe is closed, whatever it is doing.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
 
     def end_with_parent() -> None:
         if parent is not None:
-            connection.wait([parent.sentinel])
+            connection.wait([parent.sentinel, *([] if ends is None else [ends])])
             os._exit(1)
 
     Thread(target=end_with_parent, daemon=True).start()

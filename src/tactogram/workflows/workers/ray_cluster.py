@@ -1,0 +1,115 @@
+"""Tasks on Ray: on one that is started here, or on a cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+import socket
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
+from typing import Any, TypeVar
+
+from tactogram.datasets.examples import cores
+from tactogram.errors import ParameterError, one_line
+from tactogram.extras import imported
+from tactogram.workflows.workers.outcome import ATTEMPTS, ONE_THREAD, Attempt, attempted, died
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+STORE_BYTES = 200_000_000
+"""Shared memory of a Ray that is started here: values are small, and containers have little of it."""
+WAITING = 4
+"""Tasks per core that Ray holds at a time: enough to keep all cores busy, and few values that wait to be taken."""
+# Tasks see the node's GPUs, as processes of the local pool do: Ray would hide them from tasks that reserve none.
+_GPUS = {"RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0"}
+_DRIVER = {"RAY_usage_stats_enabled": "0", **_GPUS}
+
+
+def on_ray(
+    function: Callable[[T], R], tasks: Sequence[T], address: str, processes: int
+) -> Iterator[tuple[int, Attempt[R]]]:
+    """Yield the number of each task with its attempt, as they end; "" for ``address`` is a Ray of this machine."""
+    with connected(address, processes) as ray:
+        remote = ray.remote(num_cpus=1, max_retries=ATTEMPTS - 1, runtime_env={"env_vars": _environment()})
+        attempt = remote(_attempted_on_ray)
+        todo = iter(range(len(tasks)))
+        running: dict[Any, int] = {}
+        try:
+            while True:
+                room = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1))) - len(running)
+                for number in islice(todo, max(room, 0)):
+                    running[attempt.remote(function, tasks[number])] = number
+                if not running:
+                    break
+                for reference in ray.wait(list(running), num_returns=1)[0]:
+                    number = running.pop(reference)
+                    yield number, _taken(ray, reference)
+        finally:
+            for reference in running:
+                ray.cancel(reference, force=True)
+
+
+@contextmanager
+def connected(address: str, processes: int = 1) -> Iterator[Any]:
+    """Yield the module ``ray``, connected; a connection that was there before is used, and stays.
+
+    Raises
+    ------
+    ParameterError
+        If no cluster answers at ``address``.
+    MissingExtraError
+        If Ray is not installed.
+    """
+    for name, value in _DRIVER.items():
+        os.environ.setdefault(name, value)
+    ray: Any = imported("ray", extra="ray", what="tasks on Ray")
+    if ray.is_initialized():
+        yield ray
+        return
+    quiet = {"logging_level": logging.ERROR, "log_to_driver": False}
+    try:
+        if address:
+            ray.init(address, **quiet)
+        else:
+            ray.init(
+                "local",
+                num_cpus=processes if processes > 1 else cores(),
+                include_dashboard=False,
+                object_store_memory=STORE_BYTES,
+                **quiet,
+            )
+    except (ConnectionError, ValueError, RuntimeError) as error:
+        raise ParameterError(
+            f"on must be ray or the address of a Ray cluster that runs (`ray start --head` starts one); "
+            f"{address or 'the local Ray'}: {one_line(error)}"
+        ) from error
+    try:
+        yield ray
+    finally:
+        ray.shutdown()
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment of the workers: one thread, and the modules and extensions of this process."""
+    own = {name: text for name, text in os.environ.items() if name.startswith("TACTOGRAM_")}
+    path = {"PYTHONPATH": os.environ["PYTHONPATH"]} if os.environ.get("PYTHONPATH") else {}
+    return {**own, **path, **ONE_THREAD, **_GPUS}
+
+
+def _attempted_on_ray(function: Callable[[T], R], task: T) -> Attempt[R]:
+    import ray
+
+    node = ray.get_runtime_context().get_node_id()
+    return attempted(function, task, f"{socket.gethostname()} {node[:6]} {os.getpid()}")
+
+
+def _taken(ray: Any, reference: Any) -> Attempt[Any]:
+    try:
+        taken: Attempt[Any] = ray.get(reference)
+    except ray.exceptions.RayTaskError as error:  # a bug in the function: shown as if it had run here
+        raise error.as_instanceof_cause() from None
+    except ray.exceptions.RayError as error:
+        return died(type(error).__name__)
+    return taken
