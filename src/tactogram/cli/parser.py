@@ -10,6 +10,7 @@ from typing import Any
 
 GROUPS = {
     "data": "import, simulate, inspect and check data sets",
+    "benchmark": "answer fixed tasks with models, and rank them",
     "run": "pack a run into one file, or unpack one",
     "study": "experiments with people: check, run, simulate, export, analyse",
 }
@@ -90,6 +91,14 @@ VERBS = {
         "study power": "Compute the power of a study before it is run: exactly, and with simulated participants.",
     },
     "studio": {"studio": "Open the studio in the browser: generate, touch, train, send, and run studies."},
+    "benchmarking": {
+        "benchmark list": "List the tasks, and whether their data is at hand.",
+        "benchmark run": "Train models for tasks, answer them, and write a result per model, task and seed.",
+        "benchmark table": "Rank the models of every task from results.",
+        "benchmark check": "Check the file of a result.",
+        "benchmark questions": "Write the training data and questions of a task as files for any framework.",
+        "benchmark score": "Score answers from files.",
+    },
     "reproducing": {
         "reproduce": "Run the experiment behind a published table or figure.",
         "table": "Show every model's published results and ours.",

@@ -13,7 +13,12 @@ from tactogram.cli.printing import Printer
 from tactogram.errors import ParameterError
 from tactogram.workflows.request import Argument, Option, Request, declared
 
-FOLDERS = {"models": "folder of further models", "designs": "a file or folder with further designs"}
+FOLDERS = {
+    "models": "folder of further models",
+    "designs": "a file or folder with further designs",
+    "tasks": "folder of further tasks",
+    "stores": "a store, or a folder of stores",
+}
 
 
 class Verb(NamedTuple):

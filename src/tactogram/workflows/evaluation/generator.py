@@ -27,6 +27,7 @@ from tactogram.workflows.evaluation.reference_models import (
     EVALUATION_SPEED_MM_S,
     FELT_RATE,
     HOLDING_RECORDINGS,
+    JUDGES,
     NEAREST_PHOTO,
     EvaluationSettings,
     ReferenceModels,
@@ -82,7 +83,7 @@ def evaluate_generator(
     if "vibration" in loaded.facts.needs:
         strokes = {str(e.material): e for e in reversed([*train, *held_back]) if e.material in test}
         notes.append("Baselines were fitted to the one recording of each material that the model was given.")
-    references = ReferenceModels(loaded, train, settings, progress)
+    references = ReferenceModels(loaded.run.folder / JUDGES, loaded.kind, train, settings, progress)
     classifier = classifier_of(references, pieces, notes)
     sets: dict[str, Mapping[str, list[Signal]]] = {}
     generators = _generators(loaded, references, tuple(strokes.values()))

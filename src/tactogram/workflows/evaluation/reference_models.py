@@ -24,7 +24,6 @@ from tactogram.signal.displacement import played
 from tactogram.signal.resampling import resample
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
 from tactogram.workflows.training.train import run_training
 
 BASELINES = ("ar_texture", "replay")
@@ -96,21 +95,30 @@ def tactile_kind(kind: SignalKind) -> SignalKind:
 
 
 class ReferenceModels:
-    """Models trained on the run's training part, kept in the run under a hash of their settings."""
+    """Models trained on one training part, kept in ``folder`` under a hash of their settings.
+
+    ``kind`` is that of the examples of ``train``.
+    """
 
     def __init__(
-        self, loaded: LoadedRun, train: Examples, settings: EvaluationSettings, progress: ProgressCallback
+        self,
+        folder: Path,
+        kind: SignalKind,
+        train: Examples,
+        settings: EvaluationSettings,
+        progress: ProgressCallback,
     ) -> None:
-        self.loaded, self.train, self.settings, self.progress = loaded, train, settings, progress
+        self.folder, self.kind, self.train = folder, kind, train
+        self.settings, self.progress = settings, progress
 
     def baseline(self, name: str, strokes: Sequence[Example] = ()) -> Learner:
         """Return a trained baseline, as its quick recipe configures it; of ``strokes`` alone, if there are any."""
         config = Recipe.load(models.find(name).recipe("quick")).config
-        kind = kind_in_time(self.loaded.kind)
+        kind = kind_in_time(self.kind)
         examples: Sequence[Example] = strokes or self.train
         if strokes:
             kind = replace(kind, materials=tuple(sorted({str(e.material) for e in strokes})))
-        if kind.domain != self.loaded.kind.domain:
+        if kind.domain != self.kind.domain:
             examples = [replace(e, signal=felt(e.signal)) for e in examples]
             kind = tactile_kind(kind)
         keep = name not in HOLDING_RECORDINGS and not strokes
@@ -160,12 +168,12 @@ class ReferenceModels:
             "kind": [kind.rate, kind.unit, kind.axes, kind.materials],
         }
         digest = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:16]
-        return self.loaded.run.folder / JUDGES / f"{name}-{digest}.safetensors"
+        return self.folder / f"{name}-{digest}.safetensors"
 
 
 def classifier_of(references: ReferenceModels, pieces: PiecePlan, notes: list[str]) -> Any | None:
     """Return a stroke_cnn of the training part, or None with a note if it cannot be trained."""
-    kind = tactile_kind(references.loaded.kind)
+    kind = tactile_kind(references.kind)
     shortest = int(pieces.seconds * kind.rate)
     if len(kind.materials) < 2:
         notes.append("No classifier, and no measures in its embedding: there is one material.")

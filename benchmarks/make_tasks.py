@@ -1,0 +1,202 @@
+"""Splits of the benchmark's tasks, drawn once; the tasks state their hashes.
+
+``python -m benchmarks.make_tasks STORES`` writes them again from the stores in a folder, and prints each hash. A split
+that changes makes another task.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tactogram.benchmark.task import TASKS
+from tactogram.datasets import (
+    RecordingInfo,
+    Region,
+    Segment,
+    Split,
+    Store,
+    item_of,
+    open_store,
+    split_last,
+    split_photographs,
+)
+
+SPLITS = TASKS / "splits"
+
+
+def main(folder: Path) -> None:
+    stores = {
+        store.sha256: store for file in folder.glob("*/dataset.json") if (store := open_store(file.parent))
+    }
+    by_name = {store.facts.source if store.simulated else store.name: store for store in stores.values()}
+    for name, (wanted, make) in SPLIT_OF.items():
+        found = [store for key, store in by_name.items() if key.startswith(wanted)]
+        if not found:
+            print(f"{name}: no store of {wanted}")
+            continue
+        path = SPLITS / f"{name}.json"
+        make(found[0]).save(path)
+        print(f"{name}: {hashlib.sha256(path.read_bytes()).hexdigest()}  store {found[0].sha256}")
+
+
+def last(number: int) -> Callable[[Store], Split]:
+    """Split off the last recordings of each material; the one before is for validation."""
+    return lambda store: split_last(store.index, number, validation=1)
+
+
+def unknown_last(unknown: int, number: int) -> Callable[[Store], Split]:
+    """Leave every n-th material out of training; of the others as `last`."""
+
+    def make(store: Store) -> Split:
+        names = sorted({str(info.material) for info in store.index})
+        strange = set(np.random.default_rng(0).permutation(names)[:unknown].tolist())
+        known = split_last([i for i in store.index if i.material not in strange], number, validation=1)
+        left_out = tuple(Segment(info.id) for info in store.index if info.material in strange)
+        return replace(known, test=(*known.test, *left_out))
+
+    return make
+
+
+def held_out(
+    test: Callable[[RecordingInfo], bool], by: str, group: Callable[[RecordingInfo], str]
+) -> Callable[[Store], Split]:
+    """Test on the recordings that fulfil a condition; every eighth of the others is for validation."""
+
+    def make(store: Store) -> Split:
+        train = [info for info in store.index if not test(info)]
+        kept = tuple(Segment(info.id) for info in store.index if test(info))
+        groups = {info.id: group(info) for info in store.index if test(info)}
+        return Split(
+            tuple(Segment(info.id) for number, info in enumerate(train) if number % 8),
+            tuple(Segment(info.id) for info in train[::8]),
+            kept,
+            by=by,
+            groups=groups,
+        )
+
+    return make
+
+
+def one_stroke(given: float, asked: float) -> Callable[[Store], Split]:
+    """Train on the first stroke of each surface at one speed, and test on all at another."""
+
+    def make(store: Store) -> Split:
+        first: dict[str, str] = {}
+        for info in store.index:
+            if info.speed_mm_s == given:
+                first.setdefault(str(info.material), info.id)
+        test = tuple(Segment(info.id) for info in store.index if info.speed_mm_s == asked)
+        return Split(tuple(map(Segment, first.values())), (), test, by="recording")
+
+    return make
+
+
+def photographs(split: Callable[[Store], Split]) -> Callable[[Store], Split]:
+    """Split photographs, too."""
+    return lambda store: split_photographs(store, split(store), seed=0)
+
+
+def materials_left_out(test: int, validation: int) -> Callable[[Store], Split]:
+    def make(store: Store) -> Split:
+        names = (
+            np.random.default_rng(1)
+            .permutation(sorted({str(info.material) for info in store.index}))
+            .tolist()
+        )
+        part = dict.fromkeys(names, "train") | dict.fromkeys(names[:test], "test")
+        part |= dict.fromkeys(names[test : test + validation], "validation")
+        held: dict[str, list[Segment]] = {"train": [], "validation": [], "test": []}
+        for info in store.index:
+            held[part[str(info.material)]].append(Segment(info.id))
+        groups = {info.id: str(info.material) for info in store.index}
+        return Split(*(tuple(held[p]) for p in ("train", "validation", "test")), by="material", groups=groups)
+
+    return make
+
+
+def items(shares: tuple[float, float]) -> Callable[[Store], Split]:
+    """Deal rated items to training, validation and test."""
+
+    def make(store: Store) -> Split:
+        rated = set(store.ratings.items) if store.ratings else set()
+        if len(store):
+            long = [i for i in store.index if item_of(i) in rated and _seconds(store, i) >= 0.16]
+            names = sorted({str(item_of(info)) for info in long})
+        else:
+            names = sorted(set(store.photographs_by_material) & rated)
+        shuffled = np.random.default_rng(0).permutation(names).tolist()
+        ends = [round(share * len(names)) for share in np.cumsum(shares)]
+        part = dict.fromkeys(shuffled[ends[1]:], "test")
+        part |= dict.fromkeys(shuffled[: ends[0]], "train") | dict.fromkeys(
+            shuffled[ends[0] : ends[1]], "validation"
+        )
+        held: dict[str, list[str]] = {"train": [], "validation": [], "test": []}
+        if not len(store):
+            for name in names:
+                held[part[name]] += store.photographs_by_material[name]
+            regions = {p: tuple(Region(key) for key in keys) for p, keys in held.items()}
+            return Split((), (), (), by="material", photographs=regions)
+        for info in long:
+            held[part[str(item_of(info))]].append(info.id)
+        groups = {info.id: str(item_of(info)) for info in long}
+        return Split(*(tuple(map(Segment, held[p])) for p in held), by="material", groups=groups)
+
+    return make
+
+
+def _seconds(store: Store, info: RecordingInfo) -> float:
+    stream = store.streams_of(info.id)[0]
+    return store.length(info.id, stream) / store.rate(info.id, stream)
+
+
+def pieces(test: Sequence[str]) -> Callable[[Store], Split]:
+    """Test on takes of these numbers, validate on the one before, with the own photograph of each."""
+
+    def make(store: Store) -> Split:
+        held: dict[str, list[Segment]] = {"train": [], "validation": [], "test": []}
+        for info in store.index:
+            take = info.labels["recording"]
+            held["test" if take in test else "train"].append(Segment(info.id))
+        split = Split(*(tuple(held[p]) for p in held), by="recording")
+        return split_photographs(store, split, seed=0)
+
+    return make
+
+
+def blocks(store: Store) -> Split:
+    """Train on the first part of each recording over displacement, and test on the last; regions of the photograph alike."""
+    train, test = [], []
+    for info in store.index:
+        length = store.length(info.id, "friction") / store.rate(info.id, "friction")
+        train.append(Segment(info.id, 0.0, round(0.6 * length, 1)))
+        test.append(Segment(info.id, round(0.65 * length, 1), round(length, 1)))
+    split = Split(tuple(train), (), tuple(test), by="block", gap_s=1.0)
+    return split_photographs(store, split, seed=0)
+
+
+SPLIT_OF = {
+    "lmt108": ("lmt108", last(2)),
+    "lmt108-unknown": ("lmt108", unknown_last(5, 2)),
+    "biotac-photo": ("biotac_slide", photographs(last(8))),
+    "biotac-new": ("biotac_slide", photographs(materials_left_out(4, 1))),
+    "cdplab": ("cdplab", blocks),
+    "vibviz": ("vibviz", items((0.4, 0.35))),
+    "strokes": ("tactogram data simulate stroking9", last(4)),
+    "strokes-unknown": ("tactogram data simulate stroking9", unknown_last(3, 4)),
+    "speeds": ("tactogram data simulate surfaces --seed 1 ", held_out(lambda i: i.speed_mm_s == 120, "condition", lambda i: f"{i.speed_mm_s:g}")),
+    "one-stroke": ("tactogram data simulate surfaces --seed 1 ", one_stroke(60, 240)),
+    "contactor": ("tactogram data simulate stroking30", held_out(lambda i: i.contactor == "pen", "condition", lambda i: str(i.contactor))),
+    "speed-30": ("tactogram data simulate stroking30", held_out(lambda i: i.speed_mm_s == 200, "condition", lambda i: f"{i.speed_mm_s:g}")),
+    "rated": ("tactogram data simulate surfaces --seed 2 ", items((0.5, 0.25))),
+    "fabrics": ("tactogram data simulate fabrics", pieces(("4",))),
+    "images": ("tactogram data simulate tactile_images", items((0.5, 0.3))),
+}  # fmt: skip
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

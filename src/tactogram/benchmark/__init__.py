@@ -1,0 +1,1 @@
+"""Benchmark: tasks on fixed data and splits, answered by any model, judged alike, and ranked."""

@@ -1,0 +1,78 @@
+"""Questions of a task, and answers: arrays by question, from a model or from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.model import Condition
+from tactogram.signal.io.arrays import load_arrays
+from tactogram.signal.io.atomic import atomic_write
+
+Answers = Mapping[str, NDArray[Any]]
+"""An array per question: see `AnswerForm`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a model is given: conditions by name, and for a signal its length."""
+
+    id: str
+    given: Condition
+    seconds: float | None = None
+    """Length of the signal that is asked, s, or mm over displacement; None if no signal is."""
+
+
+@dataclass(frozen=True)
+class AnswerForm:
+    """What is asked for each question."""
+
+    what: Literal["probabilities", "strangeness", "embedding", "signal", "image", "scores"]
+    text: str
+    """The array's shape and unit, in words."""
+    names: tuple[str, ...] = ()
+    """Of the array's elements: materials, or words."""
+
+
+def check_answers(form: AnswerForm, questions: Sequence[Question], answers: Answers, *, where: str) -> None:
+    """Refuse answers that are incomplete, not finite, or of another shape than asked.
+
+    Raises
+    ------
+    ParameterError
+        Naming the first question at fault.
+    """
+    for question in questions:
+        if question.id not in answers:
+            raise ParameterError(
+                f"{where}: expected an answer to each of {len(questions)} questions, got none to {question.id!r}"
+            )
+        answer = np.asarray(answers[question.id])
+        if answer.dtype.kind not in "biuf" or not np.isfinite(answer).all():
+            raise ParameterError(f"{where}: answer to {question.id!r} must be finite numbers")
+        dimensions = {"signal": 2, "image": 3}.get(form.what, 1)
+        expected = len(form.names) if form.what in ("probabilities", "scores") else None
+        if form.what == "strangeness":
+            expected = 2
+        if answer.ndim != dimensions or (expected is not None and len(answer) != expected):
+            raise ParameterError(
+                f"{where}: answer to {question.id!r} must be {form.text}, got shape {answer.shape}"
+            )
+
+
+def save_answers(path: Path, answers: Answers) -> None:
+    """Write answers as a compressed ``.npz`` with one array per question."""
+    arrays: dict[str, Any] = {key: np.asarray(value) for key, value in answers.items()}
+    with atomic_write(path) as part:
+        np.savez_compressed(part, **arrays)
+
+
+def load_answers(path: Path) -> dict[str, NDArray[Any]]:
+    """Read a file of `save_answers`, or of ``numpy.savez``; a `DataError` if it is none."""
+    return load_arrays(path)

@@ -1,0 +1,160 @@
+"""Ranking of the models of a task: which are better than which, and which cannot be told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.benchmark.result import BenchmarkResult, Entry
+from tactogram.statistics.multiplicity import holm
+
+SIGNIFICANCE = 0.05
+FLIPS = 20_000
+"""Random sign flips of the permutation test; with at most `EXACT_ITEMS` items all are tried."""
+EXACT_ITEMS = 14
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RankedModel:
+    """A model on a task, over its seeds."""
+
+    model: str
+    entry: Entry
+    results: tuple[BenchmarkResult, ...]
+    value: float
+    """Mean of the main figure over seeds."""
+    sd: float | None
+    """Standard deviation over seeds; None for one seed."""
+    low: float | None
+    """95 % interval over what was asked, mean over seeds."""
+    high: float | None
+    best_rank: int
+    worst_rank: int
+    """The rank lies between these, given which models are told apart."""
+    not_told_apart: tuple[str, ...]
+    """Models from which it is not told apart."""
+
+    @property
+    def rank_text(self) -> str:
+        """The rank, or its range."""
+        if self.best_rank == self.worst_rank:
+            return str(self.best_rank)
+        return f"{self.best_rank}–{self.worst_rank}"
+
+
+def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
+    """Return the models of one task, the best mean first.
+
+    Two models are told apart where a paired permutation test over what was asked (each item's mean over seeds, signs
+    flipped at random; Pitman 1937) gives p < 0.05, corrected by Holm for all pairs of the task, and the difference has
+    the same sign with every seed that both have. Failed results are left out.
+    """
+    by_model: dict[str, list[BenchmarkResult]] = {}
+    for result in sorted(results, key=lambda r: (r.model, r.seed)):
+        if not result.failed:
+            by_model.setdefault(result.model, []).append(result)
+    if not by_model:
+        return []
+    sign = 1.0 if next(iter(by_model.values()))[0].main.better == "higher" else -1.0
+    better = _comparisons(by_model, sign)
+    names = sorted(by_model, key=lambda name: -sign * _mean(by_model[name]))
+    ranked = []
+    for name in names:
+        held = by_model[name]
+        above = sum(better.get((other, name), False) for other in names)
+        below = sum(better.get((name, other), False) for other in names)
+        values = [result.main.value for result in held]
+        ranked.append(
+            RankedModel(
+                name,
+                held[0].entry,
+                tuple(held),
+                float(np.mean(values)),
+                float(np.std(values, ddof=1)) if len(values) > 1 else None,
+                _mean_of([result.main.low for result in held]),
+                _mean_of([result.main.high for result in held]),
+                1 + above,
+                len(names) - below,
+                tuple(
+                    other
+                    for other in names
+                    if other != name and not better.get((other, name)) and not better.get((name, other))
+                ),
+            )
+        )
+    return ranked
+
+
+def _comparisons(
+    by_model: Mapping[str, Sequence[BenchmarkResult]], sign: float
+) -> dict[tuple[str, str], bool]:
+    """Return for each ordered pair whether the first is better and told apart."""
+    pairs = list(combinations(by_model, 2))
+    ps, directions, steady = [], [], []
+    for one, other in pairs:
+        difference = sign * _differences(by_model[one], by_model[other])
+        ps.append(sign_flip_p(difference))
+        directions.append(difference.mean() > 0)
+        per_seed = [
+            sign * (a.main.value - b.main.value)
+            for a in by_model[one]
+            for b in by_model[other]
+            if a.seed == b.seed or min(len(by_model[one]), len(by_model[other])) == 1
+        ]
+        steady.append(all(d > 0 for d in per_seed) or all(d < 0 for d in per_seed))
+    found = {}
+    for (one, other), p, first, sure in zip(pairs, holm(ps), directions, steady, strict=True):
+        told = p < SIGNIFICANCE and sure
+        found[one, other], found[other, one] = told and bool(first), told and not first
+    return found
+
+
+def _differences(one: Sequence[BenchmarkResult], other: Sequence[BenchmarkResult]) -> Floats:
+    """Return the difference of two models for each item that both have, means over seeds."""
+    items = sorted(set(one[0].main.by_item) & set(other[0].main.by_item))
+    means = [
+        np.mean([[result.main.by_item[item] for item in items] for result in held], axis=0)
+        for held in (one, other)
+    ]
+    return np.asarray(means[0] - means[1])
+
+
+def sign_flip_p(differences: Floats) -> float:
+    """Return the two-sided p of a paired permutation test that the mean difference is 0.
+
+    Parameters
+    ----------
+    differences : float array, shape (item,)
+        Paired differences. Up to `EXACT_ITEMS` items, every pattern of signs is tried.
+
+    References
+    ----------
+    E. J. G. Pitman, J. R. Stat. Soc. Suppl. 4 (1937) 119-130.
+    """
+    count = len(differences)
+    if not count or not np.any(differences):
+        return 1.0
+    if count <= EXACT_ITEMS:
+        signs = 1 - 2.0 * ((np.arange(2**count)[:, None] >> np.arange(count)) & 1)
+        extra = 0
+    else:
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(FLIPS, count))
+        extra = 1
+    sums = np.abs(signs @ differences)
+    observed = abs(float(differences.sum()))
+    return float((np.sum(sums >= observed * (1 - 1e-9)) + extra) / (len(signs) + extra))
+
+
+def _mean(results: Sequence[BenchmarkResult]) -> float:
+    return float(np.mean([result.main.value for result in results]))
+
+
+def _mean_of(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(np.mean(known)) if len(known) == len(values) and known else None

@@ -1,0 +1,37 @@
+"""Rated items of a task: examples, names and mean scores."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.benchmark.data import OpenTask
+from tactogram.datasets import Ratings
+from tactogram.workflows.training.rated_examples import RatingData
+
+
+def ratings_of(opened: OpenTask) -> Ratings:
+    """Return the ratings of a task's store; a `ParameterError` if it has none."""
+    return RatingData(opened.store, "ratings").ratings
+
+
+def rated_examples(opened: OpenTask, part: str) -> Sequence[Any]:
+    """Return the rated examples of a part: of `Example`, or of `ImageExample` in a store of images."""
+    return RatingData(opened.store, "ratings").examples(opened.split, part, opened.task.prepare)
+
+
+def items_of(examples: Sequence[Any]) -> list[str]:
+    """Return the names of the rated items of examples, sorted."""
+    return sorted({str(example.item) for example in examples})
+
+
+def mean_scores(opened: OpenTask, items: Sequence[str]) -> NDArray[np.float64]:
+    """Return the mean scores of items on the scale of the ratings, float64, shape (item, word)."""
+    ratings = ratings_of(opened)
+    rows: NDArray[np.float64] = np.stack(
+        [ratings.scale.from_unit(ratings.rated(item).means) for item in items]
+    )
+    return rows

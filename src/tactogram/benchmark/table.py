@@ -1,0 +1,127 @@
+"""Tables of results in Markdown: one of all tasks, and one for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from tactogram.benchmark.ranking import RankedModel, rank_models
+from tactogram.benchmark.result import BenchmarkResult
+from tactogram.benchmark.task import BenchmarkTask
+from tactogram.benchmark.task_kind import kind_of
+
+NOTES = """\
+Each model was trained on the training part of the task alone. The value is the mean over seeds ± standard deviation,
+with the 95 % interval over what was asked in brackets. **Floor** is the value of other recordings, or the best
+possible; **ceiling** that of other materials, or of chance. A rank such as 2–4 means that the models of these ranks are
+not told apart: a paired permutation test over what was asked, corrected by Holm for all pairs, has p ≥ 0.05, or the
+difference changes its sign between seeds."""
+
+
+@dataclass(frozen=True, eq=False)
+class TaskTable:
+    """Ranked models of one task, and those that failed."""
+
+    task: BenchmarkTask
+    ranked: tuple[RankedModel, ...]
+    failed: tuple[BenchmarkResult, ...]
+
+    @property
+    def main(self) -> tuple[str, str]:
+        """Name and title of the main figure."""
+        result = self.ranked[0].results[0]
+        return result.main_name, result.main.title
+
+
+def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkTask]) -> list[TaskTable]:
+    """Return the table of each task that has results of its present version, in the order of tasks."""
+    found = []
+    for name, task in tasks.items():
+        held = [r for r in results if r.task == name and r.task_sha256 == task.sha256]
+        ranked = rank_models(held)
+        known = {entry.model for entry in ranked}
+        failed = tuple(r for r in held if r.failed and r.model not in known)
+        if ranked:
+            found.append(TaskTable(task, tuple(ranked), failed))
+    return found
+
+
+def markdown(tables: Sequence[TaskTable]) -> str:
+    """Return all tables as one page."""
+    lines = ["# Benchmark", "", NOTES, ""]
+    lines += ["| task | data | given | best | also, not told apart |", "| --- | --- | --- | --- | --- |"]
+    for table in tables:
+        first, task = table.ranked[0], table.task
+        tied = [name for name in first.not_told_apart if name not in _baselines(table)]
+        lines.append(
+            f"| [{task.title}](#{task.name}) | {data_text(task)} | {kind_of(task.kind).given} | `{first.model}` "
+            f"{value_text(first)} | {', '.join(f'`{name}`' for name in tied) or '–'} |"
+        )
+    for table in tables:
+        lines += ["", *_section(table)]
+    return "\n".join(lines) + "\n"
+
+
+def _section(table: TaskTable) -> list[str]:
+    task, kind = table.task, kind_of(table.task.kind)
+    name, title = table.main
+    result = table.ranked[0].results[0]
+    others = [key for key in result.figures if key != name][:4]
+    lines = [
+        f"({task.name})=",
+        f"## {task.title}",
+        "",
+        f"`{task.name}`: {data_text(task)}. Given {kind.given}, asked {kind.asked}. "
+        f"Figure: {title}{f', {result.main.unit}' if result.main.unit else ''}, {result.main.better} is better; "
+        f"floor {number(result.main.floor)}, ceiling {number(result.main.ceiling)}.",
+        "",
+        "| rank | model | " + " | ".join([name, *others]) + " | seeds | training |",
+        "| --- " * (5 + len(others)) + "|",
+    ]
+    for entry in table.ranked:
+        cells = [mean_text(entry, key) for key in others]
+        about = (
+            " (baseline)" if entry.entry == "baseline" else " (outside)" if entry.entry == "outside" else ""
+        )
+        lines.append(
+            f"| {entry.rank_text} | `{entry.model}`{about} | {value_text(entry)} | "
+            + " | ".join(cells)
+            + f" | {len(entry.results)} | {training_text(entry)} |"
+        )
+    lines += [f"| – | `{r.model}` | {r.failed} |" + " |" * (len(others) + 2) for r in table.failed]
+    return lines
+
+
+def data_text(task: BenchmarkTask) -> str:
+    """Return what the data of a task is, simulated data marked as such."""
+    marked = not task.data.simulated or "simulated" in task.data.what
+    return task.data.what if marked else f"{task.data.what} (simulated)"
+
+
+def value_text(entry: RankedModel) -> str:
+    """Return the main figure: mean ± sd [interval]."""
+    sd = "" if entry.sd is None else f" ± {number(entry.sd)}"
+    interval = "" if entry.low is None else f" [{number(entry.low)}, {number(entry.high)}]"
+    return f"{number(entry.value)}{sd}{interval}"
+
+
+def mean_text(entry: RankedModel, figure: str) -> str:
+    """Return the mean of another figure over seeds, "–" where it is missing."""
+    values = [result.figures[figure].value for result in entry.results if figure in result.figures]
+    return number(sum(values) / len(values)) if values else "–"
+
+
+def training_text(entry: RankedModel) -> str:
+    """Return the recipe, and the mean time of a training where it was measured."""
+    times = [result.training_s for result in entry.results if result.training_s is not None]
+    took = f", {sum(times) / len(times):.0f} s" if times else ""
+    return f"{entry.results[0].recipe}{took}"
+
+
+def number(value: float | None) -> str:
+    """Return a number with three significant digits; "–" for None."""
+    return "–" if value is None else f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
+
+
+def _baselines(table: TaskTable) -> set[str]:
+    return {entry.model for entry in table.ranked if entry.entry == "baseline"}

@@ -1,0 +1,107 @@
+"""Kind of a task: its questions, and how answers are judged."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Literal
+
+from numpy.typing import NDArray
+
+from tactogram.benchmark import kinds
+from tactogram.benchmark.data import OpenTask
+from tactogram.benchmark.questions import AnswerForm, Answers, Question
+from tactogram.errors import ParameterError
+from tactogram.models import ModelInfo
+from tactogram.signal import Image, Signal
+from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.training.loaded_run import LoadedRun
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of an answered task."""
+
+    value: float
+    better: Literal["lower", "higher"]
+    title: str
+    unit: str = ""
+    floor: float | None = None
+    """Value of real recordings, or the best possible."""
+    ceiling: float | None = None
+    """Value of other materials, or of chance."""
+    low: float | None = None
+    """95 % interval over what was asked."""
+    high: float | None = None
+    by_item: Mapping[str, float] = field(default_factory=dict)
+    """Of the main figure: parts whose mean is ``value``, by which models are compared."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Result of `TaskKind.judge`: figures by name, the main one first, and what was left out."""
+
+    figures: Mapping[str, Figure]
+    notes: tuple[str, ...] = ()
+    shown: Mapping[str, Signal | Image] = field(default_factory=dict)
+    """Some answers, and what was recorded, for the page: ``QUESTION`` and ``QUESTION recorded``."""
+
+
+Baseline = Callable[[OpenTask, Sequence[Question], int], Answers]
+"""Answers without a trained model, for a seed."""
+
+
+class TaskKind(ABC):
+    """A kind of task. A module of `tactogram.benchmark.kinds` defines one as ``KIND``."""
+
+    given: str
+    """What a model is given, in words."""
+    asked: str
+    """What is asked, in words."""
+
+    @property
+    def baselines(self) -> Mapping[str, Baseline]:
+        """Baselines by name, which are ranked like models; those that are models are not among them."""
+        return {}
+
+    @abstractmethod
+    def check(self, opened: OpenTask) -> None:
+        """Refuse a task whose split or options are not of this kind; a `ParameterError` says why."""
+
+    @abstractmethod
+    def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
+        """Return whether a model can be trained for a task and answer it."""
+
+    def uses_shipped(self, opened: OpenTask, facts: ModelInfo) -> bool:
+        """Return whether the model answers with the weights that it comes with, untrained for the task."""
+        return False
+
+    @abstractmethod
+    def form(self, opened: OpenTask) -> AnswerForm:
+        """Return what is asked."""
+
+    @abstractmethod
+    def questions(self, opened: OpenTask) -> list[Question]:
+        """Return the questions, in a fixed order."""
+
+    @abstractmethod
+    def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
+        """Return a trained model's answer."""
+
+    @abstractmethod
+    def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
+        """Return the figures of answers, complete and of the right shape."""
+
+
+def kind_of(name: str) -> TaskKind:
+    """Return a kind by the name of its module; `ParameterError` if there is none."""
+    names = sorted(
+        file.stem for file in Path(kinds.__path__[0]).glob("*.py") if not file.stem.startswith("_")
+    )
+    if name not in names:
+        raise ParameterError(f"kind of a task must be one of {', '.join(names)}, got {name!r}")
+    kind: TaskKind = import_module(f"{kinds.__name__}.{name}").KIND
+    return kind

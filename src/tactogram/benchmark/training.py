@@ -1,0 +1,80 @@
+"""Training of a model for a task, on its training part alone; kept, and shared by tasks of the same data and split."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from tactogram.benchmark.data import OpenTask
+from tactogram.benchmark.task import TaskRecipe
+from tactogram.models import ModelInfo
+from tactogram.recipe import Recipe
+from tactogram.validation import with_changes
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.plan import TrainingPlan
+from tactogram.workflows.training.rated_examples import RatingData
+from tactogram.workflows.training.train import train_plan
+
+
+def trained_for(
+    opened: OpenTask,
+    model: ModelInfo,
+    *,
+    seed: int,
+    recipe: str = "",
+    folder: str = "trainings",
+    model_folders: tuple[Path, ...] = (),
+    progress: ProgressCallback = silent,
+) -> LoadedRun:
+    """Return the run of a model trained for a task.
+
+    Parameters
+    ----------
+    opened : OpenTask
+    model : ModelInfo
+    seed : int
+        Of the training.
+    recipe : str
+        Name or file; default: the one that the task names for the model, else ``quick``.
+    folder : str
+        Part of the work folder.
+    model_folders : tuple of Path
+        Where models from outside are.
+
+    Raises
+    ------
+    ParameterError
+        If the model cannot learn from the data.
+    """
+    plan = training_plan(opened, model, seed=seed, recipe=recipe, model_folders=model_folders)
+    place = opened.folder / folder / f"{model.name}-{plan.identity}"
+    begun = (place / "recipe.toml").is_file()
+    if not (place / "model.safetensors").is_file():
+        train_plan(plan, place, resume=begun, accelerator="auto", progress=progress)
+    loaded = load_run(place, model_folders=model_folders)
+    return replace(loaded, facts=plan.facts)
+
+
+def training_plan(
+    opened: OpenTask, model: ModelInfo, *, seed: int, recipe: str = "", model_folders: tuple[Path, ...] = ()
+) -> TrainingPlan:
+    """Return the plan of `trained_for`; arguments and errors as there."""
+    facts = model.of(images=not len(opened.store))
+    chosen = opened.task.recipes.get(model.name, TaskRecipe())
+    file = facts.recipe(recipe or chosen.recipe)
+    read = Recipe.load(file, changes=chosen.changes if not recipe else None)
+    values = with_changes(read.model_dump(), {"seed": seed, "prepare": opened.task.prepare.model_dump()})
+    made = Recipe.of(values, where=str(file))
+    rated = None if facts.learns_from == "recordings" else RatingData(opened.store, facts.learns_from)
+    label = opened.task.label
+    return TrainingPlan(
+        opened.store,
+        facts,
+        made,
+        facts.config(made.config),
+        opened.split,
+        rated,
+        label,
+        model_folders,
+    )

@@ -1,0 +1,171 @@
+"""Verbs of the benchmark: list, run, table, check, questions, score."""
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tactogram.cli.printing import Printer, columns, lines_of
+from tactogram.cli.verbs import Verb
+from tactogram.workflows.request import Argument, Option, Request
+
+WORK = "runs/benchmark"
+
+
+@dataclass(frozen=True)
+class _Places(Request):
+    _: KW_ONLY
+    folder: Annotated[str, Option("work folder: simulated stores, trainings, reference models", "DIR")] = WORK
+
+
+@dataclass(frozen=True)
+class _ListRequest(_Places):
+    pass
+
+
+@dataclass(frozen=True)
+class _RunRequest(_Places):
+    names: Annotated[Sequence[str], Argument("tasks and models, by default all", metavar="TASK|MODEL")] = ()
+    _: KW_ONLY
+    seeds: Annotated[int, Option("number of seeds", least=1)] = 3
+    recipe: Annotated[str, Option("recipe of every model (default: the task's)", "NAME|FILE")] = ""
+    out: Annotated[str | None, Option("folder of the results (default FOLDER/results)", "DIR")] = None
+    again: Annotated[bool, Option("measure again what is there")] = False
+    on: Annotated[
+        str, Option("ray, or ray:ADDRESS of a cluster (default: this machine)", "ray[:ADDRESS]")
+    ] = ""
+    processes: Annotated[int, Option("processes on this machine", least=1)] = 1
+
+
+@dataclass(frozen=True)
+class _TableRequest(Request):
+    results: Annotated[Sequence[str], Argument("folders of results", metavar="RESULTS")]
+    _: KW_ONLY
+    out: Annotated[
+        str | None, Option(".md, or .html for the page that sorts and plays (default: print)", "FILE")
+    ] = None
+
+
+@dataclass(frozen=True)
+class _CheckRequest(Request):
+    file: Annotated[str, Argument(metavar="FILE")]
+
+
+@dataclass(frozen=True)
+class _QuestionsRequest(_Places):
+    task: Annotated[str, Argument(metavar="TASK")]
+    _: KW_ONLY
+    out: Annotated[str, Option("folder for training data and questions", "DIR")] = "questions"
+
+
+@dataclass(frozen=True)
+class _ScoreRequest(_Places):
+    task: Annotated[str, Argument(metavar="TASK")]
+    answers: Annotated[str, Argument("folder with about.json and 0.npz, 1.npz, … by seed", metavar="DIR")]
+    _: KW_ONLY
+    out: Annotated[str | None, Option("folder of the results (default FOLDER/results)", "DIR")] = None
+
+
+def _list(request: _ListRequest, show: Printer) -> None:
+    from tactogram.benchmark.listing import list_tasks
+
+    found = list_tasks(request.folder)
+    rows = [(name, task["data"], task["state"], task["title"]) for name, task in found.items()]
+    show(found, columns([("task", "data", "", "title"), *rows]))
+
+
+def _run(request: _RunRequest, show: Printer) -> int:
+    from tactogram.benchmark.run import run_benchmark
+    from tactogram.benchmark.task import available_tasks
+    from tactogram.workflows.progress import shown
+
+    known = available_tasks()
+    with shown() as progress:
+        report = run_benchmark(
+            [name for name in request.names if name in known],
+            [name for name in request.names if name not in known],
+            seeds=request.seeds,
+            folder=request.folder,
+            out=request.out,
+            recipe=request.recipe,
+            again=request.again,
+            on=request.on,
+            processes=request.processes,
+            progress=progress,
+        )
+    lines = [f"{report['results']} results written, {report['kept']} kept: {report['out']}"]
+    lines += [f"failed: {line}" for line in report["failed"]] + [
+        f"skipped: {line}" for line in report["skipped"]
+    ]
+    show(report, "\n".join(lines))
+    return 1 if report["failed"] else 0
+
+
+def _table(request: _TableRequest, show: Printer) -> None:
+    from tactogram.benchmark.page import write_table
+
+    report, text = write_table([Path(folder) for folder in request.results], request.out)
+    show(report, text)
+
+
+def _check(request: _CheckRequest, show: Printer) -> None:
+    from tactogram.benchmark.outside import check_file
+    from tactogram.benchmark.result import check_result
+    from tactogram.benchmark.task import available_tasks
+
+    result = check_file(Path(request.file))
+    check_result(result, available_tasks(), where=request.file)
+    facts = {
+        "task": result.task,
+        "model": result.model,
+        "seed": result.seed,
+        "main": result.failed or f"{result.main_name} {result.main.value:.4g}",
+        "code": result.code,
+        "ok": True,
+    }
+    show(facts, lines_of(facts))
+
+
+def _questions(request: _QuestionsRequest, show: Printer) -> None:
+    from tactogram.benchmark.data import open_task
+    from tactogram.benchmark.outside import write_questions
+    from tactogram.benchmark.task import find_task
+    from tactogram.workflows.progress import shown
+
+    with shown() as progress:
+        opened = open_task(find_task(request.task), Path(request.folder), progress=progress)
+        report = write_questions(opened, Path(request.out))
+    show(report, lines_of(report))
+
+
+def _score(request: _ScoreRequest, show: Printer) -> None:
+    from tactogram.benchmark.data import open_task
+    from tactogram.benchmark.outside import score_answers
+    from tactogram.benchmark.task import find_task
+    from tactogram.workflows.progress import shown
+
+    work = Path(request.folder)
+    with shown() as progress:
+        opened = open_task(find_task(request.task), work, progress=progress)
+        results = score_answers(
+            opened, Path(request.answers), Path(request.out or work / "results"), progress=progress
+        )
+    rows = [
+        (str(result.seed), name, f"{figure.value:.4g}", figure.title)
+        for result in results
+        for name, figure in result.figures.items()
+    ]
+    facts = {"results": [result.model_dump(mode="json") for result in results]}
+    show(facts, columns([("seed", "figure", "value", "title"), *rows]))
+
+
+PLACES = ("tasks", "stores")
+
+VERBS = {
+    "benchmark list": Verb(_ListRequest, _list, folders=PLACES),
+    "benchmark run": Verb(_RunRequest, _run, folders=("models", *PLACES)),
+    "benchmark table": Verb(_TableRequest, _table, folders=("tasks",)),
+    "benchmark check": Verb(_CheckRequest, _check, folders=("tasks",)),
+    "benchmark questions": Verb(_QuestionsRequest, _questions, folders=PLACES),
+    "benchmark score": Verb(_ScoreRequest, _score, folders=PLACES),
+}
