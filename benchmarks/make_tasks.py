@@ -31,10 +31,8 @@ SPLITS = TASKS / "splits"
 
 
 def main(folder: Path) -> None:
-    stores = {
-        store.sha256: store for file in folder.glob("*/dataset.json") if (store := open_store(file.parent))
-    }
-    by_name = {store.facts.source if store.simulated else store.name: store for store in stores.values()}
+    stores = [open_store(file.parent) for file in sorted(folder.glob("*/dataset.json"))]
+    by_name = {store.facts.source if store.simulated else store.name: store for store in stores}
     for name, (wanted, make) in SPLIT_OF.items():
         found = [store for key, store in by_name.items() if key.startswith(wanted)]
         if not found:
@@ -64,7 +62,7 @@ def unknown_last(unknown: int, number: int) -> Callable[[Store], Split]:
 
 
 def held_out(
-    test: Callable[[RecordingInfo], bool], by: str, group: Callable[[RecordingInfo], str]
+    test: Callable[[RecordingInfo], bool], group: Callable[[RecordingInfo], str]
 ) -> Callable[[Store], Split]:
     """Test on the recordings that fulfil a condition; every eighth of the others is for validation."""
 
@@ -76,7 +74,7 @@ def held_out(
             tuple(Segment(info.id) for number, info in enumerate(train) if number % 8),
             tuple(Segment(info.id) for info in train[::8]),
             kept,
-            by=by,
+            by="condition",
             groups=groups,
         )
 
@@ -103,6 +101,8 @@ def photographs(split: Callable[[Store], Split]) -> Callable[[Store], Split]:
 
 
 def materials_left_out(test: int, validation: int) -> Callable[[Store], Split]:
+    """Leave materials out of training, for testing and for validation."""
+
     def make(store: Store) -> Split:
         names = (
             np.random.default_rng(1)
@@ -132,7 +132,7 @@ def items(shares: tuple[float, float]) -> Callable[[Store], Split]:
             names = sorted(set(store.photographs_by_material) & rated)
         shuffled = np.random.default_rng(0).permutation(names).tolist()
         ends = [round(share * len(names)) for share in np.cumsum(shares)]
-        part = dict.fromkeys(shuffled[ends[1]:], "test")
+        part = dict.fromkeys(shuffled[ends[1] :], "test")
         part |= dict.fromkeys(shuffled[: ends[0]], "train") | dict.fromkeys(
             shuffled[ends[0] : ends[1]], "validation"
         )
@@ -170,7 +170,7 @@ def pieces(test: Sequence[str]) -> Callable[[Store], Split]:
 
 
 def blocks(store: Store) -> Split:
-    """Train on the first part of each recording over displacement, and test on the last; regions of the photograph alike."""
+    """Train on the first part of each recording, over displacement, and test on the last; so for the photographs."""
     train, test = [], []
     for info in store.index:
         length = store.length(info.id, "friction") / store.rate(info.id, "friction")
@@ -180,6 +180,12 @@ def blocks(store: Store) -> Split:
     return split_photographs(store, split, seed=0)
 
 
+def at_speed(speed: float) -> Callable[[Store], Split]:
+    """Test on the recordings at one speed."""
+    return held_out(lambda info: info.speed_mm_s == speed, lambda info: f"{info.speed_mm_s:g}")
+
+
+SIMULATED = "tactogram data simulate "
 SPLIT_OF = {
     "lmt108": ("lmt108", last(2)),
     "lmt108-unknown": ("lmt108", unknown_last(5, 2)),
@@ -187,16 +193,19 @@ SPLIT_OF = {
     "biotac-new": ("biotac_slide", photographs(materials_left_out(4, 1))),
     "cdplab": ("cdplab", blocks),
     "vibviz": ("vibviz", items((0.4, 0.35))),
-    "strokes": ("tactogram data simulate stroking9", last(4)),
-    "strokes-unknown": ("tactogram data simulate stroking9", unknown_last(3, 4)),
-    "speeds": ("tactogram data simulate surfaces --seed 1 ", held_out(lambda i: i.speed_mm_s == 120, "condition", lambda i: f"{i.speed_mm_s:g}")),
-    "one-stroke": ("tactogram data simulate surfaces --seed 1 ", one_stroke(60, 240)),
-    "contactor": ("tactogram data simulate stroking30", held_out(lambda i: i.contactor == "pen", "condition", lambda i: str(i.contactor))),
-    "speed-30": ("tactogram data simulate stroking30", held_out(lambda i: i.speed_mm_s == 200, "condition", lambda i: f"{i.speed_mm_s:g}")),
-    "rated": ("tactogram data simulate surfaces --seed 2 ", items((0.5, 0.25))),
-    "fabrics": ("tactogram data simulate fabrics", pieces(("4",))),
-    "images": ("tactogram data simulate tactile_images", items((0.5, 0.3))),
-}  # fmt: skip
+    "strokes": (SIMULATED + "stroking9", last(4)),
+    "strokes-unknown": (SIMULATED + "stroking9", unknown_last(3, 4)),
+    "contactor": (
+        SIMULATED + "stroking30",
+        held_out(lambda i: i.contactor == "pen", lambda i: str(i.contactor)),
+    ),
+    "speed-30": (SIMULATED + "stroking30", at_speed(200)),
+    "speeds": (SIMULATED + "surfaces --seed 1 ", at_speed(120)),
+    "one-stroke": (SIMULATED + "surfaces --seed 1 ", one_stroke(60, 240)),
+    "rated": (SIMULATED + "surfaces --seed 2 ", items((0.5, 0.25))),
+    "fabrics": (SIMULATED + "fabrics", pieces(("4",))),
+    "images": (SIMULATED + "tactile_images", items((0.5, 0.3))),
+}
 
 if __name__ == "__main__":
     main(Path(sys.argv[1]))

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from tactogram.benchmark.task import BenchmarkTask
-from tactogram.datasets import Examples, Split, Store, open_store, signal_kind
+from tactogram.datasets import Examples, Split, Store, label_of, open_store, signal_kind
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.plugins import further_folders
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.loaded_run import part_examples
 
 STORES_VARIABLE = "TACTOGRAM_STORES"
 """Environment variable with stores, or folders of stores, separated as in PATH."""
@@ -33,8 +33,16 @@ class OpenTask:
     folder: Path
 
     def examples(self, part: str) -> Examples:
-        """Return the prepared examples of ``train``, ``validation`` or ``test``."""
-        return part_examples(self.store, self.split, part, self.task.prepare, label=self.task.label)
+        """Return the examples of ``train``, ``validation`` or ``test``, prepared once for all tasks."""
+        photographs = self.split.photographs.get(part, ()) if self.split.photographs else None
+        return Examples(
+            self.store,
+            self.split.parts[part],
+            self.task.prepare,
+            label=self.task.label,
+            photographs=photographs,
+            cache_dir=self.folder / "prepared",
+        )
 
     @cached_property
     def test(self) -> Sequence[Example]:
@@ -45,6 +53,11 @@ class OpenTask:
     def train(self) -> Sequence[Example]:
         """The training examples, each prepared once."""
         return list(self.examples("train"))
+
+    def counts(self, part: str) -> Counter[str]:
+        """Return the number of recordings of each material in a part, without reading them."""
+        infos = self.examples(part).infos
+        return Counter(str(label_of(info, self.task.label)) for info in infos)
 
     @cached_property
     def materials(self) -> tuple[str, ...]:

@@ -31,8 +31,7 @@ class Classification(TaskKind):
 
     def check(self, opened: OpenTask) -> None:
         """Refuse a test recording of a material that is not trained on."""
-        tested = {str(example.material) for example in opened.test}
-        if unknown := sorted(tested - set(opened.materials)):
+        if unknown := sorted(opened.counts("test").keys() - set(opened.materials)):
             raise ParameterError(f"{opened.task.name}: no training recording of {', '.join(unknown)}")
 
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:

@@ -112,20 +112,20 @@ class Generation(TaskKind):
 
     def check(self, opened: OpenTask) -> None:
         """Refuse test materials without training recordings, or without photographs or a stroke, if these are given."""
-        compared = _Compared(opened)
-        given = compared.options.given
-        tested = _by_material(opened.test)
-        unknown = sorted(tested.keys() - compared.train.keys())
-        if unknown and (compared.options.floor == "train" or given != "image"):
+        options = options_of(opened.task, GenerationOptions)
+        given, tested = options.given, opened.counts("test")
+        unknown = sorted(tested.keys() - set(opened.materials))
+        if unknown and (options.floor == "train" or given != "image"):
             raise ParameterError(f"{opened.task.name}: no training recording of {', '.join(unknown)}")
-        lone = [name for name, held in tested.items() if len(held) < 2]
-        if lone and compared.options.floor == "held-back":
+        lone = [name for name, count in tested.items() if count < 2]
+        if lone and options.floor == "held-back":
             raise ParameterError(
                 f"{opened.task.name}: two test recordings are needed of each material, one for the floor; got one of "
                 + ", ".join(lone)
             )
-        blank = [name for name, held in tested.items() if not len(held[0].photographs)]
-        if blank and given == "image":
+        shown = opened.examples("test")
+        blank = [name for name in tested if given == "image" and not len(shown.photographs_of(name))]
+        if blank:
             raise ParameterError(f"{opened.task.name}: no test photograph of {', '.join(blank)}")
 
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:

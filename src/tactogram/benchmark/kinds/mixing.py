@@ -41,9 +41,9 @@ class Mixing(TaskKind):
 
     def check(self, opened: OpenTask) -> None:
         """Refuse pairs of materials that are not trained on, or with fewer than two test recordings."""
-        tested = [str(example.material) for example in opened.test]
+        tested = opened.counts("test")
         for name in {name for pair in options_of(opened.task, MixingOptions).pairs for name in pair}:
-            if name not in opened.materials or tested.count(name) < 2:
+            if name not in opened.materials or tested[name] < 2:
                 raise ParameterError(
                     f"{opened.task.name}: {name} needs training recordings and two or more test recordings"
                 )

@@ -31,7 +31,7 @@ class Rejection(TaskKind):
 
     def check(self, opened: OpenTask) -> None:
         """Refuse a test part without known or without unknown materials."""
-        known = [example.material in opened.materials for example in opened.test]
+        known = [name in opened.materials for name in opened.counts("test")]
         if all(known) or not any(known):
             raise ParameterError(
                 f"{opened.task.name}: the test part must hold recordings of materials that are trained on, and of "

@@ -28,8 +28,8 @@ class Retrieval(TaskKind):
 
     def check(self, opened: OpenTask) -> None:
         """Refuse a test part without two recordings of each of two unknown materials."""
-        names = [str(example.material) for example in _searched(opened)]
-        if len(set(names)) < 2 or any(names.count(name) < 2 for name in names):
+        unknown = {n: count for n, count in opened.counts("test").items() if n not in opened.materials}
+        if len(unknown) < 2 or min(unknown.values()) < 2:
             raise ParameterError(
                 f"{opened.task.name}: the test part must hold two recordings or more of each of two materials or "
                 "more that are not trained on"

@@ -1,0 +1,235 @@
+"""Page of all results: one self-contained HTML file that sorts, filters, draws intervals and plays sounds."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+
+from tactogram.benchmark.ranking import RankedModel
+from tactogram.benchmark.result import check_result, read_results
+from tactogram.benchmark.shown import REAL_FOLDER, RECORDED
+from tactogram.benchmark.table import (
+    TaskTable,
+    data_text,
+    markdown,
+    mean_text,
+    number,
+    tables_of,
+    training_text,
+    value_text,
+)
+from tactogram.benchmark.task import BenchmarkTask, available_tasks
+from tactogram.benchmark.task_kind import kind_of
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.io import read_signal
+from tactogram.signal.io.atomic import write_text
+
+LISTENING_PEAK = 0.7
+"""Of the loudest of the sounds of one item, all of which are scaled alike: their levels compare."""
+HEARD_S = 2.0
+PICTURE = (112, 56)
+"""Pixels of a spectrogram."""
+RANGE_DB = 60.0
+OTHERS = 5
+"""Further figures in a table."""
+
+
+def write_table(
+    folders: Sequence[Path], out: Path | str | None = None, *, task_folders: Sequence[Path | str] = ()
+) -> tuple[dict[str, Any], str]:
+    """Rank the results in folders, and write the tables to ``out``, if given.
+
+    Returns
+    -------
+    dict
+        By task: the ranked models, ``rank``, ``value``, ``sd``, ``low``, ``high``, ``seeds`` and ``not_told_apart``.
+    str
+        The Markdown tables, or where the file was written.
+
+    Raises
+    ------
+    ParameterError
+        If ``out`` is of another format, there are no results, or one is of another version of its task.
+    """
+    suffix = Path(out).suffix if out else ".md"
+    if suffix not in (".md", ".html"):
+        raise ParameterError(f"out must end with .md or .html, got {out}")
+    tasks = available_tasks(task_folders)
+    results = read_results(folders)
+    for result in results:
+        check_result(result, tasks, where=f"{result.task}/{result.model}-{result.seed}.json")
+    tables = tables_of(results, tasks)
+    if not tables:
+        raise ParameterError(
+            f"{', '.join(map(str, folders))}: no results; `tactogram benchmark run` writes some"
+        )
+    report = {table.task.name: [_facts(entry) for entry in table.ranked] for table in tables}
+    if out is None:
+        return report, markdown(tables)
+    write_text(Path(out), markdown(tables) if suffix == ".md" else html(tables, folders))
+    return report, f"{len(tables)} tasks: {out}"
+
+
+def html(tables: Sequence[TaskTable], folders: Sequence[Path]) -> str:
+    """Return the page; sounds and pictures are those kept beside the results in ``folders``."""
+    loader = jinja2.Environment(
+        loader=jinja2.PackageLoader("tactogram.benchmark", "."),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    template = loader.get_template("page.html.jinja")
+    return template.render(tasks=[_task(table, folders) for table in tables])
+
+
+def _facts(entry: RankedModel) -> dict[str, Any]:
+    return {
+        "model": entry.model,
+        "entry": entry.entry,
+        "rank": [entry.best_rank, entry.worst_rank],
+        "value": entry.value,
+        "sd": entry.sd,
+        "low": entry.low,
+        "high": entry.high,
+        "seeds": len(entry.results),
+        "not_told_apart": list(entry.not_told_apart),
+    }
+
+
+def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
+    task, kind = table.task, kind_of(table.task.kind)
+    name, title = table.main
+    first = table.ranked[0].results[0]
+    others = [key for key in first.figures if key != name][:OTHERS]
+    return {
+        "name": task.name,
+        "title": task.title,
+        "data": data_text(task),
+        "simulated": task.data.simulated,
+        "given": kind.given,
+        "asked": kind.asked,
+        "figure": title,
+        "unit": first.main.unit,
+        "better": first.main.better,
+        "floor": number(first.main.floor),
+        "ceiling": number(first.main.ceiling),
+        "columns": [(key, first.figures[key].title) for key in others],
+        "rows": [_row(entry, table, others) for entry in table.ranked],
+        "failed": [(r.model, r.failed) for r in table.failed],
+        "shown": _shown(task, [entry.model for entry in table.ranked], folders),
+    }
+
+
+def _row(entry: RankedModel, table: TaskTable, others: Sequence[str]) -> dict[str, Any]:
+    return {
+        "rank": entry.rank_text,
+        "place": entry.best_rank,
+        "model": entry.model,
+        "entry": "" if entry.entry == "model" else entry.entry,
+        "text": value_text(entry),
+        "value": entry.value,
+        "bar": _bar(entry, table),
+        "cells": [(mean_text(entry, key), _mean(entry, key)) for key in others],
+        "seeds": len(entry.results),
+        "training": training_text(entry),
+        "tied": ", ".join(entry.not_told_apart),
+        "notes": " ".join(entry.results[0].notes),
+    }
+
+
+def _mean(entry: RankedModel, figure: str) -> float:
+    values = [r.figures[figure].value for r in entry.results if figure in r.figures]
+    return float(np.mean(values)) if values else float("nan")
+
+
+def _bar(entry: RankedModel, table: TaskTable) -> dict[str, float]:
+    """Return value, interval, floor and ceiling as percentages of one scale for the whole task."""
+    main = table.ranked[0].results[0].main
+    ends = [main.floor, main.ceiling]
+    for other in table.ranked:
+        ends += [other.value, other.low, other.high]
+    known = [end for end in ends if end is not None]
+    low, span = min(known), max(max(known) - min(known), 1e-9)
+
+    def place(value: float | None) -> float:
+        return -1.0 if value is None else round(2 + 96 * (value - low) / span, 2)
+
+    return {
+        "value": place(entry.value),
+        "low": place(entry.low),
+        "high": place(entry.high),
+        "floor": place(main.floor),
+        "ceiling": place(main.ceiling),
+    }
+
+
+def _shown(task: BenchmarkTask, models: Sequence[str], folders: Sequence[Path]) -> list[dict[str, Any]]:
+    """Return the items with sounds or pictures: what was recorded, and each model's."""
+    files: dict[str, dict[str, Path]] = {}
+    for folder in folders:
+        for root in (folder / task.name / "shown", folder / REAL_FOLDER / task.name / "shown"):
+            for model in (RECORDED, *models):
+                for file in sorted((root / model).glob("*.*")):
+                    if file.suffix in (".flac", ".png"):
+                        files.setdefault(file.stem, {})[model] = file
+    found = []
+    for item, by_model in files.items():
+        sounds = {model: read_signal(file) for model, file in by_model.items() if file.suffix == ".flac"}
+        peak = max((float(np.abs(_heard(sound)).max()) for sound in sounds.values()), default=0.0)
+        entries = []
+        for model, file in by_model.items():
+            if model in sounds:
+                entries.append(
+                    {
+                        "model": model,
+                        "sound": _wav(sounds[model], peak),
+                        "picture": _spectrogram(sounds[model]),
+                    }
+                )
+            else:
+                entries.append(
+                    {"model": model, "sound": "", "picture": base64.b64encode(file.read_bytes()).decode()}
+                )
+        found.append({"item": item, "entries": entries})
+    return found
+
+
+def _heard(signal: Signal) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return one channel to listen to: the axis with the most power, without its mean."""
+    samples = signal.cut(0, round(HEARD_S * signal.rate)).samples.astype(np.float64)
+    samples = samples - samples.mean(axis=1, keepdims=True)
+    return np.asarray(samples[int((samples**2).sum(axis=1).argmax())])
+
+
+def _wav(signal: Signal, peak: float) -> str:
+    """Return a sound as FLAC in base64, scaled by the peak that all sounds of an item share."""
+    import soundfile
+
+    heard = _heard(signal) * (LISTENING_PEAK / max(peak, 1e-12))
+    file = io.BytesIO()
+    soundfile.write(file, np.clip(heard, -1, 1), round(signal.rate), format="FLAC", subtype="PCM_16")
+    return base64.b64encode(file.getvalue()).decode()
+
+
+def _spectrogram(signal: Signal) -> str:
+    """Return a small spectrogram as PNG in base64: time to the right, frequency up, 60 dB."""
+    from matplotlib import colormaps
+    from PIL import Image as Picture
+    from scipy.signal import spectrogram
+
+    heard = _heard(signal)
+    window = max(16, min(256, len(heard) // 8))
+    power = spectrogram(heard, signal.rate, nperseg=window, noverlap=window // 2)[2]
+    level = 10 * np.log10(np.maximum(power, 1e-20))
+    scaled = np.clip(1 + (level - level.max()) / RANGE_DB, 0, 1)[::-1]
+    pixels = (255 * colormaps["magma"](scaled)[..., :3]).astype(np.uint8)
+    file = io.BytesIO()
+    Picture.fromarray(pixels).resize(PICTURE).save(file, "PNG", optimize=True)
+    return base64.b64encode(file.getvalue()).decode()
