@@ -10,6 +10,7 @@ the nearest material's mean is far, and is generated as noise with the material'
 
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -24,9 +25,7 @@ def bands(samples, rate):
     frequency = np.fft.rfftfreq(samples.shape[-1], 1 / rate)
     edges = np.geomspace(20, min(1000, rate / 2), BANDS + 1)
     places = np.searchsorted(frequency, edges)
-    sums = [
-        power[:, low : max(high, low + 1)].mean(-1) for low, high in zip(places[:-1], places[1:], strict=True)
-    ]
+    sums = [power[:, low : max(high, low + 1)].mean(-1) for low, high in pairwise(places)]
     return 10 * np.log10(np.maximum(np.array(sums).T, 1e-12)).ravel()
 
 

@@ -16,6 +16,7 @@ from tactogram.benchmark.result import check_result, read_results
 from tactogram.benchmark.shown import REAL_FOLDER, RECORDED
 from tactogram.benchmark.table import (
     TaskTable,
+    about_text,
     data_text,
     markdown,
     mean_text,
@@ -113,7 +114,7 @@ def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
         "title": task.title,
         "data": data_text(task),
         "simulated": task.data.simulated,
-        "given": kind.given,
+        "given": kind.given_in(task),
         "asked": kind.asked,
         "figure": title,
         "unit": first.main.unit,
@@ -132,7 +133,7 @@ def _row(entry: RankedModel, table: TaskTable, others: Sequence[str]) -> dict[st
         "rank": entry.rank_text,
         "place": entry.best_rank,
         "model": entry.model,
-        "entry": "" if entry.entry == "model" else entry.entry,
+        "about": about_text(entry),
         "text": value_text(entry),
         "value": entry.value,
         "bar": _bar(entry, table),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,13 +12,13 @@ from typing import Any
 from tactogram import models
 from tactogram.benchmark.data import STORES_VARIABLE, OpenTask, open_task
 from tactogram.benchmark.questions import check_answers
-from tactogram.benchmark.result import BenchmarkResult, Entry, result_of
+from tactogram.benchmark.result import BenchmarkResult, Entry, device, result_of
 from tactogram.benchmark.shown import save_shown
 from tactogram.benchmark.task import FOLDERS_VARIABLE as TASKS_VARIABLE
 from tactogram.benchmark.task import BenchmarkTask, available_tasks
 from tactogram.benchmark.task_kind import TaskKind, kind_of
 from tactogram.benchmark.training import trained_for, training_plan
-from tactogram.errors import DataError, ParameterError, TactogramError, one_line
+from tactogram.errors import DataError, ParameterError, StoppedError, TactogramError, one_line
 from tactogram.plugins import further_folders
 from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.progress import ProgressCallback, silent
@@ -38,6 +39,7 @@ class BenchmarkCell:
     folder: str
     out: str
     recipe: str = ""
+    longest_min: float = math.inf
     stores: tuple[str, ...] = ()
     task_folders: tuple[str, ...] = ()
     model_folders: tuple[str, ...] = ()
@@ -64,6 +66,7 @@ def run_benchmark(
     task_folders: Sequence[Path | str] = (),
     model_folders: Sequence[Path | str] = (),
     recipe: str = "",
+    longest_min: float = math.inf,
     again: bool = False,
     on: str = "",
     processes: int = 1,
@@ -71,7 +74,8 @@ def run_benchmark(
 ) -> dict[str, Any]:
     """Answer tasks with models, and write a result for each model, task and seed.
 
-    Results that are there, of the same version of the task, are kept: an interrupted run goes on. So are trainings.
+    Results that are there, of the same version of the task, are kept, unless they failed: an interrupted run goes on.
+    So are trainings.
 
     Parameters
     ----------
@@ -89,6 +93,9 @@ def run_benchmark(
         Further tasks and models.
     recipe : str
         Recipe of all models, in place of each task's.
+    longest_min : float, minutes
+        Longest training of one model, task and seed. A longer one is stopped, and its result says so; the next run
+        continues it.
     again : bool
         Whether results that are there are measured again.
     on, processes
@@ -130,7 +137,7 @@ def run_benchmark(
         entries = entries_of(opened, model_folders)
         named |= entries.keys()
         cells += [
-            BenchmarkCell(name, model, entry, seed, str(work), str(place), recipe, **places)
+            BenchmarkCell(name, model, entry, seed, str(work), str(place), recipe, longest_min, **places)
             for model, entry in entries.items()
             if not chosen or model in chosen
             for seed in opened.task.seeds[:seeds]
@@ -140,6 +147,7 @@ def run_benchmark(
             f"model must be one that fits these tasks ({', '.join(sorted(named))}), got {missing[0]!r}"
         )
     todo = [cell for cell in cells if again or not _is_done(cell, known[cell.task])]
+    todo.sort(key=lambda cell: cell.seed)  # interrupted, it leaves every model with as many seeds
     failed, written = [], 0
     outcomes = run_tasks(
         answer_cell, todo, on=on, processes=processes, name=lambda cell: cell.name, progress=progress
@@ -218,7 +226,20 @@ def _loaded(cell: BenchmarkCell, opened: OpenTask, kind: TaskKind) -> tuple[Load
     plan = training_plan(opened, facts, seed=cell.seed, recipe=cell.recipe, model_folders=folders)
     began = time.perf_counter()
     there = (opened.folder / "trainings" / f"{facts.name}-{plan.identity}" / "model.safetensors").is_file()
-    loaded = trained_for(opened, facts, seed=cell.seed, recipe=cell.recipe, model_folders=folders)
+    ends = began + 60 * cell.longest_min
+    try:
+        loaded = trained_for(
+            opened,
+            facts,
+            seed=cell.seed,
+            recipe=cell.recipe,
+            model_folders=folders,
+            stop=lambda: time.perf_counter() > ends,
+        )
+    except StoppedError as error:
+        raise ParameterError(
+            f"not trained within {cell.longest_min:g} minutes on {device()}; run again with a larger `longest_min`"
+        ) from error
     seconds = None if there else round(time.perf_counter() - began, 1)
     chosen = opened.task.recipes.get(facts.name)
     return loaded, {
@@ -232,6 +253,7 @@ def _is_done(cell: BenchmarkCell, task: BenchmarkTask) -> bool:
     if not cell.file.is_file():
         return False
     try:
-        return BenchmarkResult.load(cell.file).task_sha256 == task.sha256
+        result = BenchmarkResult.load(cell.file)
     except TactogramError:
         return False
+    return result.task_sha256 == task.sha256 and not result.failed

@@ -15,7 +15,14 @@ Each model was trained on the training part of the task alone. The value is the 
 with the 95 % interval over what was asked in brackets. **Floor** is the value of other recordings, or the best
 possible; **ceiling** that of other materials, or of chance. A rank such as 2–4 means that the models of these ranks are
 not told apart: a paired permutation test over what was asked, corrected by Holm for all pairs, has p ≥ 0.05, or the
-difference changes its sign between seeds."""
+difference changes its sign between seeds. A model that **copies** replays its training recordings: it is as good as the
+floor, and makes nothing new."""
+
+
+KINDS = ("classification", "rejection", "retrieval", "generation", "mixing", "words", "rating")
+"""Order of the tasks in tables; others follow."""
+COPIED = 0.5
+"""Share of a model's signals that are copies of its training data, above which it is marked as copying."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +34,11 @@ class TaskTable:
     failed: tuple[BenchmarkResult, ...]
 
     @property
+    def best(self) -> RankedModel:
+        """The best of the models that do not copy their training data, if there is one."""
+        return next((entry for entry in self.ranked if not copies(entry)), self.ranked[0])
+
+    @property
     def main(self) -> tuple[str, str]:
         """Name and title of the main figure."""
         result = self.ranked[0].results[0]
@@ -34,9 +46,15 @@ class TaskTable:
 
 
 def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkTask]) -> list[TaskTable]:
-    """Return the table of each task that has results of its present version, in the order of tasks."""
+    """Return the table of each task that has results of its present version, by kind, recorded data first."""
+
+    def order(task: BenchmarkTask) -> tuple[int, bool, str]:
+        place = KINDS.index(task.kind) if task.kind in KINDS else len(KINDS)
+        return place, task.data.simulated, task.name
+
     found = []
-    for name, task in tasks.items():
+    for task in sorted(tasks.values(), key=order):
+        name = task.name
         held = [r for r in results if r.task == name and r.task_sha256 == task.sha256]
         ranked = rank_models(held)
         known = {entry.model for entry in ranked}
@@ -51,11 +69,11 @@ def markdown(tables: Sequence[TaskTable]) -> str:
     lines = ["# Benchmark", "", NOTES, ""]
     lines += ["| task | data | given | best | also, not told apart |", "| --- | --- | --- | --- | --- |"]
     for table in tables:
-        first, task = table.ranked[0], table.task
+        first, task = table.best, table.task
         tied = [name for name in first.not_told_apart if name not in _baselines(table)]
+        given = kind_of(task.kind).given_in(task)
         lines.append(
-            f"| [{task.title}](#{task.name}) | {data_text(task)} | {kind_of(task.kind).given} | `{first.model}` "
-            f"{value_text(first)} | {', '.join(f'`{name}`' for name in tied) or '–'} |"
+            f"| [{task.title}](#{task.name}) | {data_text(task)} | {given} | `{first.model}` {value_text(first)} | {', '.join(f'`{name}`' for name in tied) or '–'} |"
         )
     for table in tables:
         lines += ["", *_section(table)]
@@ -71,7 +89,7 @@ def _section(table: TaskTable) -> list[str]:
         f"({task.name})=",
         f"## {task.title}",
         "",
-        f"`{task.name}`: {data_text(task)}. Given {kind.given}, asked {kind.asked}. "
+        f"`{task.name}`: {data_text(task)}. Given {kind.given_in(task)}, asked {kind.asked}. "
         f"Figure: {title}{f', {result.main.unit}' if result.main.unit else ''}, {result.main.better} is better; "
         f"floor {number(result.main.floor)}, ceiling {number(result.main.ceiling)}.",
         "",
@@ -90,6 +108,19 @@ def _section(table: TaskTable) -> list[str]:
         )
     lines += [f"| – | `{r.model}` | {r.failed} |" + " |" * (len(others) + 2) for r in table.failed]
     return lines
+
+
+def copies(entry: RankedModel) -> bool:
+    """Return whether most of a model's signals are copies of its training data."""
+    shares = [r.figures["memorised_share"].value for r in entry.results if "memorised_share" in r.figures]
+    return bool(shares) and sum(shares) / len(shares) > COPIED
+
+
+def about_text(entry: RankedModel) -> str:
+    """Return what sets an entry apart: a baseline, answers from outside, or one that copies."""
+    marks = ["copies"] if copies(entry) else []
+    marks += [entry.entry] if entry.entry != "model" else []
+    return f" ({', '.join(marks)})" if marks else ""
 
 
 def data_text(task: BenchmarkTask) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tactogram.benchmark import kinds
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
+from tactogram.benchmark.task import BenchmarkTask
 from tactogram.errors import ParameterError
 from tactogram.models import ModelInfo
 from tactogram.signal import Image, Signal
@@ -58,7 +59,7 @@ class TaskKind(ABC):
     """A kind of task. A module of `tactogram.benchmark.kinds` defines one as ``KIND``."""
 
     given: str
-    """What a model is given, in words."""
+    """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
     """What is asked, in words."""
 
@@ -66,6 +67,10 @@ class TaskKind(ABC):
     def baselines(self) -> Mapping[str, Baseline]:
         """Baselines by name, which are ranked like models; those that are models are not among them."""
         return {}
+
+    def given_in(self, task: BenchmarkTask) -> str:
+        """Return what a model is given in a task, in words."""
+        return self.given
 
     @abstractmethod
     def check(self, opened: OpenTask) -> None:

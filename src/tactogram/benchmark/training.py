@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
 
 from tactogram.benchmark.data import OpenTask
@@ -14,6 +14,7 @@ from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
+from tactogram.workflows.training.requests import never
 from tactogram.workflows.training.train import train_plan
 
 
@@ -26,6 +27,7 @@ def trained_for(
     folder: str = "trainings",
     model_folders: tuple[Path, ...] = (),
     progress: ProgressCallback = silent,
+    stop: Callable[[], bool] = never,
 ) -> LoadedRun:
     """Return the run of a model trained for a task.
 
@@ -41,19 +43,22 @@ def trained_for(
         Part of the work folder.
     model_folders : tuple of Path
         Where models from outside are.
+    stop : callable
+        Asked after each step: True ends the training, which is continued the next time.
 
     Raises
     ------
     ParameterError
         If the model cannot learn from the data.
+    StoppedError
+        If ``stop`` ended it.
     """
     plan = training_plan(opened, model, seed=seed, recipe=recipe, model_folders=model_folders)
     place = opened.folder / folder / f"{model.name}-{plan.identity}"
     begun = (place / "recipe.toml").is_file()
     if not (place / "model.safetensors").is_file():
-        train_plan(plan, place, resume=begun, accelerator="auto", progress=progress)
-    loaded = load_run(place, model_folders=model_folders)
-    return replace(loaded, facts=plan.facts)
+        train_plan(plan, place, resume=begun, accelerator="auto", progress=progress, stop=stop)
+    return load_run(place, model_folders=model_folders)
 
 
 def training_plan(

@@ -30,6 +30,14 @@ class _RunRequest(_Places):
     seeds: Annotated[int, Option("number of seeds", least=1)] = 3
     recipe: Annotated[str, Option("recipe of every model (default: the task's)", "NAME|FILE")] = ""
     out: Annotated[str | None, Option("folder of the results (default FOLDER/results)", "DIR")] = None
+    longest: Annotated[
+        float,
+        Option(
+            "longest training in minutes; a longer one is stopped, and continued the next time",
+            "MIN",
+            above=0,
+        ),
+    ] = 1e6
     again: Annotated[bool, Option("measure again what is there")] = False
     on: Annotated[
         str, Option("ray, or ray:ADDRESS of a cluster (default: this machine)", "ray[:ADDRESS]")
@@ -88,6 +96,7 @@ def _run(request: _RunRequest, show: Printer) -> int:
             folder=request.folder,
             out=request.out,
             recipe=request.recipe,
+            longest_min=request.longest,
             again=request.again,
             on=request.on,
             processes=request.processes,

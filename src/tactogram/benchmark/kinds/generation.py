@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.options import TaskOptions, options_of
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
+from tactogram.benchmark.task import BenchmarkTask
 from tactogram.benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import (
@@ -109,6 +110,15 @@ class Generation(TaskKind):
 
     given = "a material, a photograph or a stroke, at a speed and force"
     asked = "a signal"
+
+    def given_in(self, task: BenchmarkTask) -> str:
+        """Return what describes the surface."""
+        surface = {
+            "material": "a material",
+            "image": "a photograph",
+            "vibration": "one stroke of the surface",
+        }
+        return f"{surface[options_of(task, GenerationOptions).given]}, and speed and force where known"
 
     def check(self, opened: OpenTask) -> None:
         """Refuse test materials without training recordings, or without photographs or a stroke, if these are given."""

@@ -1,0 +1,194 @@
+"""Runs, results, tables, the page, and answers from other frameworks."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactogram.benchmark.outside import score_answers, write_questions
+from tactogram.benchmark.page import write_table
+from tactogram.benchmark.result import BenchmarkResult, check_result
+from tactogram.benchmark.run import run_benchmark
+from tactogram.benchmark.task import available_tasks
+from tactogram.cli import main
+from tactogram.errors import DataError, ParameterError
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "benchmark_numpy.py"
+MODELS = ["linear_discriminant", "stroke_cnn", "replay", "ar_texture", "constant_guess"]
+
+
+@pytest.fixture(scope="module")
+def results(tasks):
+    """Give the folder of results of several models on three tasks."""
+    report = run_benchmark(
+        ["name", "generate", "rate"], MODELS, seeds=2, folder=tasks.work, task_folders=[tasks.folder]
+    )
+    assert report["failed"] == []
+    return Path(report["out"])
+
+
+def test_a_result_says_what_was_measured(results, tasks):
+    result = BenchmarkResult.load(results / "name" / "stroke_cnn-1.json")
+    task = available_tasks([tasks.folder])["name"]
+    assert result.task_sha256 == task.sha256
+    assert result.data.simulated
+    assert result.settings["seed"] == 1
+    assert result.settings["config"]["steps"] == 30
+    assert result.training_s > 0
+    assert result.code.startswith("0.1.0")
+    assert len(result.main.by_item) == 18
+    assert 0 <= result.main.low <= result.main.value <= result.main.high <= 1
+
+
+def test_a_run_goes_on_and_keeps_what_is_there(results, tasks):
+    before = {file: file.stat().st_mtime_ns for file in results.glob("*/*.json")}
+    (results / "name" / "linear_discriminant-0.json").unlink()
+    options = {"folder": tasks.work, "task_folders": [tasks.folder], "seeds": 2}
+    report = run_benchmark(["name"], MODELS, **options)
+    assert (report["results"], report["kept"]) == (1, 3)
+    again = {file: file.stat().st_mtime_ns for file in results.glob("*/*.json")}
+    changed = {file.name for file in again if before.get(file) != again[file]}
+    assert changed == {"linear_discriminant-0.json"}
+
+
+def test_the_same_seed_gives_the_same_figures(results, tasks, tmp_path):
+    run_benchmark(
+        ["generate"], ["ar_texture"], seeds=1, folder=tasks.work, out=tmp_path, task_folders=[tasks.folder]
+    )
+    one, other = (BenchmarkResult.load(f / "generate" / "ar_texture-0.json") for f in (results, tmp_path))
+    assert one.figures == other.figures
+    assert other.training_s is None  # the training was kept
+
+
+def test_a_result_of_another_version_of_the_task_is_refused(results, tasks):
+    known = available_tasks([tasks.folder])
+    result = BenchmarkResult.load(results / "name" / "linear_discriminant-1.json")
+    with pytest.raises(
+        ParameterError, match=r"task_sha256 must be .*another version of the task; run it again"
+    ):
+        check_result(result.model_copy(update={"task_sha256": 64 * "0"}), known, where="x.json")
+    with pytest.raises(ParameterError, match="task must be one of"):
+        check_result(result.model_copy(update={"task": "nome"}), known, where="x.json")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": "x"}, "must say format 'tactogram-benchmark-result'"),
+        ({"entry": "friend"}, "entry: must be 'model', 'baseline' or 'outside', got 'friend'"),
+        ({"figures": {}}, "a result has figures, or states why it failed"),
+        ({"colour": "red"}, "unknown key 'colour'"),
+    ],
+)
+def test_a_foreign_file_is_refused_with_its_fault(results, tmp_path, change, message):
+    values = json.loads((results / "name" / "stroke_cnn-0.json").read_text()) | change
+    (tmp_path / "x.json").write_text(json.dumps(values))
+    with pytest.raises((DataError, ParameterError), match=message):
+        BenchmarkResult.load(tmp_path / "x.json")
+
+
+def test_a_mean_that_is_not_that_of_its_items_is_refused(results, tmp_path):
+    values = json.loads((results / "name" / "stroke_cnn-0.json").read_text())
+    values["figures"]["accuracy"]["value"] = 0.999
+    (tmp_path / "x.json").write_text(json.dumps(values))
+    with pytest.raises(ParameterError, match="value must be the mean of by_item"):
+        BenchmarkResult.load(tmp_path / "x.json")
+
+
+def test_the_table_ranks_every_task(results, tasks):
+    report, text = write_table([results], task_folders=[tasks.folder])
+    assert set(report) == {"name", "generate", "rate"}
+    assert {row["model"] for row in report["name"]} == {"linear_discriminant", "stroke_cnn"}
+    assert "tiny (simulated)" in text
+    assert "`linear_discriminant` (baseline)" in text
+    ranks = [row["rank"] for row in report["generate"]]
+    assert all(1 <= best <= worst <= 2 for best, worst in ranks)
+
+
+def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys):
+    file = str(results / "rate" / "constant_guess-0.json")
+    assert main(["benchmark", "check", file, "--tasks", str(tasks.folder), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["ok"]
+    page = tmp_path / "page.html"
+    command = ["benchmark", "table", str(results), "--tasks", str(tasks.folder), "--out", str(page)]
+    assert main(command) == 0
+    assert "3 tasks" in capsys.readouterr().out
+    text = page.read_text()
+    assert text.count("<section") == 3
+    assert "data-sound" in text
+    assert "http" not in text.replace("http-equiv", "")  # it needs nothing from elsewhere
+    assert (
+        main(["benchmark", "list", "--tasks", str(tasks.folder), "--folder", str(tasks.work), "--json"]) == 0
+    )
+    listed = json.loads(capsys.readouterr().out)
+    assert listed["name"]["state"] == "at hand"
+    assert listed["lmt108-name"]["state"] == "missing: import lmt108"
+    assert main(["benchmark", "table", str(results), "--tasks", str(tasks.folder), "--out", "x.pdf"]) == 1
+    assert "out must end with .md or .html" in capsys.readouterr().err.replace("--out", "out")
+
+
+@pytest.mark.parametrize("name", ["name", "none", "retrieve", "generate"])
+def test_plain_numpy_takes_part(tasks, tmp_path, name):
+    opened = tasks.open(name)
+    report = write_questions(opened, tmp_path / "questions")
+    assert report["train"] == len(opened.examples("train"))
+    command = [sys.executable, str(EXAMPLE), str(tmp_path / "questions"), str(tmp_path / "answers")]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    results = score_answers(opened, tmp_path / "answers", tmp_path / "results")
+    assert len(results) == (3 if name == "generate" else 1)
+    for result in results:
+        check_result(
+            BenchmarkResult.load(result.file(tmp_path / "results")), available_tasks([tasks.folder]), where=""
+        )
+        assert (result.model, result.entry) == ("numpy_bands", "outside")
+        main_figure = result.main
+        better = (
+            main_figure.value < 1
+            if main_figure.better == "lower"
+            else main_figure.value > main_figure.ceiling
+        )
+        assert better, main_figure.value  # than another material, or chance
+
+
+def test_the_numpy_example_declines_what_it_cannot(tasks, tmp_path):
+    write_questions(tasks.open("rate"), tmp_path / "questions")
+    command = [sys.executable, str(EXAMPLE), str(tmp_path / "questions"), str(tmp_path / "answers")]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert run.stderr.startswith("rate: asks for scores")
+
+
+def test_answers_without_facts_or_files_are_refused(tasks, tmp_path):
+    opened = tasks.open("name")
+    with pytest.raises(DataError):
+        score_answers(opened, tmp_path, tmp_path / "results")
+    (tmp_path / "about.json").write_text('{"model": "m y", "how": "?"}')
+    with pytest.raises(ParameterError, match=r"about.json: model: "):
+        score_answers(opened, tmp_path, tmp_path / "results")
+    (tmp_path / "about.json").write_text('{"model": "mine", "how": "by hand"}')
+    with pytest.raises(DataError, match=r"expected answers as 0.npz, 1.npz, … by seed, found none"):
+        score_answers(opened, tmp_path, tmp_path / "results")
+    np.savez(tmp_path / "0.npz", other=np.ones(9))
+    with pytest.raises(ParameterError, match="expected an answer to each of 18 questions"):
+        score_answers(opened, tmp_path, tmp_path / "results")
+    assert not (tmp_path / "results").exists()
+
+
+def test_a_model_of_a_folder_takes_part(tasks, tmp_path):
+    source = Path(__file__).parents[2] / "src" / "tactogram" / "models" / "replay"
+    (tmp_path / "models" / "echo").mkdir(parents=True)
+    for file in ("model.toml", "__init__.py", "config.py", "learner.py"):
+        if (source / file).is_file():
+            text = (source / file).read_text().replace("tactogram.models.replay", "echo")
+            (tmp_path / "models" / "echo" / file).write_text(text)
+    (tmp_path / "models" / "echo" / "recipes").mkdir()
+    (tmp_path / "models" / "echo" / "recipes" / "quick.toml").write_text('model = "echo"\n')
+    report = run_benchmark(
+        ["generate"], ["echo"], seeds=1, folder=tasks.work, out=tmp_path / "results",
+        task_folders=[tasks.folder], model_folders=[tmp_path / "models"],
+    )  # fmt: skip
+    assert report["failed"] == []
+    assert BenchmarkResult.load(tmp_path / "results" / "generate" / "echo-0.json").main.value < 1

@@ -1,0 +1,68 @@
+"""Ranking: who is told apart from whom."""
+
+import numpy as np
+import pytest
+from scipy.stats import permutation_test
+
+from tactogram.benchmark.ranking import rank_models, sign_flip_p
+from tactogram.benchmark.result import BenchmarkResult
+
+
+def result(model, values, *, seed=0, better="lower", failed=""):
+    by_item = {f"item {n}": float(value) for n, value in enumerate(values)}
+    main = {"value": float(np.mean(values)), "better": better, "title": "error", "by_item": by_item}
+    return BenchmarkResult(
+        task="t", task_sha256="", model=model, entry="model", seed=seed,
+        data={"name": "d", "sha256": "", "simulated": True}, split_sha256="", code="", device="", finished="",
+        figures={} if failed else {"error": main}, failed=failed,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("count", [8, 40])
+def test_p_is_that_of_scipy(count):
+    x = np.random.default_rng(3).normal(0.4, 1, count)
+    expected = permutation_test(
+        (x,), np.sum, permutation_type="samples", n_resamples=20_000, rng=np.random.default_rng(0)
+    ).pvalue
+    assert sign_flip_p(x) == pytest.approx(expected, abs=0.01)
+    assert sign_flip_p(np.zeros(5)) == 1
+
+
+def test_a_clear_order_is_told_and_equals_are_not():
+    rng = np.random.default_rng(0)
+    base = rng.normal(1, 0.1, 30)
+    ranked = rank_models(
+        [
+            result("far", base + 1),
+            result("near", base),
+            result("alike", base + rng.normal(0, 0.05, 30)),
+            result("broken", [1.0], failed="no photographs"),
+        ]
+    )
+    by_name = {entry.model: entry for entry in ranked}
+    assert {"near", "alike", "far"} == set(by_name)
+    assert ranked[-1].model == "far"
+    assert by_name["far"].rank_text == "3"
+    assert by_name["near"].rank_text == by_name["alike"].rank_text == "1–2"
+    assert by_name["near"].not_told_apart == ("alike",)
+
+
+def test_higher_is_better_where_the_figure_says_so():
+    base = np.random.default_rng(0).normal(1, 0.1, 30)
+    ranked = rank_models([result("low", base, better="higher"), result("high", base + 1, better="higher")])
+    assert [entry.model for entry in ranked] == ["high", "low"]
+
+
+def test_a_difference_that_changes_its_sign_between_seeds_is_not_told():
+    base = np.random.default_rng(0).normal(1, 0.1, 30)
+    steady = [result("a", base, seed=seed) for seed in range(3)]
+    wild = [result("b", base + shift, seed=seed) for seed, shift in enumerate((-0.1, 1.0, 1.0))]
+    ranked = rank_models([*steady, *wild])
+    assert sign_flip_p(np.full(30, 0.63)) < 0.05  # the mean over seeds alone would tell
+    assert [entry.rank_text for entry in ranked] == ["1–2", "1–2"]
+    assert ranked[1].sd == pytest.approx(np.std([-0.1, 1, 1], ddof=1))
+
+
+def test_few_items_tell_nothing():
+    ranked = rank_models([result("a", [0.0, 0.1, 0.0, 0.1]), result("b", [1.0, 1.1, 1.0, 1.1])])
+    assert [entry.rank_text for entry in ranked] == ["1–2", "1–2"]
