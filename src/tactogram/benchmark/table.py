@@ -70,11 +70,11 @@ def markdown(tables: Sequence[TaskTable]) -> str:
     lines += ["| task | data | given | best | also, not told apart |", "| --- | --- | --- | --- | --- |"]
     for table in tables:
         first, task = table.best, table.task
-        tied = [name for name in first.not_told_apart if name not in _baselines(table)]
+        tied = [f"`{name}`" for name in first.not_told_apart if name not in _baselines(table)]
         given = kind_of(task.kind).given_in(task)
-        lines.append(
-            f"| [{task.title}](#{task.name}) | {data_text(task)} | {given} | `{first.model}` {value_text(first)} | {', '.join(f'`{name}`' for name in tied) or '–'} |"
-        )
+        best = f"`{first.model}` {value_text(first)}"
+        cells = (f"[{task.title}](#{task.name})", data_text(task), given, best, ", ".join(tied) or "–")
+        lines.append(f"| {' | '.join(cells)} |")
     for table in tables:
         lines += ["", *_section(table)]
     return "\n".join(lines) + "\n"

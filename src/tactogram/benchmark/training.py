@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.task import TaskRecipe
 from tactogram.models import ModelInfo
 from tactogram.recipe import Recipe
+from tactogram.signal.io.locks import lock
 from tactogram.validation import with_changes
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
@@ -16,6 +19,9 @@ from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.requests import never
 from tactogram.workflows.training.train import train_plan
+
+BETWEEN_S = 0.5
+"""Between looks whether another worker has finished a shared training."""
 
 
 def trained_for(
@@ -55,10 +61,21 @@ def trained_for(
     """
     plan = training_plan(opened, model, seed=seed, recipe=recipe, model_folders=model_folders)
     place = opened.folder / folder / f"{model.name}-{plan.identity}"
-    begun = (place / "recipe.toml").is_file()
-    if not (place / "model.safetensors").is_file():
-        train_plan(plan, place, resume=begun, accelerator="auto", progress=progress, stop=stop)
+    with _alone(place):
+        if not (place / "model.safetensors").is_file():
+            begun = (place / "recipe.toml").is_file()
+            train_plan(plan, place, resume=begun, accelerator="auto", progress=progress, stop=stop)
     return load_run(place, model_folders=model_folders)
+
+
+@contextmanager
+def _alone(place: Path) -> Iterator[None]:
+    """Wait while another worker trains the same run: tasks of one data set and split share it."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with place.with_name(f"{place.name}.lock").open("ab") as file:
+        while not lock(file.fileno()):
+            time.sleep(BETWEEN_S)
+        yield
 
 
 def training_plan(
