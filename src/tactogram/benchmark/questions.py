@@ -21,7 +21,7 @@ Answers = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What a model is given: conditions by name, and for a signal its length."""
+    """Conditions that a model is given, and for a signal its length."""
 
     id: str
     given: Condition
@@ -31,7 +31,7 @@ class Question:
 
 @dataclass(frozen=True)
 class AnswerForm:
-    """What is asked for each question."""
+    """Array that is asked for each question."""
 
     what: Literal["probabilities", "strangeness", "embedding", "signal", "image", "scores"]
     text: str

@@ -19,8 +19,6 @@ difference changes its sign between seeds. A model that **copies** replays its t
 floor, and makes nothing new."""
 
 
-KINDS = ("classification", "rejection", "retrieval", "generation", "mixing", "words", "rating")
-"""Order of the tasks in tables; others follow."""
 COPIED = 0.5
 """Share of a model's signals that are copies of its training data, above which it is marked as copying."""
 
@@ -49,8 +47,7 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
     """Return the table of each task that has results of its present version, by kind, recorded data first."""
 
     def order(task: BenchmarkTask) -> tuple[int, bool, str]:
-        place = KINDS.index(task.kind) if task.kind in KINDS else len(KINDS)
-        return place, task.data.simulated, task.name
+        return kind_of(task.kind).rank, task.data.simulated, task.name
 
     found = []
     for task in sorted(tasks.values(), key=order):

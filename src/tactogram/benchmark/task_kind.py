@@ -5,21 +5,23 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
-from pathlib import Path
 from typing import Any, Literal
 
 from numpy.typing import NDArray
 
-from tactogram.benchmark import kinds
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.task import BenchmarkTask
-from tactogram.errors import ParameterError
 from tactogram.models import ModelInfo
+from tactogram.plugins import PluginGroup
 from tactogram.signal import Image, Signal
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
+
+TASK_KINDS = PluginGroup(
+    "kind of a task", "tactogram.benchmark.kinds", "tactogram.task_kinds", "TACTOGRAM_TASK_KINDS"
+)
+"""Modules with a ``KIND``, a `TaskKind`."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,10 @@ Baseline = Callable[[OpenTask, Sequence[Question], int], Answers]
 class TaskKind(ABC):
     """A kind of task. A module of `tactogram.benchmark.kinds` defines one as ``KIND``."""
 
+    name: str
+    """Of its module."""
+    rank: int = 100
+    """Place of its tasks in tables, the smallest first."""
     given: str
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
@@ -103,10 +109,4 @@ class TaskKind(ABC):
 
 def kind_of(name: str) -> TaskKind:
     """Return a kind by the name of its module; `ParameterError` if there is none."""
-    names = sorted(
-        file.stem for file in Path(kinds.__path__[0]).glob("*.py") if not file.stem.startswith("_")
-    )
-    if name not in names:
-        raise ParameterError(f"kind of a task must be one of {', '.join(names)}, got {name!r}")
-    kind: TaskKind = import_module(f"{kinds.__name__}.{name}").KIND
-    return kind
+    return TASK_KINDS.definition(name, "KIND", TaskKind)  # type: ignore[type-abstract]

@@ -26,6 +26,7 @@ SMALLEST = 1e-6
 class Classification(TaskKind):
     """Questions are the test recordings; answers, probabilities of the materials of the training part."""
 
+    name, rank = "classification", 1
     given = "a recording"
     asked = "the probability of each material"
 

@@ -36,6 +36,7 @@ class MixingOptions(TaskOptions):
 class Mixing(TaskKind):
     """Signals are placed on the line between recordings of the two materials."""
 
+    name, rank = "mixing", 5
     given = "weights of two materials"
     asked = "a signal"
 

@@ -24,6 +24,7 @@ from tactogram.workflows.training.loaded_run import LoadedRun
 class Rating(TaskKind):
     """Questions are the test recordings or images; items that were rated are in one part."""
 
+    name, rank = "rating", 7
     given = "a recording or an image"
     asked = "the mean score of people in each word"
 

@@ -26,6 +26,7 @@ KEPT = 0.95
 class Rejection(TaskKind):
     """Questions are test recordings of known and of unknown materials."""
 
+    name, rank = "rejection", 2
     given = "a recording, of a known material or not"
     asked = "how strange it is, and whether it is refused"
 

@@ -23,6 +23,7 @@ from tactogram.workflows.training.loaded_run import LoadedRun
 class Retrieval(TaskKind):
     """Each test recording of an unknown material is searched among the others, by the cosine of embeddings."""
 
+    name, rank = "retrieval", 3
     given = "recordings of surfaces that were not trained on"
     asked = "an embedding of each"
 

@@ -43,6 +43,7 @@ class WordsOptions(TaskOptions):
 class Words(TaskKind):
     """Questions are the mean scores of the test items; answers are scored by a rater model."""
 
+    name, rank = "words", 6
     given = "scores in words"
     asked = "a vibration or an image"
 
