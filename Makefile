@@ -10,11 +10,11 @@ export OMP_WAIT_POLICY ?= PASSIVE
 # The tests start a hundred processes, which would compile every module anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo test install check mutants wheel bench docs clean
+.PHONY: help demo test install check mutants wheel bench benchmark-page docs clean
 .DEFAULT_GOAL := help
 
 help: ## show this list
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## /\1\t/' | expand -t 10
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## /\1\t/' | expand -t 16
 
 install: $(STAMP) ## make .venv with everything that installs without hardware
 
@@ -54,6 +54,10 @@ wheel: install ## build the wheel and test it in a clean environment of its own
 
 bench: install ## measure, and write benchmarks/results.md
 	$(BIN)/python -m benchmarks
+
+benchmark-page: install ## rank the results in benchmarks/tasks: docs/benchmark-results.md and docs/benchmark.html
+	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark-results.md
+	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark.html
 
 docs: install ## build the documentation into docs/_build
 	$(BIN)/python -m sphinx -W -b html docs docs/_build/html

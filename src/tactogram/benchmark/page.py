@@ -18,6 +18,7 @@ from tactogram.benchmark.table import (
     TaskTable,
     about_text,
     data_text,
+    heading,
     markdown,
     mean_text,
     number,
@@ -38,7 +39,7 @@ HEARD_S = 2.0
 PICTURE = (112, 56)
 """Pixels of a spectrogram."""
 RANGE_DB = 60.0
-OTHERS = 5
+OTHERS = 4
 """Further figures in a table."""
 
 
@@ -121,7 +122,7 @@ def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
         "better": first.main.better,
         "floor": number(first.main.floor),
         "ceiling": number(first.main.ceiling),
-        "columns": [(key, first.figures[key].title) for key in others],
+        "columns": [(heading(key), first.figures[key].title) for key in others],
         "rows": [_row(entry, table, others) for entry in table.ranked],
         "failed": [(r.model, r.failed) for r in table.failed],
         "shown": _shown(task, [entry.model for entry in table.ranked], folders),
@@ -151,7 +152,7 @@ def _mean(entry: RankedModel, figure: str) -> float:
 
 
 def _bar(entry: RankedModel, table: TaskTable) -> dict[str, float]:
-    """Return value, interval, floor and ceiling as percentages of one scale for the whole task."""
+    """Return value, interval, floor and ceiling in pixels of one scale for the whole task, -1 where unknown."""
     main = table.ranked[0].results[0].main
     ends = [main.floor, main.ceiling]
     for other in table.ranked:
@@ -160,7 +161,7 @@ def _bar(entry: RankedModel, table: TaskTable) -> dict[str, float]:
     low, span = min(known), max(max(known) - min(known), 1e-9)
 
     def place(value: float | None) -> float:
-        return -1.0 if value is None else round(2 + 96 * (value - low) / span, 2)
+        return -1.0 if value is None else round(6 + 188 * (value - low) / span, 1)
 
     return {
         "value": place(entry.value),

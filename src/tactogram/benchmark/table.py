@@ -19,10 +19,6 @@ difference changes its sign between seeds. A model that **copies** replays its t
 floor, and makes nothing new."""
 
 
-COPIED = 0.5
-"""Share of a model's signals that are copies of its training data, above which it is marked as copying."""
-
-
 @dataclass(frozen=True, eq=False)
 class TaskTable:
     """Ranked models of one task, and those that failed."""
@@ -55,9 +51,9 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
         held = [r for r in results if r.task == name and r.task_sha256 == task.sha256]
         ranked = rank_models(held)
         known = {entry.model for entry in ranked}
-        failed = tuple(r for r in held if r.failed and r.model not in known)
+        failed = {r.model: r for r in held if r.failed and r.model not in known}
         if ranked:
-            found.append(TaskTable(task, tuple(ranked), failed))
+            found.append(TaskTable(task, tuple(ranked), tuple(failed.values())))
     return found
 
 
@@ -90,16 +86,13 @@ def _section(table: TaskTable) -> list[str]:
         f"Figure: {title}{f', {result.main.unit}' if result.main.unit else ''}, {result.main.better} is better; "
         f"floor {number(result.main.floor)}, ceiling {number(result.main.ceiling)}.",
         "",
-        "| rank | model | " + " | ".join([name, *others]) + " | seeds | training |",
+        "| rank | model | " + " | ".join(map(heading, [name, *others])) + " | seeds | training |",
         "| --- " * (5 + len(others)) + "|",
     ]
     for entry in table.ranked:
         cells = [mean_text(entry, key) for key in others]
-        about = (
-            " (baseline)" if entry.entry == "baseline" else " (outside)" if entry.entry == "outside" else ""
-        )
         lines.append(
-            f"| {entry.rank_text} | `{entry.model}`{about} | {value_text(entry)} | "
+            f"| {entry.rank_text} | `{entry.model}`{about_text(entry)} | {value_text(entry)} | "
             + " | ".join(cells)
             + f" | {len(entry.results)} | {training_text(entry)} |"
         )
@@ -108,9 +101,9 @@ def _section(table: TaskTable) -> list[str]:
 
 
 def copies(entry: RankedModel) -> bool:
-    """Return whether most of a model's signals are copies of its training data."""
-    shares = [r.figures["memorised_share"].value for r in entry.results if "memorised_share" in r.figures]
-    return bool(shares) and sum(shares) / len(shares) > COPIED
+    """Return whether signals are more like the training data than half way from unseen recordings to copies of it."""
+    near = [r.figures["training_correlation"] for r in entry.results if "training_correlation" in r.figures]
+    return bool(near) and all(figure.value > ((figure.floor or 0.0) + 1) / 2 for figure in near)
 
 
 def about_text(entry: RankedModel) -> str:
@@ -144,6 +137,12 @@ def training_text(entry: RankedModel) -> str:
     times = [result.training_s for result in entry.results if result.training_s is not None]
     took = f", {sum(times) / len(times):.0f} s" if times else ""
     return f"{entry.results[0].recipe}{took}"
+
+
+def heading(figure: str) -> str:
+    """Return the heading of a column: the name of a figure, without what its unit says."""
+    name = figure.removesuffix("_db").replace("_distance", "").replace("_", " ")
+    return f"{name}, dB" if figure.endswith("_db") else name
 
 
 def number(value: float | None) -> str:

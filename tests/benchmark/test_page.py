@@ -1,0 +1,116 @@
+"""The page of results, in a browser."""
+
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+from tactogram.benchmark.page import html
+from tactogram.benchmark.ranking import rank_models
+from tactogram.benchmark.result import BenchmarkResult
+from tactogram.benchmark.shown import REAL_FOLDER, save_shown
+from tactogram.benchmark.table import TaskTable, markdown
+from tactogram.benchmark.task import available_tasks
+from tactogram.signal import Image, Signal
+
+TASKS = available_tasks()
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+
+
+def result(task, model, value, *, seed=0, copying=False):
+    by_item = {f"item {n}": value + 0.01 * n for n in range(-10, 11)}
+    main = {
+        "value": value,
+        "better": "lower",
+        "title": "distance",
+        "by_item": by_item,
+        "floor": 0.0,
+        "ceiling": 1.0,
+    }
+    near = {"value": 0.9 if copying else 0.3, "better": "lower", "title": "correlation", "floor": 0.2}
+    return BenchmarkResult(
+        task=task.name, task_sha256=task.sha256, model=model, entry="model", seed=seed, recipe="quick",
+        data={"name": task.data.name, "sha256": task.data.sha256, "simulated": task.data.simulated},
+        split_sha256=task.split_sha256, code="0", device="CPU", finished="now",
+        figures={"distance": main, "training_correlation": near},
+    )  # fmt: skip
+
+
+def table(name, values, copying=()):
+    task = TASKS[name]
+    results = [result(task, model, value, copying=model in copying) for model, value in values.items()]
+    return TaskTable(task, tuple(rank_models(results)), ())
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """Give a browser with the page of two tasks, one simulated."""
+    found = os.environ.get("TACTOGRAM_BROWSER") or next(filter(None, map(shutil.which, BROWSERS)), None)
+    if not found:
+        pytest.skip("no browser: install Chromium (Debian: apt install chromium)")
+    folder = tmp_path_factory.mktemp("page")
+    wave = Signal(np.sin(np.arange(2000) / 5)[None].astype(np.float32), 1000.0, "m/s^2")
+    shown = {"felt": wave, "felt recorded": wave}
+    save_shown(folder, "strokes-generate", "far", shown, simulated=True)
+    tables = [
+        table("lmt108-generate", {"near": 0.1, "far": 0.6, "middle": 0.3}),
+        table("strokes-generate", {"far": 0.6, "other": 0.2}),
+    ]
+    (folder / "page.html").write_text(html(tables, [folder]), encoding="utf-8")
+    playwright = pytest.importorskip("playwright.sync_api").sync_playwright().start()
+    browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox", "--disable-gpu"])
+    opened = browser.new_page()
+    problems = []
+    opened.on("pageerror", lambda error: problems.append(str(error)))
+    opened.on("request", lambda sent: problems.append(sent.url) if sent.url.startswith("http") else None)
+    opened.goto((folder / "page.html").as_uri())
+    yield opened
+    browser.close()
+    playwright.stop()
+    assert problems == []
+
+
+def test_a_click_sorts_and_another_turns_the_order(page):
+    section = page.locator("#lmt108-generate")
+    models = section.locator("tbody td:nth-child(2) code")
+    assert models.all_inner_texts() == ["near", "middle", "far"]
+    section.get_by_role("button", name="model").click()
+    assert models.all_inner_texts() == ["far", "middle", "near"]
+    section.get_by_role("button", name="model").click()
+    assert models.all_inner_texts() == ["near", "middle", "far"]
+    section.get_by_role("button", name="value").click()
+    assert models.all_inner_texts() == ["near", "middle", "far"]
+
+
+def test_recorded_and_simulated_data_are_filtered(page):
+    page.get_by_label("simulated", exact=True).check()
+    assert not page.locator("#lmt108-generate").is_visible()
+    assert page.locator("#strokes-generate").is_visible()
+    page.get_by_label("all data").check()
+    page.get_by_label("model").select_option("middle")
+    assert page.locator("#lmt108-generate").is_visible()
+    assert not page.locator("#strokes-generate").is_visible()
+    page.get_by_label("model").select_option("")
+    assert page.locator("#strokes-generate").is_visible()
+
+
+def test_sounds_are_beside_the_recording(page):
+    section = page.locator("#strokes-generate")
+    section.get_by_text("Hear models beside the recording").click()
+    assert section.get_by_role("button", name="play").count() == 2
+    assert section.get_by_role("button", name="play recorded, felt").is_visible()
+
+
+def test_a_model_that_copies_is_marked_and_is_not_called_the_best():
+    text = markdown([table("lmt108-generate", {"replay": 0.05, "texture_var": 0.3}, copying=["replay"])])
+    overview = next(line for line in text.splitlines() if line.startswith("| [Generate"))
+    assert "`texture_var` 0.3" in overview
+    assert "| 1 | `replay` (copies) | 0.05" in text
+
+
+def test_samples_of_recorded_data_are_kept_apart(tmp_path):
+    image = Image(np.zeros((8, 8, 3), np.uint8))
+    save_shown(tmp_path, "task", "mine", {"a/b": image, "a/b recorded": image}, simulated=False)
+    files = sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.png"))
+    assert files == [f"{REAL_FOLDER}/task/shown/mine/a_b.png", f"{REAL_FOLDER}/task/shown/recorded/a_b.png"]
