@@ -48,7 +48,7 @@ def test_a_run_goes_on_and_keeps_what_is_there(results, tasks):
     (results / "name" / "linear_discriminant-0.json").unlink()
     options = {"folder": tasks.work, "task_folders": [tasks.folder], "seeds": 2}
     report = run_benchmark(["name"], ["linear_discriminant", "stroke_cnn"], **options)
-    assert (report["results"], report["kept"]) == (1, 3)
+    assert (report["results"], report["kept"]) == (1, 2)
     again = {file: file.stat().st_mtime_ns for file in results.glob("*/*.json")}
     changed = {file.name for file in again if before.get(file) != again[file]}
     assert changed == {"linear_discriminant-0.json"}
@@ -65,7 +65,7 @@ def test_the_same_seed_gives_the_same_figures(results, tasks, tmp_path):
 
 def test_a_result_of_another_version_of_the_task_is_refused(results, tasks):
     known = available_tasks([tasks.folder])
-    result = BenchmarkResult.load(results / "name" / "linear_discriminant-1.json")
+    result = BenchmarkResult.load(results / "name" / "linear_discriminant-0.json")
     with pytest.raises(
         ParameterError, match=r"task_sha256 must be .*another version of the task; run it again"
     ):

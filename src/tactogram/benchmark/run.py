@@ -82,7 +82,7 @@ def run_benchmark(
     tasks, chosen : sequence of str
         Names of tasks, and of models or baselines; by default all, each on the tasks that it fits.
     seeds : int
-        Number of seeds, from 0.
+        Number of seeds, from 0; baselines are not trained, and have one.
     folder : path
         Work folder: simulated stores, trainings and reference models.
     out : path, optional
@@ -140,7 +140,7 @@ def run_benchmark(
             BenchmarkCell(name, model, entry, seed, str(work), str(place), recipe, longest_min, **places)
             for model, entry in entries.items()
             if not chosen or model in chosen
-            for seed in opened.task.seeds[:seeds]
+            for seed in opened.task.seeds[: seeds if entry == "model" else 1]
         ]
     if missing := [name for name in chosen if name not in named] if named else []:
         raise ParameterError(
