@@ -1,15 +1,17 @@
 """Small simulated stores, and tasks on them."""
 
 import hashlib
-import os
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from tactogram.benchmark.data import open_task
+from tactogram.benchmark.kinds import generation
 from tactogram.benchmark.task import find_task
 from tactogram.datasets import Segment, Split, item_of, split_last
 from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram.workflows.evaluation.reference_models import EvaluationSettings
 
 
 class Tasks:
@@ -70,6 +72,14 @@ def by_item(store):
     return Split(*map(tuple, held.values()), by="material", groups=groups)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def quick_classifier():
+    """Train the classifier that judges generated signals for a few steps."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(generation, "EvaluationSettings", partial(EvaluationSettings, steps=60))
+        yield
+
+
 @pytest.fixture(scope="session")
 def tasks(tmp_path_factory):
     """Give tasks of each kind on small simulated stores."""
@@ -90,5 +100,4 @@ def tasks(tmp_path_factory):
     alone = '[prepare]\naxes = "dft321"\n'
     made.write("rate", "rating", rated, by_item(rated), more=alone)
     made.write("words", "words", rated, by_item(rated), more=alone, head='label = "item"\n')
-    os.environ.pop("TACTOGRAM_TASKS", None)
     return made
