@@ -164,7 +164,9 @@ def test_search_wants_a_count(run, texture):
         search(run.folder, texture("foam", 1), count=0)
 
 
-@pytest.mark.parametrize("name", ["search.usearch", "model.safetensors", "model.json", "data.json"])
+@pytest.mark.parametrize(
+    "name", ["search.usearch", "search-whitening.npy", "model.safetensors", "model.json", "data.json"]
+)
 def test_a_broken_run_is_refused_in_one_line(run, store, texture, tmp_path, name):
     export_run(run.folder, tmp_path / "run.zip")
     import_run(tmp_path / "run.zip", tmp_path / "run")

@@ -205,7 +205,7 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Rep
                 "A search engine for surfaces: the network embeds a new stroke, and its nearest neighbours are "
                 "listed. A stroke beyond the calibrated threshold is none of these."
             ),
-            ReportTable(("touched", "nearest (cosine distance)", "verdict"), rows, facts),
+            ReportTable(("touched", "nearest (distance)", "verdict"), rows, facts),
         ],
     )
 

@@ -17,7 +17,7 @@ from tactogram.signal import Signal
 from tactogram.workflows.capture.requests import LiveRequest
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
-from tactogram.workflows.training.surface_index import KEPT, SurfaceIndex
+from tactogram.workflows.training.surface_index import SurfaceIndex, conformal_quantile
 
 CONTEXT_S = 0.5
 """Signal before a window in which the band-pass of a run's recipe settles. At the window's end it cannot: the samples
@@ -30,7 +30,7 @@ class LiveClassifier:
     """A classifier run as a function of a recorded window; see `tactogram.capture.live.recognition.ClassifyWindow`.
 
     ``window_s`` is by default the length of the network's input, and ``context_s`` the signal needed before it.
-    ``threshold`` is the cosine distance beyond which a window is none of these (None if the run has no search index),
+    ``threshold`` is the distance beyond which a window is none of these (None if the run has no search index),
     ``calibrated_on`` the number of windows that set it (0 if it is that of whole recordings).
 
     Raises
@@ -97,12 +97,11 @@ class LiveClassifier:
         if not places:
             return
         chosen = np.linspace(0, len(places) - 1, min(len(places), CALIBRATED_ON)).astype(int)
-        found = sorted(
+        found = [
             self._distance(index, places[i][0].signal.cut(places[i][1], places[i][1] + length))
             for i in chosen
-        )
-        rank = min(len(found), int(np.ceil((len(found) + 1) * KEPT)))
-        self.threshold, self.calibrated_on = found[rank - 1], len(found)
+        ]
+        self.threshold, self.calibrated_on = conformal_quantile(found), len(found)
 
     def _warm_up(self) -> None:
         """Classify noise: the first pass through a network takes many times as long as any other."""

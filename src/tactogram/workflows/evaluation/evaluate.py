@@ -342,7 +342,7 @@ def _rejection(facts: dict[str, Any]) -> ReportSection:
         ("area under the ROC curve, unknown against known", facts["auroc"], "–"),
     ]
     text = (
-        f"Farther than {facts['threshold']:.3g} (cosine distance) from everything known is “none of these”. "
-        + calibration_text(facts["calibrated_on"])
+        f"Farther than {facts['threshold']:.3g} times the distance of two recordings of one material from everything "
+        "known is “none of these”. " + calibration_text(facts["calibrated_on"])
     )
     return ReportSection("None of these", [ReportText(text), ReportTable(("", "share", "of"), rows)])

@@ -1,9 +1,11 @@
 """Search index of a run: embedded recordings, and the distance beyond which a surface is none of them.
 
-A recording is embedded as the last hidden layer of the classifier averaged over its windows, scaled to length 1, and
-searched in a vector index. A recording is "none of these" when it is farther from all known recordings than `KEPT` of
-the recordings of known materials are: the k-nearest-neighbour test of Sun et al. 2022 ("Out-of-distribution
-detection with deep nearest neighbors"), its threshold calibrated on recordings that the network was not trained on.
+A recording is embedded as the last hidden layer of the classifier averaged over its windows. Distances are Euclidean
+after the embeddings were whitened by how recordings of one material differ (within-class covariance normalisation,
+Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it says about the material. A recording is "none
+of these" when its nearest neighbour is farther than that of `KEPT` of the recordings of known materials (Sun et al.
+2022, "Out-of-distribution detection with deep nearest neighbors"), measured on recordings that the network was not
+trained on.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 from usearch.index import Index
 
 from tactogram.errors import ParameterError, RunError
@@ -20,6 +23,7 @@ from tactogram.model import Embedder, Example
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 
+VERSION = 2
 KEPT = 0.95
 """Share of recordings of known materials that the threshold accepts."""
 EXACT_BELOW = 20_000
@@ -29,8 +33,8 @@ EXACT_BELOW = 20_000
 class SurfaceIndex:
     """Embedded recordings, and the distance beyond which something is none of them.
 
-    ``vectors`` are float32, shape (recording, feature), of length 1; ``threshold`` is a cosine distance, 0..2, set by
-    ``calibrated_on`` recordings.
+    ``vectors`` are float32, shape (recording, feature); ``whitening``, float32, shape (feature, feature), is that of
+    `whitening_of`; ``threshold`` is a distance in its unit, set by ``calibrated_on`` recordings.
     """
 
     def __init__(
@@ -39,31 +43,34 @@ class SurfaceIndex:
         ids: Sequence[str],
         materials: Sequence[str],
         *,
+        whitening: NDArray[np.float32],
         threshold: float,
         calibrated_on: int,
     ) -> None:
         self.ids, self.materials = list(ids), list(materials)
-        self.threshold, self.calibrated_on = threshold, calibrated_on
-        self.index: Any = Index(ndim=vectors.shape[1], metric="cos", dtype="f32")
-        self.index.add(np.arange(len(vectors)), vectors)
+        self.whitening, self.threshold, self.calibrated_on = whitening, threshold, calibrated_on
+        self.index: Any = Index(ndim=vectors.shape[1], metric="l2sq", dtype="f32")
+        self.index.add(np.arange(len(vectors)), vectors @ whitening)
 
     def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
-        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` (cosine, 0..2)."""
+        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` (see `whitening_of`)."""
         exact = len(self.ids) <= EXACT_BELOW
-        found: Any = self.index.search(_unit(vector[None])[0], min(count, len(self.ids)), exact=exact)
+        found: Any = self.index.search(vector @ self.whitening, min(count, len(self.ids)), exact=exact)
         return [
             {"id": self.ids[int(key)], "material": self.materials[int(key)], "distance": float(distance)}
-            for key, distance in zip(found.keys, found.distances, strict=True)
+            for key, distance in zip(found.keys, np.sqrt(found.distances), strict=True)
         ]
 
     def save(self, run: Run) -> None:
-        """Write ``search.usearch`` and ``search.json`` into the run."""
+        """Write ``search.usearch``, ``search-whitening.npy`` and ``search.json`` into the run."""
         with atomic_write(run.folder / "search.usearch") as part:
             self.index.save(str(part))
+        with atomic_write(run.folder / "search-whitening.npy") as part, part.open("wb") as opened:
+            np.save(opened, self.whitening, allow_pickle=False)
         run.write_json(
             "search.json",
             {
-                "version": 1,
+                "version": VERSION,
                 "ids": self.ids,
                 "materials": self.materials,
                 "threshold": self.threshold,
@@ -79,18 +86,26 @@ class SurfaceIndex:
         Raises
         ------
         RunError
-            If the run has none: only classifiers trained with `tactogram train` have one.
+            If the run has none, because only classifiers trained with `tactogram train` have one, or if it is damaged
+            or of another version.
         """
-        if not (run.folder / "search.json").is_file():
+        file = run.folder / "search.json"
+        if not file.is_file():
             raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
         facts = run.read_json("search.json")
+        if facts["version"] != VERSION:
+            raise RunError(f"{file}: must be of version {VERSION}, got {facts['version']}; train again")
         found = cls.__new__(cls)
         found.ids, found.materials = facts["ids"], facts["materials"]
         found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
-        try:
-            found.index = Index.restore(str(run.folder / "search.usearch"))
-        except (OSError, RuntimeError, ValueError) as error:
-            raise RunError(f"{run.folder / 'search.usearch'}: not a readable index: {error}") from error
+        for name in ("search.usearch", "search-whitening.npy"):
+            try:
+                if name == "search.usearch":
+                    found.index = Index.restore(str(run.folder / name))
+                else:
+                    found.whitening = np.load(run.folder / name, allow_pickle=False)
+            except (OSError, RuntimeError, ValueError, EOFError) as error:
+                raise RunError(f"{run.folder / name}: not readable: {error}") from error
         if found.index is None or len(found.index) != len(found.ids):
             raise RunError(f"{run.folder / 'search.usearch'}: does not match search.json")
         return found
@@ -110,22 +125,55 @@ def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequen
     if not known:
         raise ParameterError("an index needs at least one recording, got none")
     vectors = embeddings(embedder, known)
-    if len(validation):
-        distances = 1 - (embeddings(embedder, validation) @ vectors.T).max(axis=1)
-    else:
-        similarity = vectors @ vectors.T
-        np.fill_diagonal(similarity, -1)
-        distances = 1 - similarity.max(axis=1)
-    # The conformal quantile: at least KEPT of new recordings pass, however few set the threshold.
-    rank = min(len(distances), int(np.ceil((len(distances) + 1) * KEPT)))
-    threshold = float(np.sort(distances)[rank - 1])
-    return SurfaceIndex(
+    materials = [str(example.material) for example in known]
+    index = SurfaceIndex(
         vectors,
         [example.id for example in known],
-        [str(example.material) for example in known],
-        threshold=threshold,
+        materials,
+        whitening=whitening_of(vectors, materials),
+        threshold=np.inf,
         calibrated_on=len(validation),
     )
+    if len(validation):
+        distances = [index.nearest(vector, 1)[0]["distance"] for vector in embeddings(embedder, validation)]
+    else:  # The nearest of each is itself.
+        distances = [index.nearest(vector, 2)[-1]["distance"] for vector in vectors]
+    index.threshold = conformal_quantile(distances)
+    return index
+
+
+def whitening_of(vectors: NDArray[np.float32], materials: Sequence[str]) -> NDArray[np.float32]:
+    """Return the matrix, float32, shape (feature, feature), after which distances compare recordings with materials.
+
+    ``vectors @ matrix`` have equal variance within materials in all directions, as far as few recordings can tell:
+    half of the covariance is that of the recordings about the mean of their material, the other half is a multiple of
+    the identity. Distance 1 is the root mean square distance of two of these recordings of one material; of any two, if
+    no material has several.
+    """
+    names, of = np.unique(materials, return_inverse=True)
+    wide = vectors.astype(np.float64)
+    freedom = len(wide) - len(names)
+    if freedom < 1:
+        of, freedom = np.zeros_like(of), max(len(wide) - 1, 1)
+    means = np.stack([wide[of == each].mean(axis=0) for each in range(of.max() + 1)])
+    residuals = wide - means[of]
+    covariance = residuals.T @ residuals / freedom
+    variance = np.trace(covariance) / len(covariance)
+    if variance == 0:
+        return np.eye(len(covariance), dtype=np.float32)
+    triangle = np.linalg.cholesky(covariance + variance * np.eye(len(covariance)))
+    whitening = solve_triangular(triangle, np.eye(len(covariance)), lower=True).T
+    unit = np.sqrt(2 * np.sum((residuals @ whitening) ** 2) / freedom)
+    return (whitening / unit).astype(np.float32)
+
+
+def conformal_quantile(distances: Sequence[float]) -> float:
+    """Return the distance within which at least `KEPT` of new recordings are, however few ``distances`` there are.
+
+    The least of the greatest if they are too few for that: split conformal prediction (Vovk et al. 2005).
+    """
+    rank = min(len(distances), int(np.ceil((len(distances) + 1) * KEPT)))
+    return float(np.sort(distances)[rank - 1])
 
 
 def index_run(run: Run, embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> None:
@@ -141,10 +189,5 @@ def calibration_text(recordings: int) -> str:
 
 
 def embeddings(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
-    """Return the embedding of each example, scaled to length 1: float32, shape (example, feature)."""
-    return _unit(np.stack([embedder.embed(example.signal) for example in examples]))
-
-
-def _unit(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
-    unit: NDArray[np.float32] = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
-    return unit
+    """Return the embedding of each example: float32, shape (example, feature)."""
+    return np.stack([embedder.embed(example.signal) for example in examples])
