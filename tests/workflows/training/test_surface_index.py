@@ -13,7 +13,7 @@ from tactogram.workflows.training.run_archive import export_run, import_run
 from tactogram.workflows.training.surface_index import (
     SurfaceIndex,
     build_index,
-    conformal_quantile,
+    prediction_limit,
     whitening_of,
 )
 
@@ -86,8 +86,7 @@ def test_the_threshold_keeps_the_share_it_states_of_new_recordings():
         kept.append(np.mean(np.array(far(drawn(random, 20))) <= index.threshold))
         unknown = drawn(random, 20, ("x", "x", "x", "x", "wool"))
         refused.append(np.mean(np.array(far(e for e in unknown if e.material == "wool")) > index.threshold))
-    # 40 thresholds of 30 recordings each: the mean of 30 / 31 is known to about 0.5 %.
-    assert np.mean(kept) == pytest.approx(30 / 31, abs=0.02)
+    assert np.mean(kept) == pytest.approx(0.95, abs=0.02)
     assert np.mean(refused) > 0.9
 
 
@@ -96,15 +95,25 @@ def test_without_validation_each_recording_is_compared_with_the_others():
     index = build_index(Points(), known, [])
     points = np.stack([Points().embed(e.signal) for e in known]) @ index.whitening
     apart = np.linalg.norm(points[:, None] - points[None], axis=2) + np.diag([np.inf] * len(points))
-    assert index.threshold == pytest.approx(np.sort(apart.min(axis=1))[57], rel=1e-4)  # 58 of 60
+    assert index.threshold == pytest.approx(prediction_limit(apart.min(axis=1)), rel=1e-4)
     assert index.calibrated_on == 0
 
 
-def test_few_recordings_set_the_threshold_to_the_greatest_distance():
-    assert conformal_quantile([3.0, 1.0, 2.0]) == 3.0
-    assert conformal_quantile(range(1, 20)) == 19
-    assert conformal_quantile(range(1, 40)) == 38
-    assert conformal_quantile(range(1, 100)) == 95
+@pytest.mark.parametrize("count", [3, 12, 40])
+def test_the_limit_keeps_new_distances_however_few_set_it(count):
+    random = np.random.default_rng(count)
+    drawn = np.exp(0.3 * random.standard_normal((4000, count + 1)))
+    limits = np.array([prediction_limit(row[:-1]) for row in drawn])
+    assert np.mean(drawn[:, -1] <= limits) == pytest.approx(0.95, abs=0.011)  # 3 standard errors
+
+
+def test_the_limit_is_that_of_a_log_normal_distribution():
+    # By hand: logarithms 0, 1, 2; Student's t of 0.95 with 2 degrees of freedom is 2.920.
+    assert prediction_limit(np.exp([0.0, 1.0, 2.0])) == pytest.approx(
+        np.exp(1 + 2.920 * np.sqrt(4 / 3)), rel=1e-3
+    )
+    assert prediction_limit([0.7]) == pytest.approx(0.7)
+    assert np.isfinite(prediction_limit([0.0, 0.0, 1.0]))
 
 
 def test_a_loaded_index_measures_as_the_saved_one(run, texture):

@@ -17,7 +17,7 @@ from tactogram.signal import Signal
 from tactogram.workflows.capture.requests import LiveRequest
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
-from tactogram.workflows.training.surface_index import SurfaceIndex, conformal_quantile
+from tactogram.workflows.training.surface_index import SurfaceIndex, prediction_limit
 
 CONTEXT_S = 0.5
 """Signal before a window in which the band-pass of a run's recipe settles. At the window's end it cannot: the samples
@@ -101,7 +101,7 @@ class LiveClassifier:
             self._distance(index, places[i][0].signal.cut(places[i][1], places[i][1] + length))
             for i in chosen
         ]
-        self.threshold, self.calibrated_on = conformal_quantile(found), len(found)
+        self.threshold, self.calibrated_on = prediction_limit(found), len(found)
 
     def _warm_up(self) -> None:
         """Classify noise: the first pass through a network takes many times as long as any other."""

@@ -3,9 +3,8 @@
 A recording is embedded as the last hidden layer of the classifier averaged over its windows. Distances are Euclidean
 after the embeddings were whitened by how recordings of one material differ (within-class covariance normalisation,
 Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it says about the material. A recording is "none
-of these" when its nearest neighbour is farther than that of `KEPT` of the recordings of known materials (Sun et al.
-2022, "Out-of-distribution detection with deep nearest neighbors"), measured on recordings that the network was not
-trained on.
+of these" when its nearest neighbour (Sun et al. 2022, "Out-of-distribution detection with deep nearest neighbors") is
+farther than the `prediction_limit` of recordings of known materials that the network was not trained on.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
+from scipy.stats import t as student
 from usearch.index import Index
 
 from tactogram.errors import ParameterError, RunError
@@ -26,6 +26,8 @@ from tactogram.training.run import Run
 VERSION = 2
 KEPT = 0.95
 """Share of recordings of known materials that the threshold accepts."""
+LEAST_DISTANCE = 0.01
+"""Smaller distances set a threshold as this one: copies of a recording have the distance 0 and no logarithm."""
 EXACT_BELOW = 20_000
 """Largest number of recordings for exact search; beyond it the index's graph is searched."""
 
@@ -138,7 +140,7 @@ def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequen
         distances = [index.nearest(vector, 1)[0]["distance"] for vector in embeddings(embedder, validation)]
     else:  # The nearest of each is itself.
         distances = [index.nearest(vector, 2)[-1]["distance"] for vector in vectors]
-    index.threshold = conformal_quantile(distances)
+    index.threshold = prediction_limit(distances)
     return index
 
 
@@ -167,13 +169,20 @@ def whitening_of(vectors: NDArray[np.float32], materials: Sequence[str]) -> NDAr
     return (whitening / unit).astype(np.float32)
 
 
-def conformal_quantile(distances: Sequence[float]) -> float:
-    """Return the distance within which at least `KEPT` of new recordings are, however few ``distances`` there are.
+def prediction_limit(distances: Sequence[float]) -> float:
+    """Return the distance within which a new recording is with probability `KEPT`.
 
-    The least of the greatest if they are too few for that: split conformal prediction (Vovk et al. 2005).
+    The one-sided prediction limit of one more draw from a log-normal distribution (Hahn and Meeker, "Statistical
+    Intervals", 1991). Of the few dozen recordings in a validation part, the quantile is one of the greatest distances,
+    which varies much more, and it cannot keep `KEPT` of new recordings if there are fewer than 19. A single distance
+    is its own limit.
     """
-    rank = min(len(distances), int(np.ceil((len(distances) + 1) * KEPT)))
-    return float(np.sort(distances)[rank - 1])
+    count = len(distances)
+    if count < 2:
+        return float(distances[0])
+    logs = np.log(np.maximum(distances, LEAST_DISTANCE))
+    spread = np.std(logs, ddof=1) * np.sqrt(1 + 1 / count)
+    return float(np.exp(np.mean(logs) + student.ppf(KEPT, count - 1) * spread))
 
 
 def index_run(run: Run, embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> None:
