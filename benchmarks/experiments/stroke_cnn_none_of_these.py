@@ -31,6 +31,7 @@ def run(
     turns: int = 3,
     seeds: int = 1,
     steps: int = 0,
+    precision: str = "32-true",
 ) -> dict[str, Any]:
     """Return, over turns and seeds, how many known recordings pass, unknown ones are refused, and the AUROC.
 
@@ -50,10 +51,13 @@ def run(
         Seeds of the materials' order, the split and the training.
     steps : int
         Updates of ``quick``, if not its own number.
+    precision : str
+        ``training.precision``.
     """
     store = find_or_simulate(folder / "data", "stroking9", given=data, per_class=30, progress=progress)
     names = sorted({str(info.material) for info in store.index})
-    changes: dict[str, Any] = {"prepare.band": list(band)} if band else {}
+    changes: dict[str, Any] = {"training.precision": precision}
+    changes |= {"prepare.band": list(band)} if band else {}
     changes |= {"config.steps": steps} if steps else {}
     rows = []
     for seed in range(seeds):

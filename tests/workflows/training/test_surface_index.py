@@ -80,14 +80,31 @@ def test_the_threshold_keeps_the_share_it_states_of_new_recordings():
         index = build_index(Points(), list(drawn(random, 20)), list(drawn(random, 10)))
         assert index.calibrated_on == 30
 
-        def far(examples, index=index):
-            return [index.nearest(Points().embed(e.signal), 1)[0]["distance"] for e in examples]
+        def novelties(examples, index=index):
+            return np.array([index.novelty(Points().embed(e.signal)) for e in examples])
 
-        kept.append(np.mean(np.array(far(drawn(random, 20))) <= index.threshold))
-        unknown = drawn(random, 20, ("x", "x", "x", "x", "wool"))
-        refused.append(np.mean(np.array(far(e for e in unknown if e.material == "wool")) > index.threshold))
+        kept.append(np.mean(novelties(drawn(random, 20)) <= 1))
+        others = drawn(random, 20, ("x", "x", "x", "x", "wool"))
+        refused.append(np.mean(novelties(e for e in others if e.material == "wool") > 1))
     assert np.mean(kept) == pytest.approx(0.95, abs=0.02)
     assert np.mean(refused) > 0.9
+
+
+def test_a_material_whose_recordings_differ_more_may_be_farther_off():
+    random = np.random.default_rng(4)
+
+    def drawn(count):
+        for number in range(count):
+            for name, middle, spread in (("felt", 0.0, 0.1), ("grass", 30.0, 1.0)):
+                point = middle + spread * random.standard_normal(6)
+                yield Example(f"{name}-{number}", Signal(point[None], 100.0, "1"), name)
+
+    index = build_index(Points(), list(drawn(40)), list(drawn(20)))
+    assert index.thresholds["grass"] == pytest.approx(10 * index.thresholds["felt"], rel=0.2)
+    beside = np.zeros(6, np.float32)
+    beside[0] = 1.5
+    assert index.novelty(beside) > 1
+    assert index.novelty(beside + 30) < 1
 
 
 def test_without_validation_each_recording_is_compared_with_the_others():
@@ -95,8 +112,27 @@ def test_without_validation_each_recording_is_compared_with_the_others():
     index = build_index(Points(), known, [])
     points = np.stack([Points().embed(e.signal) for e in known]) @ index.whitening
     apart = np.linalg.norm(points[:, None] - points[None], axis=2) + np.diag([np.inf] * len(points))
-    assert index.threshold == pytest.approx(prediction_limit(apart.min(axis=1)), rel=1e-4)
+    nearest = apart.min(axis=1).reshape(3, 20)
+    typical = nearest.mean(axis=1)
+    limit = prediction_limit((nearest / typical[:, None]).ravel())
+    assert list(index.thresholds.values()) == pytest.approx(limit * typical, rel=1e-4)
     assert index.calibrated_on == 0
+
+
+def test_a_material_of_another_store_has_the_mean_threshold():
+    index = SurfaceIndex(
+        np.zeros((2, 2), np.float32),
+        ["1", "2"],
+        ["cork", "wool"],
+        whitening=np.eye(2, dtype=np.float32),
+        thresholds={"cork": 1.0, "foam": 3.0},
+        calibrated_on=5,
+    )
+    found = {each["material"]: each for each in index.nearest(np.array([3, 4], np.float32), 2)}
+    assert {name: (each["distance"], each["threshold"]) for name, each in found.items()} == {
+        "cork": (5.0, 1.0),
+        "wool": (5.0, 2.0),
+    }
 
 
 @pytest.mark.parametrize("count", [3, 12, 40])
@@ -119,9 +155,9 @@ def test_the_limit_is_that_of_a_log_normal_distribution():
 def test_a_loaded_index_measures_as_the_saved_one(run, texture):
     index = SurfaceIndex.load(run)
     facts = run.read_json("search.json")
-    assert (facts["version"], facts["kept"], facts["threshold"]) == (2, 0.95, index.threshold)
+    assert (facts["version"], facts["kept"], facts["thresholds"]) == (2, 0.95, index.thresholds)
     found = search(run.folder, texture("tile", 77))
-    assert found["threshold"] == index.threshold
+    assert found["threshold"] == index.thresholds["tile"]
     assert [each["distance"] for each in found["nearest"]] == sorted(
         each["distance"] for each in found["nearest"]
     )

@@ -33,8 +33,8 @@ def search(
     -------
     dict
         ``nearest`` (``id``, ``material``, ``distance``), ``materials`` (each once, by its nearest recording),
-        ``none_of_these`` (bool), ``distance`` and ``threshold`` (1: that of two recordings of one material, as a root
-        mean square over the training data).
+        ``none_of_these`` (bool), ``distance`` and ``threshold`` of the nearest (1: that of two recordings of one
+        material, as a root mean square over the training data).
 
     Raises
     ------
@@ -59,9 +59,9 @@ def search(
     return {
         "nearest": every[:count],
         "materials": [{"material": m, "distance": d} for m, d in list(materials.items())[:count]],
-        "none_of_these": every[0]["distance"] > index.threshold,
+        "none_of_these": every[0]["distance"] > every[0]["threshold"],
         "distance": every[0]["distance"],
-        "threshold": index.threshold,
+        "threshold": every[0]["threshold"],
         "calibrated_on": index.calibrated_on,
         "simulated": simulated,
     }
@@ -89,7 +89,7 @@ def _index_of(loaded: LoadedRun, store: Store, trained: SurfaceIndex) -> Surface
         list(names),
         list(names.values()),
         whitening=trained.whitening,
-        threshold=trained.threshold,
+        thresholds=trained.thresholds,
         calibrated_on=trained.calibrated_on,
     )
 

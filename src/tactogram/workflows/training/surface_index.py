@@ -1,15 +1,17 @@
-"""Search index of a run: embedded recordings, and the distance beyond which a surface is none of them.
+"""Search index of a run: embedded recordings, and the distances beyond which a surface is none of them.
 
 A recording is embedded as the last hidden layer of the classifier averaged over its windows. Distances are Euclidean
 after the embeddings were whitened by how recordings of one material differ (within-class covariance normalisation,
 Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it says about the material. A recording is "none
 of these" when its nearest neighbour (Sun et al. 2022, "Out-of-distribution detection with deep nearest neighbors") is
-farther than the `prediction_limit` of recordings of known materials that the network was not trained on.
+too far for a recording of that neighbour's material: relative to how far apart the material's own recordings are, it
+is beyond the `prediction_limit` of recordings of known materials that the network was not trained on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from statistics import mean
 from typing import Any
 
 import numpy as np
@@ -25,7 +27,7 @@ from tactogram.training.run import Run
 
 VERSION = 2
 KEPT = 0.95
-"""Share of recordings of known materials that the threshold accepts."""
+"""Share of recordings of known materials that the thresholds accept."""
 LEAST_DISTANCE = 0.01
 """Smaller distances set a threshold as this one: copies of a recording have the distance 0 and no logarithm."""
 EXACT_BELOW = 20_000
@@ -33,10 +35,10 @@ EXACT_BELOW = 20_000
 
 
 class SurfaceIndex:
-    """Embedded recordings, and the distance beyond which something is none of them.
+    """Embedded recordings, and the distances beyond which something is none of them.
 
     ``vectors`` are float32, shape (recording, feature); ``whitening``, float32, shape (feature, feature), is that of
-    `whitening_of`; ``threshold`` is a distance in its unit, set by ``calibrated_on`` recordings.
+    `whitening_of`; ``thresholds`` are distances in its unit by material, set by ``calibrated_on`` recordings.
     """
 
     def __init__(
@@ -46,22 +48,37 @@ class SurfaceIndex:
         materials: Sequence[str],
         *,
         whitening: NDArray[np.float32],
-        threshold: float,
+        thresholds: Mapping[str, float],
         calibrated_on: int,
     ) -> None:
         self.ids, self.materials = list(ids), list(materials)
-        self.whitening, self.threshold, self.calibrated_on = whitening, threshold, calibrated_on
+        self.whitening, self.thresholds, self.calibrated_on = whitening, dict(thresholds), calibrated_on
         self.index: Any = Index(ndim=vectors.shape[1], metric="l2sq", dtype="f32")
         self.index.add(np.arange(len(vectors)), vectors @ whitening)
 
     def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
-        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` (see `whitening_of`)."""
+        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance``, ``threshold``.
+
+        The last two are in the unit of `whitening_of`. What is farther from the nearest recording than ``threshold``
+        is none of these. A material that was not trained on, in the index of another store, has their mean.
+        """
         exact = len(self.ids) <= EXACT_BELOW
         found: Any = self.index.search(vector @ self.whitening, min(count, len(self.ids)), exact=exact)
+        other = mean(self.thresholds.values())
         return [
-            {"id": self.ids[int(key)], "material": self.materials[int(key)], "distance": float(distance)}
+            {
+                "id": self.ids[int(key)],
+                "material": (material := self.materials[int(key)]),
+                "distance": float(distance),
+                "threshold": self.thresholds.get(material, other),
+            }
             for key, distance in zip(found.keys, np.sqrt(found.distances), strict=True)
         ]
+
+    def novelty(self, vector: NDArray[np.float32]) -> float:
+        """Return the distance to the nearest recording over its threshold: above 1 is none of these."""
+        (nearest,) = self.nearest(vector, 1)
+        return float(nearest["distance"] / nearest["threshold"])
 
     def save(self, run: Run) -> None:
         """Write ``search.usearch``, ``search-whitening.npy`` and ``search.json`` into the run."""
@@ -75,7 +92,7 @@ class SurfaceIndex:
                 "version": VERSION,
                 "ids": self.ids,
                 "materials": self.materials,
-                "threshold": self.threshold,
+                "thresholds": self.thresholds,
                 "kept": KEPT,
                 "calibrated_on": self.calibrated_on,
             },
@@ -99,7 +116,7 @@ class SurfaceIndex:
             raise RunError(f"{file}: must be of version {VERSION}, got {facts['version']}; train again")
         found = cls.__new__(cls)
         found.ids, found.materials = facts["ids"], facts["materials"]
-        found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
+        found.thresholds, found.calibrated_on = facts["thresholds"], facts["calibrated_on"]
         for name in ("search.usearch", "search-whitening.npy"):
             try:
                 if name == "search.usearch":
@@ -114,7 +131,7 @@ class SurfaceIndex:
 
 
 def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:
-    """Return an index over ``known``, with a threshold calibrated on ``validation``.
+    """Return an index over ``known``, with thresholds calibrated on ``validation``.
 
     The latter are recordings of known materials that ``embedder`` was not trained on. If there are none, each known
     recording is compared with the others, which is optimistic.
@@ -133,15 +150,26 @@ def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequen
         [example.id for example in known],
         materials,
         whitening=whitening_of(vectors, materials),
-        threshold=np.inf,
+        thresholds=dict.fromkeys(materials, 1.0),
         calibrated_on=len(validation),
     )
+    # The nearest of each is itself.
+    apart = np.array([index.nearest(vector, 2)[-1]["distance"] for vector in vectors])
+    index.thresholds = _typical(apart, materials)
     if len(validation):
-        distances = [index.nearest(vector, 1)[0]["distance"] for vector in embeddings(embedder, validation)]
-    else:  # The nearest of each is itself.
-        distances = [index.nearest(vector, 2)[-1]["distance"] for vector in vectors]
-    index.threshold = prediction_limit(distances)
+        novelties = [index.novelty(vector) for vector in embeddings(embedder, validation)]
+    else:
+        novelties = [far / index.thresholds[name] for far, name in zip(apart, materials, strict=True)]
+    limit = prediction_limit(novelties)
+    index.thresholds = {name: limit * typical for name, typical in index.thresholds.items()}
     return index
+
+
+def _typical(distances: NDArray[np.float64], materials: Sequence[str]) -> dict[str, float]:
+    """Return the mean of ``distances``, one for each of ``materials``, by material; of copies, a tenth of all."""
+    least = distances.mean() / 10 or 1.0
+    of = np.array(materials)
+    return {name: max(float(distances[of == name].mean()), float(least)) for name in sorted(set(materials))}
 
 
 def whitening_of(vectors: NDArray[np.float32], materials: Sequence[str]) -> NDArray[np.float32]:
@@ -166,11 +194,12 @@ def whitening_of(vectors: NDArray[np.float32], materials: Sequence[str]) -> NDAr
     triangle = np.linalg.cholesky(covariance + variance * np.eye(len(covariance)))
     whitening = solve_triangular(triangle, np.eye(len(covariance)), lower=True).T
     unit = np.sqrt(2 * np.sum((residuals @ whitening) ** 2) / freedom)
-    return (whitening / unit).astype(np.float32)
+    matrix: NDArray[np.float32] = (whitening / unit).astype(np.float32)
+    return matrix
 
 
 def prediction_limit(distances: Sequence[float]) -> float:
-    """Return the distance within which a new recording is with probability `KEPT`.
+    """Return the distance, relative to the typical, within which a new recording is with probability `KEPT`.
 
     The one-sided prediction limit of one more draw from a log-normal distribution (Hahn and Meeker, "Statistical
     Intervals", 1991). Of the few dozen recordings in a validation part, the quantile is one of the greatest distances,
@@ -193,8 +222,8 @@ def index_run(run: Run, embedder: Embedder, known: Sequence[Example], validation
 def calibration_text(recordings: int) -> str:
     """Return a sentence on the calibration of "none of these"."""
     if recordings:
-        return f"The threshold was set on {recordings} recordings that were not trained on."
-    return "The threshold was set on the training recordings, each against the others, which is optimistic."
+        return f"The thresholds were set on {recordings} recordings that were not trained on."
+    return "The thresholds were set on the training recordings, each against the others, which is optimistic."
 
 
 def embeddings(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:

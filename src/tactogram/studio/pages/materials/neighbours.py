@@ -91,7 +91,8 @@ def _search(
     nearest = [each for each in result["nearest"] if each["id"] not in without][:COUNT]
     measure = (
         "Distance in the classifier's last hidden layer; 1: two recordings of one material. A signal farther than "
-        f"{result['threshold']:.3g} from every known material is none of these. "
+        f"{result['threshold']:.3g} from the nearest recording, the limit of {result['nearest'][0]['material']}, is "
+        "none of these. "
         f"{calibration_text(result['calibrated_on'])}"
     )
     return {"nearest": nearest, "measure": measure, "unit": ""}
