@@ -1,11 +1,12 @@
 """Search index of a run: embedded recordings, and the distances beyond which a surface is none of them.
 
-A recording is embedded as the last hidden layer of the classifier averaged over its windows. Distances are Euclidean
-after the embeddings were whitened by how recordings of one material differ (within-class covariance normalisation,
-Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it says about the material. A recording is "none
-of these" when its nearest neighbour (Sun et al. 2022, "Out-of-distribution detection with deep nearest neighbors") is
-too far for a recording of that neighbour's material: relative to how far apart the material's own recordings are, it
-is beyond the `prediction_limit` of recordings of known materials that the network was not trained on.
+A recording is embedded as the last hidden layer of the classifier averaged over its windows, scaled to length 1.
+Distances are Euclidean after the embeddings were whitened by how recordings of one material differ (within-class
+covariance normalisation, Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it says about the
+material. A recording is "none of these" when its nearest neighbour (Sun et al. 2022, "Out-of-distribution detection
+with deep nearest neighbors") is too far for a recording of that neighbour's material: relative to how far apart the
+material's own recordings are, it is beyond the `prediction_limit` of recordings of known materials that the network was
+not trained on.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ EXACT_BELOW = 20_000
 class SurfaceIndex:
     """Embedded recordings, and the distances beyond which something is none of them.
 
-    ``vectors`` are float32, shape (recording, feature); ``whitening``, float32, shape (feature, feature), is that of
-    `whitening_of`; ``thresholds`` are distances in its unit by material, set by ``calibrated_on`` recordings.
+    ``vectors`` are float32, shape (recording, feature), of length 1; ``whitening``, float32, shape (feature, feature),
+    is that of `whitening_of`; ``thresholds`` are distances in its unit by material, set by ``calibrated_on`` recordings.
     """
 
     def __init__(
@@ -63,7 +64,7 @@ class SurfaceIndex:
         is none of these. A material that was not trained on, in the index of another store, has their mean.
         """
         exact = len(self.ids) <= EXACT_BELOW
-        found: Any = self.index.search(vector @ self.whitening, min(count, len(self.ids)), exact=exact)
+        found: Any = self.index.search(_unit(vector) @ self.whitening, min(count, len(self.ids)), exact=exact)
         other = mean(self.thresholds.values())
         return [
             {
@@ -227,5 +228,10 @@ def calibration_text(recordings: int) -> str:
 
 
 def embeddings(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
-    """Return the embedding of each example: float32, shape (example, feature)."""
-    return np.stack([embedder.embed(example.signal) for example in examples])
+    """Return the embedding of each example, scaled to length 1: float32, shape (example, feature)."""
+    return np.stack([_unit(embedder.embed(example.signal)) for example in examples])
+
+
+def _unit(vector: NDArray[np.float32]) -> NDArray[np.float32]:
+    unit: NDArray[np.float32] = vector / max(float(np.linalg.norm(vector)), 1e-12)
+    return unit
