@@ -17,7 +17,7 @@ from tactogram.experiments.artifacts import find_or_simulate, kind_of, trained_r
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.progress import ProgressCallback
 
-FIGURES = ("known_kept", "unknown_rejected", "auroc", "recording_accuracy")
+FIGURES = ("known_kept", "unknown_rejected", "auroc", "recording_accuracy", "window_accuracy")
 
 
 def run(
@@ -74,9 +74,8 @@ def run(
                 progress=progress,
             )
             found = evaluate(out, unknown=True, progress=progress)
-            rows.append(
-                {"seed": seed, "recording_accuracy": found["recording_accuracy"], **found["none_of_these"]}
-            )
+            accuracies = {name: found[name] for name in ("recording_accuracy", "window_accuracy")}
+            rows.append({"seed": seed, **accuracies, **found["none_of_these"]})
     figures = {
         name: {"mean": mean(values), "sd": stdev(values)}
         for name in FIGURES

@@ -21,6 +21,7 @@ from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.run_archive import export_run, import_run
+from tactogram.workflows.training.surface_index import SurfaceIndex
 from tactogram.workflows.training.train import train
 
 
@@ -152,6 +153,7 @@ def test_search_embeds_only_what_is_new(run, store, texture, recordings, tmp_pat
         "id": added["id"],
         "material": "felt",
         "distance": pytest.approx(0, abs=1e-5),
+        "threshold": pytest.approx(np.mean(list(SurfaceIndex.load(run).thresholds.values()))),
     }
     assert before["nearest"][0]["material"] != "felt"
     (run.folder / "search-embedded.npz").write_bytes(b"PK\x03\x04 broken")

@@ -48,7 +48,7 @@ class StrokeCNNLearner:
     def optimiser(self) -> Any:
         """Adam, with its ``schedule``. Made for training only: a process's first optimiser imports torch's compiler."""
         config = self.config
-        adam = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate, fused=True)
+        adam = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate)
         if config.schedule == "one-cycle":
             self.schedule = torch.optim.lr_scheduler.OneCycleLR(adam, config.learning_rate, config.steps)
         return adam

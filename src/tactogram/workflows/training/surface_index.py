@@ -39,7 +39,8 @@ class SurfaceIndex:
     """Embedded recordings, and the distances beyond which something is none of them.
 
     ``vectors`` are float32, shape (recording, feature), of length 1; ``whitening``, float32, shape (feature, feature),
-    is that of `whitening_of`; ``thresholds`` are distances in its unit by material, set by ``calibrated_on`` recordings.
+    is that of `whitening_of`; ``thresholds`` are distances in its unit, by material, set by ``calibrated_on``
+    recordings.
     """
 
     def __init__(
