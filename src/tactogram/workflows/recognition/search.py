@@ -33,8 +33,8 @@ def search(
     -------
     dict
         ``nearest`` (``id``, ``material``, ``distance``, ``threshold``), ``materials`` (each once, by its nearest
-        recording), ``none_of_these`` (bool), ``distance`` and ``threshold`` of the nearest (1: that of two recordings of one
-        material, as a root mean square over the training data).
+        recording), ``none_of_these`` (bool), ``distance`` and ``threshold`` of the nearest (1: that of two
+        recordings of one material, as a root mean square over the training data).
 
     Raises
     ------
