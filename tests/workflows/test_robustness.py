@@ -21,6 +21,7 @@ from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.run_archive import export_run, import_run
+from tactogram.workflows.training.surface_index import SurfaceIndex
 from tactogram.workflows.training.train import train
 
 
@@ -152,6 +153,7 @@ def test_search_embeds_only_what_is_new(run, store, texture, recordings, tmp_pat
         "id": added["id"],
         "material": "felt",
         "distance": pytest.approx(0, abs=1e-5),
+        "threshold": pytest.approx(np.mean(list(SurfaceIndex.load(run).thresholds.values()))),
     }
     assert before["nearest"][0]["material"] != "felt"
     (run.folder / "search-embedded.npz").write_bytes(b"PK\x03\x04 broken")
@@ -164,7 +166,9 @@ def test_search_wants_a_count(run, texture):
         search(run.folder, texture("foam", 1), count=0)
 
 
-@pytest.mark.parametrize("name", ["search.usearch", "model.safetensors", "model.json", "data.json"])
+@pytest.mark.parametrize(
+    "name", ["search.usearch", "search-whitening.npy", "model.safetensors", "model.json", "data.json"]
+)
 def test_a_broken_run_is_refused_in_one_line(run, store, texture, tmp_path, name):
     export_run(run.folder, tmp_path / "run.zip")
     import_run(tmp_path / "run.zip", tmp_path / "run")

@@ -66,8 +66,8 @@ def _search(request: _SearchRequest, show: Printer) -> None:
     signal = read_signal(request.file, **request.reading)
     result = search(request.run, signal, data=request.data, count=request.count)
     verdict = "none of these" if result["none_of_these"] else "known"
-    rows = [(f["material"], f"{f['distance']:.4f}", f["id"]) for f in result["nearest"]]
-    head = f"{verdict}: nearest at {result['distance']:.4f}, threshold {result['threshold']:.4f}"
+    rows = [(f["material"], f"{f['distance']:.2f}", f["id"]) for f in result["nearest"]]
+    head = f"{verdict}: nearest at {result['distance']:.2f}, threshold {result['threshold']:.2f}"
     show(result, head + "\n" + columns(rows))
 
 

@@ -203,9 +203,9 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Rep
         [
             ReportText(
                 "A search engine for surfaces: the network embeds a new stroke, and its nearest neighbours are "
-                "listed. A stroke beyond the calibrated threshold is none of these."
+                "listed. A stroke beyond the threshold of the nearest one's material is none of these."
             ),
-            ReportTable(("touched", "nearest (cosine distance)", "verdict"), rows, facts),
+            ReportTable(("touched", "nearest (distance)", "verdict"), rows, facts),
         ],
     )
 
@@ -216,7 +216,7 @@ def _none_of_these_text(classifier: LoadedRun) -> str:
     return (
         f"{_percent(facts['known_kept'])} of {facts['known']} strokes over known surfaces pass, "
         f"{_percent(facts['unknown_rejected'])} of {facts['unknown']} over {UNKNOWN} are refused; "
-        f"area under the ROC curve {facts['auroc']:.2f}. The threshold was set on {facts['calibrated_on']} strokes."
+        f"area under the ROC curve {facts['auroc']:.2f}. The thresholds were set on {facts['calibrated_on']} strokes."
     )
 
 

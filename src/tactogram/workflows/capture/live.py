@@ -17,7 +17,7 @@ from tactogram.signal import Signal
 from tactogram.workflows.capture.requests import LiveRequest
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
-from tactogram.workflows.training.surface_index import KEPT, SurfaceIndex
+from tactogram.workflows.training.surface_index import SurfaceIndex, prediction_limit
 
 CONTEXT_S = 0.5
 """Signal before a window in which the band-pass of a run's recipe settles. At the window's end it cannot: the samples
@@ -30,7 +30,7 @@ class LiveClassifier:
     """A classifier run as a function of a recorded window; see `tactogram.capture.live.recognition.ClassifyWindow`.
 
     ``window_s`` is by default the length of the network's input, and ``context_s`` the signal needed before it.
-    ``threshold`` is the cosine distance beyond which a window is none of these (None if the run has no search index),
+    ``threshold`` is the novelty beyond which a window is none of these (None if the run has no search index),
     ``calibrated_on`` the number of windows that set it (0 if it is that of whole recordings).
 
     Raises
@@ -73,19 +73,19 @@ class LiveClassifier:
         probabilities = self._classifier.probabilities(window)
         none_of_these = None
         if self._index is not None:
-            none_of_these = self._distance(self._index, window) > float(self.threshold or 0.0)
+            none_of_these = self._novelty(self._index, window) > float(self.threshold or 0.0)
         names = self.loaded.kind.materials
         return Classification(dict(zip(names, probabilities.tolist(), strict=True)), none_of_these)
 
-    def _distance(self, index: SurfaceIndex, window: Signal) -> float:
-        return float(index.nearest(self.loaded.embedder.embed(window), 1)[0]["distance"])
+    def _novelty(self, index: SurfaceIndex, window: Signal) -> float:
+        return index.novelty(self.loaded.embedder.embed(window))
 
     def _calibrate(self, index: SurfaceIndex) -> None:
         """Set the threshold on windows of validation recordings.
 
         That of the run is of whole recordings, whose embeddings are means over many windows and lie nearer together.
         """
-        self.threshold = index.threshold
+        self.threshold = 1.0
         loaded = self.loaded
         try:
             store, split = test_part(loaded.run)
@@ -97,12 +97,10 @@ class LiveClassifier:
         if not places:
             return
         chosen = np.linspace(0, len(places) - 1, min(len(places), CALIBRATED_ON)).astype(int)
-        found = sorted(
-            self._distance(index, places[i][0].signal.cut(places[i][1], places[i][1] + length))
-            for i in chosen
-        )
-        rank = min(len(found), int(np.ceil((len(found) + 1) * KEPT)))
-        self.threshold, self.calibrated_on = found[rank - 1], len(found)
+        found = [
+            self._novelty(index, places[i][0].signal.cut(places[i][1], places[i][1] + length)) for i in chosen
+        ]
+        self.threshold, self.calibrated_on = prediction_limit(found), len(found)
 
     def _warm_up(self) -> None:
         """Classify noise: the first pass through a network takes many times as long as any other."""
@@ -112,7 +110,7 @@ class LiveClassifier:
         for _ in range(3):
             self._classifier.probabilities(window)
             if self._index is not None:
-                self._distance(self._index, window)
+                self._novelty(self._index, window)
 
 
 def _recorded_rate(loaded: LoadedRun) -> float | None:

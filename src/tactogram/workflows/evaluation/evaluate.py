@@ -296,20 +296,19 @@ def _evaluated_rejection(
     """Return how many recordings of known and of unknown materials are classified as "none of these"."""
     index = SurfaceIndex.load(loaded.run)
     far = {
-        name: np.array([index.nearest(loaded.embedder.embed(e.signal), 1)[0]["distance"] for e in part])
+        name: np.array([index.novelty(loaded.embedder.embed(e.signal)) for e in part])
         for name, part in (("known", known), ("unknown", unknown))
     }
     facts: dict[str, Any] = {
-        "threshold": index.threshold,
         "calibrated_on": index.calibrated_on,
         "known": len(known),
-        "known_kept": float(np.mean(far["known"] <= index.threshold)),
+        "known_kept": float(np.mean(far["known"] <= 1)),
         "unknown": len(unknown),
         "unknown_rejected": None,
         "auroc": None,
     }
     if unknown:
-        facts["unknown_rejected"] = float(np.mean(far["unknown"] > index.threshold))
+        facts["unknown_rejected"] = float(np.mean(far["unknown"] > 1))
         pairs = far["unknown"][:, None] - far["known"][None]
         facts["auroc"] = float(np.mean(pairs > 0) + np.mean(pairs == 0) / 2)
         facts["unknown_materials"] = sorted({str(e.material) for e in unknown})
@@ -342,7 +341,7 @@ def _rejection(facts: dict[str, Any]) -> ReportSection:
         ("area under the ROC curve, unknown against known", facts["auroc"], "–"),
     ]
     text = (
-        f"Farther than {facts['threshold']:.3g} (cosine distance) from everything known is “none of these”. "
+        "A recording too far from the nearest known one for that one's material is “none of these”. "
         + calibration_text(facts["calibrated_on"])
     )
     return ReportSection("None of these", [ReportText(text), ReportTable(("", "share", "of"), rows)])

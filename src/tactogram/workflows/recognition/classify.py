@@ -31,9 +31,7 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
     ranked = sorted(zip(loaded.kind.materials, probabilities.tolist(), strict=True), key=lambda p: -p[1])
     none_of_these = None
     if (loaded.run.folder / "search.json").is_file():
-        index = SurfaceIndex.load(loaded.run)
-        embedded = loaded.embedder.embed(prepared)
-        none_of_these = index.nearest(embedded, 1)[0]["distance"] > index.threshold
+        none_of_these = SurfaceIndex.load(loaded.run).novelty(loaded.embedder.embed(prepared)) > 1
     return {
         "material": ranked[0][0],
         "probability": ranked[0][1],

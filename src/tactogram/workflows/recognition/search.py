@@ -32,8 +32,9 @@ def search(
     Returns
     -------
     dict
-        ``nearest`` (``id``, ``material``, ``distance``), ``materials`` (each once, by its nearest recording),
-        ``none_of_these`` (bool), ``distance`` and ``threshold`` (cosine, 0..2).
+        ``nearest`` (``id``, ``material``, ``distance``, ``threshold``), ``materials`` (each once, by its nearest
+        recording), ``none_of_these`` (bool), ``distance`` and ``threshold`` of the nearest (1: that of two
+        recordings of one material, as a root mean square over the training data).
 
     Raises
     ------
@@ -48,7 +49,7 @@ def search(
     if data is not None:
         store = open_store(data)
         simulated = simulated or store.simulated
-        index = _index_of(loaded, store, index.threshold, index.calibrated_on)
+        index = _index_of(loaded, store, index)
     vector = loaded.embedder.embed(loaded.prepare(signal))
     few = len(index.ids) <= EXACT_BELOW
     every = index.nearest(vector, len(index.ids) if few else max(GRAPH_DEPTH, 10 * count))
@@ -58,16 +59,19 @@ def search(
     return {
         "nearest": every[:count],
         "materials": [{"material": m, "distance": d} for m, d in list(materials.items())[:count]],
-        "none_of_these": every[0]["distance"] > index.threshold,
+        "none_of_these": every[0]["distance"] > every[0]["threshold"],
         "distance": every[0]["distance"],
-        "threshold": index.threshold,
+        "threshold": every[0]["threshold"],
         "calibrated_on": index.calibrated_on,
         "simulated": simulated,
     }
 
 
-def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: int) -> SurfaceIndex:
-    """Return an index over ``store``; the run keeps embeddings by recording, so only new recordings are embedded."""
+def _index_of(loaded: LoadedRun, store: Store, trained: SurfaceIndex) -> SurfaceIndex:
+    """Return an index over ``store`` with the distances of the run's own.
+
+    The run keeps embeddings by recording, so only new recordings are embedded.
+    """
     file = loaded.run.folder / "search-embedded.npz"
     label = loaded.run.data["label"]
     names = {info.id: name for info in store.index if (name := label_of(info, label)) is not None}
@@ -84,8 +88,9 @@ def _index_of(loaded: LoadedRun, store: Store, threshold: float, calibrated_on: 
         np.stack([held[id] for id in names]),
         list(names),
         list(names.values()),
-        threshold=threshold,
-        calibrated_on=calibrated_on,
+        whitening=trained.whitening,
+        thresholds=trained.thresholds,
+        calibrated_on=trained.calibrated_on,
     )
 
 

@@ -90,8 +90,9 @@ def _search(
     result = search(workspace.inside(run), signal, data=store.path, count=COUNT + len(without))
     nearest = [each for each in result["nearest"] if each["id"] not in without][:COUNT]
     measure = (
-        "Cosine distance of the classifier's last hidden layer, 0 to 2. A signal farther than "
-        f"{result['threshold']:.3g} from every known material is none of these. "
+        "Distance in the classifier's last hidden layer; 1: two recordings of one material. A signal farther than "
+        f"{result['threshold']:.3g} from the nearest recording, the limit of {result['nearest'][0]['material']}, is "
+        "none of these. "
         f"{calibration_text(result['calibrated_on'])}"
     )
     return {"nearest": nearest, "measure": measure, "unit": ""}

@@ -1,0 +1,70 @@
+"""The experiments with stroke_cnn: held-out materials, and cost beside accuracy."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from benchmarks.experiments import stroke_cnn_cost, stroke_cnn_none_of_these
+from tactogram.workflows.progress import silent
+
+STORE = SimpleNamespace(
+    index=[SimpleNamespace(material=name) for name in "abcdefg" for _ in range(2)],
+    name="lab",
+    sha256="0" * 64,
+    simulated=False,
+    path="lab",
+)
+
+
+def test_each_turn_holds_other_materials_out(tmp_path, monkeypatch):
+    asked = []
+
+    def trained(model, store, out, *, changes, where, **options):
+        asked.append((changes["seed"], where["material"].removeprefix("!").split("|"), changes))
+        return out
+
+    def evaluated(out, *, unknown, progress):
+        kept = {"seed-0-turn-0": 0.9, "seed-0-turn-1": 1.0}.get(out.name, 0.8)
+        rejection = {"known_kept": kept, "unknown_rejected": 0.5, "auroc": 0.9}
+        return {"recording_accuracy": 1.0, "window_accuracy": 0.7, "none_of_these": rejection}
+
+    monkeypatch.setattr(stroke_cnn_none_of_these, "find_or_simulate", lambda *args, **options: STORE)
+    monkeypatch.setattr(stroke_cnn_none_of_these, "trained_run", trained)
+    monkeypatch.setattr(stroke_cnn_none_of_these, "evaluate", evaluated)
+    found = stroke_cnn_none_of_these.run(
+        tmp_path, paper=False, progress=silent, band=(20, 1000), held_out=3, turns=2, seeds=2, steps=50
+    )
+    assert [seed for seed, _, _ in asked] == [0, 0, 1, 1]
+    for (_, first, _), (_, second, _) in (asked[:2], asked[2:]):
+        assert len(first) == len(second) == 3
+        assert not {*first} & {*second}
+    assert asked[0][1] != asked[2][1]
+    assert asked[0][2] == {
+        "training.precision": "32-true", "prepare.band": [20, 1000], "config.steps": 50, "seed": 0,
+    }  # fmt: skip
+    assert found["known_kept"]["mean"] == pytest.approx((0.9 + 1.0 + 0.8 + 0.8) / 4)
+    assert "known_kept" in found["text"]
+
+
+def test_costs_are_paired_by_seed_and_measured_once(tmp_path, monkeypatch):
+    made = []
+
+    def crossval(model, data, *, folds, only_folds, changes, out):
+        made.append(out.name)
+        longer = "config.steps" in changes
+        accuracy = 0.7 + 0.1 * changes["seed"] + 0.05 * longer
+        return {
+            "window_accuracy": accuracy, "recording_accuracy": 1.0, "recordings": 10, "windows": 99,
+        }  # fmt: skip
+
+    monkeypatch.setattr(stroke_cnn_cost, "find_or_simulate", lambda *args, **options: STORE)
+    monkeypatch.setattr(stroke_cnn_cost, "crossval", crossval)
+    found = stroke_cnn_cost.run(tmp_path, paper=False, progress=silent, seeds=3)
+    assert made == ["longer-0", "quick-0", "longer-1", "quick-1", "longer-2", "quick-2"]
+    assert found["window_accuracy"]["difference"]["mean"] == pytest.approx(-0.05)
+    assert found["window_accuracy"]["difference"]["sd"] == pytest.approx(0, abs=1e-9)
+    assert found["window_accuracy"]["longer"]["sd"] == pytest.approx(0.1)
+    again = stroke_cnn_cost.run(tmp_path, paper=False, progress=silent, seeds=3)
+    assert len(made) == 6
+    assert json.dumps(again) == json.dumps(found)

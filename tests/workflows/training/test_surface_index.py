@@ -1,0 +1,172 @@
+"""The distance of the surface search, and the threshold of "none of these"."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tactogram.errors import RunError
+from tactogram.model import Example
+from tactogram.signal import Signal
+from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training.run_archive import export_run, import_run
+from tactogram.workflows.training.surface_index import (
+    SurfaceIndex,
+    build_index,
+    embeddings,
+    prediction_limit,
+    whitening_of,
+)
+
+SPREAD = np.array([3.0, 0.1, 0.1, 0.1, 0.1, 0.1])
+"""Standard deviations of recordings of one material: large along the first feature, which says nothing about it."""
+MATERIALS = ("cork", "foam", "tile")
+
+
+class Points:
+    """An embedder of signals that are their own embedding, beside a number that makes all lengths nearly equal."""
+
+    def embed(self, signal):
+        return np.append(signal.samples[0], 1000).astype(np.float32)
+
+
+def drawn(random, count, materials=MATERIALS):
+    """Return ``count`` recordings per material, whose means are 2 apart along all features but the first."""
+    for place, name in enumerate(materials):
+        middle = np.zeros(len(SPREAD))
+        middle[1 + place] = 2.0
+        for number in range(count):
+            point = middle + SPREAD * random.standard_normal(len(SPREAD))
+            yield Example(f"{name}-{number}", Signal(point[None], 100.0, "1"), name)
+
+
+def whitened(vectors, materials):
+    return vectors @ whitening_of(vectors, materials)
+
+
+def test_one_is_the_distance_of_two_recordings_of_a_material():
+    vectors = np.random.default_rng(0).normal(size=(200, 4)).astype(np.float32) * [5, 1, 1, 1]
+    materials = ["a", "b"] * 100
+    points = whitened(vectors.astype(np.float32), materials)
+    squares = [
+        np.sum((one - other) ** 2)
+        for part in (points[::2], points[1::2])
+        for i, one in enumerate(part)
+        for other in part[:i]
+    ]
+    assert np.mean(squares) == pytest.approx(1, rel=0.02)
+
+
+def test_a_direction_counts_by_how_little_recordings_of_one_material_differ_in_it():
+    random = np.random.default_rng(1)
+    known = list(drawn(random, 40))
+    vectors = np.stack([Points().embed(example.signal) for example in known])
+    matrix = whitening_of(vectors, [example.material for example in known]).astype(np.float64)
+    loud, quiet = np.linalg.norm(matrix[0]), np.linalg.norm(matrix[5])
+    # Half of each variance is the mean of all seven: 9.05 / 7.
+    assert quiet / loud == pytest.approx(np.sqrt((9 + 9.05 / 7) / (0.01 + 9.05 / 7)), rel=0.15)
+
+
+@pytest.mark.parametrize("materials", [["a", "b", "c"], ["a"] * 3])
+def test_distances_exist_with_one_recording_of_each_material_or_without_variation(materials):
+    points = np.array([[0, 0], [3, 0], [0, 4]], np.float32)
+    assert np.isfinite(whitening_of(points, materials)).all()
+    np.testing.assert_array_equal(whitening_of(np.ones((3, 2), np.float32), materials), np.eye(2))
+
+
+def test_the_threshold_keeps_the_share_it_states_of_new_recordings():
+    kept, refused = [], []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        index = build_index(Points(), list(drawn(random, 20)), list(drawn(random, 10)))
+        assert index.calibrated_on == 30
+
+        def novelties(examples, index=index):
+            return np.array([index.novelty(Points().embed(e.signal)) for e in examples])
+
+        kept.append(np.mean(novelties(drawn(random, 20)) <= 1))
+        others = drawn(random, 20, ("x", "x", "x", "x", "wool"))
+        refused.append(np.mean(novelties(e for e in others if e.material == "wool") > 1))
+    assert np.mean(kept) == pytest.approx(0.95, abs=0.02)
+    assert np.mean(refused) > 0.9
+
+
+def test_a_material_whose_recordings_differ_more_may_be_farther_off():
+    random = np.random.default_rng(4)
+
+    def drawn(count):
+        for number in range(count):
+            for name, middle, spread in (("felt", 0.0, 0.1), ("grass", 30.0, 1.0)):
+                point = middle + spread * random.standard_normal(6)
+                yield Example(f"{name}-{number}", Signal(point[None], 100.0, "1"), name)
+
+    index = build_index(Points(), list(drawn(40)), list(drawn(20)))
+    assert index.thresholds["grass"] == pytest.approx(10 * index.thresholds["felt"], rel=0.2)
+    beside = np.array([1.5, 0, 0, 0, 0, 0, 1000], np.float32)
+    assert index.novelty(beside) > 1
+    assert index.novelty(beside + np.array([30] * 6 + [0], np.float32)) < 1
+
+
+def test_without_validation_each_recording_is_compared_with_the_others():
+    known = list(drawn(np.random.default_rng(3), 20))
+    index = build_index(Points(), known, [])
+    points = embeddings(Points(), known) @ index.whitening
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2) + np.diag([np.inf] * len(points))
+    nearest = apart.min(axis=1).reshape(3, 20)
+    typical = nearest.mean(axis=1)
+    limit = prediction_limit((nearest / typical[:, None]).ravel())
+    assert list(index.thresholds.values()) == pytest.approx(limit * typical, rel=1e-4)
+    assert index.calibrated_on == 0
+
+
+def test_a_material_of_another_store_has_the_mean_threshold():
+    index = SurfaceIndex(
+        np.zeros((2, 2), np.float32),
+        ["1", "2"],
+        ["cork", "wool"],
+        whitening=np.eye(2, dtype=np.float32),
+        thresholds={"cork": 1.0, "foam": 3.0},
+        calibrated_on=5,
+    )
+    found = {each["material"]: each for each in index.nearest(np.array([3, 4], np.float32), 2)}
+    assert {name: (round(each["distance"], 6), each["threshold"]) for name, each in found.items()} == {
+        "cork": (1.0, 1.0),
+        "wool": (1.0, 2.0),
+    }
+
+
+@pytest.mark.parametrize("count", [3, 12, 40])
+def test_the_limit_keeps_new_distances_however_few_set_it(count):
+    random = np.random.default_rng(count)
+    drawn = np.exp(0.3 * random.standard_normal((4000, count + 1)))
+    limits = np.array([prediction_limit(row[:-1]) for row in drawn])
+    assert np.mean(drawn[:, -1] <= limits) == pytest.approx(0.95, abs=0.011)  # 3 standard errors
+
+
+def test_the_limit_is_that_of_a_log_normal_distribution():
+    # By hand: logarithms 0, 1, 2; Student's t of 0.95 with 2 degrees of freedom is 2.920.
+    assert prediction_limit(np.exp([0.0, 1.0, 2.0])) == pytest.approx(
+        np.exp(1 + 2.920 * np.sqrt(4 / 3)), rel=1e-3
+    )
+    assert prediction_limit([0.7]) == pytest.approx(0.7)
+    assert np.isfinite(prediction_limit([0.0, 0.0, 1.0]))
+
+
+def test_a_loaded_index_measures_as_the_saved_one(run, texture):
+    index = SurfaceIndex.load(run)
+    facts = run.read_json("search.json")
+    assert (facts["version"], facts["kept"], facts["thresholds"]) == (2, 0.95, index.thresholds)
+    found = search(run.folder, texture("tile", 77))
+    assert found["threshold"] == index.thresholds["tile"]
+    assert [each["distance"] for each in found["nearest"]] == sorted(
+        each["distance"] for each in found["nearest"]
+    )
+
+
+def test_an_index_of_an_earlier_version_is_refused(run, texture, tmp_path):
+    export_run(run.folder, tmp_path / "run.zip")
+    import_run(tmp_path / "run.zip", tmp_path / "run")
+    file = tmp_path / "run" / "search.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"version": 1}))
+    with pytest.raises(RunError, match="must be of version 2, got 1; train again"):
+        search(tmp_path / "run", texture("foam", 1))
