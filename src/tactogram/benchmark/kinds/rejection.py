@@ -60,11 +60,9 @@ class Rejection(TaskKind):
         return [Question(example.id, {"vibration": example.signal}) for example in opened.test]
 
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
-        """Return the distance to the nearest known recording, and whether it exceeds the run's threshold."""
-        index = SurfaceIndex.load(loaded.run)
-        vector = loaded.embedder.embed(question.given["vibration"])
-        distance = float(index.nearest(vector, 1)[0]["distance"])
-        return np.array([distance, float(distance > index.threshold)])
+        """Return the distance to the nearest known recording over its threshold, and whether it exceeds 1."""
+        novelty = SurfaceIndex.load(loaded.run).novelty(loaded.embedder.embed(question.given["vibration"]))
+        return np.array([novelty, float(novelty > 1)])
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
         """Return the area under the ROC curve, and both rates at the model's own threshold."""
