@@ -19,6 +19,7 @@ from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
     Condition,
     Example,
+    ExportedNetwork,
     SignalKind,
     Stage,
     check_condition,
@@ -26,6 +27,11 @@ from tactogram.model import (
 )
 from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
+from tactogram.models.texture_flow.exported import (
+    exported_flow,
+    exported_predictor,
+    exported_recovery,
+)
 from tactogram.models.texture_flow.flow_model import FlowModel
 from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
 from tactogram.models.texture_flow.modulation import modulated
@@ -60,6 +66,8 @@ MOMENT_S = 0.05
 """Longest time between two moments of a motion for which a surface is determined, s."""
 PLAYBACK_RATE = 4000.0
 """Of a signal over displacement that is played at a speed, Hz."""
+LEAST_ITERATIONS = 2
+"""Of phase recovery, for it to be exported."""
 LEAST_RMS = 1e-12
 """Of a vibration in another unit."""
 
@@ -354,6 +362,30 @@ class SignalFlowLearner:
         if saved := state.get("optimisers"):
             for optimiser, own in zip(self._optimisers, saved, strict=True):
                 optimiser.load_state_dict(own)
+
+    # -- export ------------------------------------------------------------------------------------------
+
+    def exported_networks(self) -> dict[str, ExportedNetwork]:
+        config, kind = self.config, self.kind
+        labels = {
+            name: self._label(surface, {}, None).tolist()
+            for name, surface in zip(self.materials, self.known.surfaces, strict=True)
+        }
+        found = exported_flow(
+            self.flow,
+            (len(kind.axes), self.spectra.bins, config.frames),
+            (config.frames, len(next(iter(labels.values())))),
+            axes=("batch", "axis", "bin", "frame"),
+            output="log magnitudes of the surface's sources, standardised",
+            free=("frame",),
+            facts={"label": labels},
+        )
+        if self.spectra.iterations >= LEAST_ITERATIONS:
+            frames = self.spectra.frames(round(self.seconds * kind.rate), config.multiple)
+            found["phase_recovery"] = exported_recovery(self.spectra, frames, kind.unit)
+        if self.known.predictor is not None:
+            found["predictor"] = exported_predictor(bare(self.known.predictor))
+        return found
 
     # -- use ---------------------------------------------------------------------------------------------
 

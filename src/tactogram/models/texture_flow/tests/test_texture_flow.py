@@ -308,7 +308,7 @@ def test_a_straightened_flow_arrives_in_one_step_near_where_its_teacher_arrives_
     learner = trained(straightening_steps=60, solver_steps=6)
     flow, label = learner.flow, learner._label(learner.known.surfaces[0], {}, None)[None]
     noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
-    taught = flow._guided(flow.teacher, label)
+    taught = guided(flow.teacher, label, flow.config.guidance)
     with torch.no_grad():
         wanted, plain = (solve(taught, noise, steps) for steps in (6, 1))
     times = []
