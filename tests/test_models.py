@@ -23,6 +23,7 @@ from tactogram.model import (
     ImageKind,
     ItemRatings,
     Learner,
+    NetworkExporter,
     RatedGenerator,
     SignalKind,
 )
@@ -494,3 +495,53 @@ def _array(value):
     if isinstance(value, Example | ImageExample):
         return value.signal.samples if isinstance(value, Example) else value.image.pixels
     return np.asarray(value)
+
+
+# -- networks in another runtime -----------------------------------------------------------------------------
+
+LARGEST_DIFFERENCE = 1e-4
+"""Of onnxruntime and this package, relative: 64 steps of phase recovery add up rounding errors."""
+
+
+def kinds_of(network):
+    """The classes of ours of which a network is made: two of the same are exported alike."""
+    found = {type(module) for module in network.modules()}
+    return frozenset(kind.__name__ for kind in found if kind.__module__.startswith("tactogram."))
+
+
+def exported(network, folder, **more):
+    pytest.importorskip("onnxscript", reason="the extra export is not installed")
+    from tactogram.workflows.training.onnx_export import export_network
+
+    described = export_network(network, folder / "network.onnx", **more)
+    for difference in described["difference"].values():
+        assert difference["of"] > 0
+        assert difference["relative"] < LARGEST_DIFFERENCE
+    return described
+
+
+with_networks = among([f for f in FACES if (f.folder / "networks.py").exists()])
+
+
+@with_networks
+def test_its_first_network_gives_the_same_in_onnxruntime(facts, tmp_path):
+    network = next(iter(once(facts).exported_networks().values()))
+    described = exported(network, tmp_path)
+    assert [port["name"] for port in described["inputs"]] == list(network.inputs)
+    for port, given in zip(described["inputs"], network.draw(0), strict=True):
+        sizes = [n if n is not None else m for n, m in zip(port["shape"], given.shape, strict=True)]
+        assert tuple(sizes) == given.shape
+
+
+def test_other_networks_give_the_same_in_onnxruntime(tmp_path):
+    """One of each kind, of all models: the rest is made of the same classes."""
+    done = set()
+    for facts in FACES:
+        if isinstance(once(facts), NetworkExporter):
+            first, *others = once(facts).exported_networks().values()
+            done.add(kinds_of(first.network))
+            for network in others:
+                if kinds_of(network.network) not in done:
+                    done.add(kinds_of(network.network))
+                    exported(network, tmp_path)
+    assert len(done) > len({f.name for f in FACES if (f.folder / "networks.py").exists()})

@@ -35,7 +35,7 @@ VERBS = {
         "train": "Train a model on a data set, or continue a run.",
         "crossval": "Cross-validate a classifier, by recording, or a predictor of ratings, by item or rater.",
         "evaluate": "Evaluate a run on recordings that it was not trained on.",
-        "run export": "Pack a run into one .zip file.",
+        "run export": "Pack a run into one .zip file, or write its networks for other programs.",
         "run import": "Unpack a run from a .zip file.",
     },
     "generating": {

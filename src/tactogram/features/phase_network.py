@@ -113,9 +113,7 @@ class PicturePhaseRecovery(nn.Module):
         """Return what `tactogram.features.recover` returns."""
         picture, transform = self.picture, self.picture.spectrogram.transform
         magnitudes = self.magnitudes(pictures)
-        return recover(
-            magnitudes, transform, picture.length, start=phase, iterations=picture.iterations
-        )
+        return recover(magnitudes, transform, picture.length, start=phase, iterations=picture.iterations)
 
 
 class AmplitudePhaseRecovery(_Recovery):
@@ -141,6 +139,7 @@ class AmplitudePhaseRecovery(_Recovery):
         return self.signal(_repeated(step, first, self.iterations - 1)[..., :2])
 
     def signal(self, s: Tensor) -> Tensor:
+        """Return the nearest signal, (batch, time), and none below 0 if it has none."""
         x = super().signal(s)
         return x.clamp_min(0) if self.nonnegative else x
 

@@ -34,6 +34,7 @@ def exported_picture_generator(
     network: nn.Module, size: int, *, masks: Sequence[Sequence[int]] = ()
 ) -> ExportedNetwork:
     """Return a generator of pictures from photographs; ``masks`` are the shapes of those of its dropout."""
+
     def draw(seed: int) -> tuple[Tensor, ...]:
         random = child_generator(seed, "masks")
         drops = [2.0 * torch.randint(2, (1, *shape), generator=random) for shape in masks]
@@ -69,7 +70,11 @@ def exported_phase_recovery(picture: SpectrogramPicture) -> ExportedNetwork:
         free=(),
         reference=network.reference,
         note="the package starts from phase gradient heap integration, which has no graph: draw phases at random",
-        facts={"floor_db": picture.floor_db, "ceiling_db": picture.ceiling_db, "iterations": picture.iterations},
+        facts={
+            "floor_db": picture.floor_db,
+            "ceiling_db": picture.ceiling_db,
+            "iterations": picture.iterations,
+        },
     )
 
 
@@ -83,7 +88,9 @@ def exported_discriminator(network: nn.Module, size: int) -> ExportedNetwork:
         lambda seed: tuple(drawn_images(seed, size, 2)),
         {"photo": PHOTO, "picture": PICTURE},
         {
-            f"score_{k}": Port(("batch", "one", f"row_{k}", f"column_{k}"), "score of each patch, higher if real")
+            f"score_{k}": Port(
+                ("batch", "one", f"row_{k}", f"column_{k}"), "score of each patch, higher if real"
+            )
             for k in range(count)
         },
     )

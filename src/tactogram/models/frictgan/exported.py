@@ -35,7 +35,8 @@ def exported_networks(
         return photos, *((torch.randn(DRAWN, config.noise, generator=random),) if config.noise else ())
 
     def draw_spectra(seed: int, *shape: int) -> Tensor:
-        return torch.rand(DRAWN, *shape, config.bins, config.frames, generator=child_generator(seed, "spectra"))
+        size = (*shape, config.bins, config.frames)
+        return torch.rand(size, generator=child_generator(seed, "spectra"))
 
     noise = {"noise": Port(("batch", "noise"), "standard normal random numbers")} if config.noise else {}
     found = {
@@ -50,7 +51,7 @@ def exported_networks(
         column = ("batch", "bin", "frame")
         found["phase_recovery"] = ExportedNetwork(
             AmplitudePhaseRecovery(spectrogram).eval(),
-            lambda seed: (scale[0] * draw_spectra(seed), math.tau * draw_spectra(seed + 1)),
+            lambda seed: (scale[0] * draw_spectra(seed, 1), math.tau * draw_spectra(seed + 1, 1)),
             {
                 "magnitude": Port(column, "magnitudes of one axis", kind.unit),
                 "phase": Port(column, "phase to start from: uniform noise", "rad"),
@@ -62,7 +63,7 @@ def exported_networks(
         )
     found["critic"] = ExportedNetwork(
         for_export(critic),
-        lambda seed: (draw(seed)[0], draw_spectra(seed, axes)),
+        lambda seed: (draw(seed)[0], draw_spectra(seed, DRAWN, axes)),
         {"photo": photo, "magnitude": Port(picture, "magnitudes, scaled as in training")},
         {"score": Port(("batch", "one", "patch_row", "patch_column"), "score of each patch, higher if real")},
     )

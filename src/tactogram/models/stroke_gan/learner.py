@@ -17,7 +17,8 @@ from tactogram.model import (
     Example,
     ExportedNetwork,
     Port,
-    SignalKind, Stage,
+    SignalKind,
+    Stage,
     check_condition,
     material_weights,
 )

@@ -166,7 +166,9 @@ class TactileImageLearner:
 
         def draw(seed: int) -> tuple[Tensor, Tensor]:
             random = child_generator(seed, "export")
-            return torch.randn(DRAWN, noise, generator=random), torch.rand(DRAWN, len(words), generator=random)
+            return torch.randn(DRAWN, noise, generator=random), torch.rand(
+                DRAWN, len(words), generator=random
+            )
 
         def draw_images(seed: int) -> tuple[Tensor, Tensor]:
             random = child_generator(seed, "export")

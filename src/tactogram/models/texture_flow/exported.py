@@ -1,4 +1,4 @@
-"""The flow and its parts for other runtimes: one evaluation of the velocity, all steps of the solver, phase recovery."""
+"""The flow for other runtimes: its velocity, all steps of its solver, phase recovery, and prediction."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from tactogram.features.phase_network import PhaseRecovery
 from tactogram.features.phase import recover
+from tactogram.features.phase_network import PhaseRecovery
 from tactogram.model import ExportedNetwork, Port
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import solve, times_of

@@ -110,7 +110,9 @@ class FlowModel:
         noise, label = noise.to(self.device), label.to(self.device)
         if self.config.straightening_steps:
             return solve(lambda x, time: self.average.network(x, time, label), noise, 1)
-        return solve(guided(self.average.network, label, self.config.guidance), noise, self.config.solver_steps)
+        return solve(
+            guided(self.average.network, label, self.config.guidance), noise, self.config.solver_steps
+        )
 
     def start_from(self, weights: Mapping[str, Tensor]) -> None:
         """Begin with the weights of another network; `RuntimeError` if they do not fit."""

@@ -378,7 +378,7 @@ class SignalFlowLearner:
             axes=("batch", "axis", "bin", "frame"),
             output="log magnitudes of the surface's sources, standardised",
             free=("frame",),
-            facts={"label": labels},
+            facts={"label": labels, "frame_multiple": config.multiple},
         )
         if self.spectra.iterations >= LEAST_ITERATIONS:
             frames = self.spectra.frames(round(self.seconds * kind.rate), config.multiple)

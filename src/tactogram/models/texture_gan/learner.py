@@ -18,7 +18,8 @@ from tactogram.model import (
     Example,
     ExportedNetwork,
     Port,
-    SignalKind, Stage,
+    SignalKind,
+    Stage,
     check_condition,
     material_weights,
 )
@@ -210,7 +211,10 @@ class TextureGANLearner(WaveGANLearner[Config]):
             note="the material's filter and the levels of its bands, which follow, are not networks",
             **size,
         )
-        return {"generator": generator, "critic": exported_critic(self.discriminator, kind, signal=white, **size)}
+        return {
+            "generator": generator,
+            "critic": exported_critic(self.discriminator, kind, signal=white, **size),
+        }
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

@@ -43,7 +43,9 @@ def exported_networks(
             ScaledGenerator(for_export(cluster.generator), surfaces.sensor_scale, surfaces.display_scale),
             lambda seed, draw=draw: draw(seed, "sensor"),
             {
-                "sensor": Port(spectrum, "amplitude spectrum of a sensor over 1 s, 1 Hz, 2 Hz, …", "of the sensor"),
+                "sensor": Port(
+                    spectrum, "amplitude spectrum of a sensor over 1 s, 1 Hz, 2 Hz, …", "of the sensor"
+                ),
                 "scores": scores,
             },
             {"drive": drive},
