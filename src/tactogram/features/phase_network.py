@@ -32,21 +32,21 @@ class _Recovery(nn.Module):
     def __init__(self, transform: STFT, frames: int, *, pad: str) -> None:
         super().__init__()
         self.n_fft, self.hop, self.pad = transform.n_fft, transform.hop, pad
-        self.half, self.length = transform.n_fft // 2, transform.length(frames)
+        self.reach, self.length = transform.n_fft // 2, transform.length(frames)
         like = torch.zeros(1)
         self.register_buffer("window", transform.weights(like).clone(), persistent=False)
-        cover = transform.cover(like, frames)[self.half : self.half + self.length]
+        cover = transform.cover(like, frames)[self.reach : self.reach + self.length]
         self.register_buffer("cover", cover.clone(), persistent=False)
 
     def signal(self, s: Tensor) -> Tensor:
         """Return the nearest signal, (batch, time)."""
         pieces = torch.fft.irfft(torch.view_as_complex(s.contiguous()), self.n_fft) * self.window
-        x = overlap_add(pieces, self.hop)[..., self.half : self.half + self.length]
+        x = overlap_add(pieces, self.hop)[..., self.reach : self.reach + self.length]
         return x / self.cover
 
     def transformed(self, x: Tensor) -> Tensor:
         """Return the transform of signals, (batch, time)."""
-        padded = F.pad(x, (self.half, self.half), mode=self.pad)
+        padded = F.pad(x, (self.reach, self.reach), mode=self.pad)
         pieces = padded.unfold(-1, self.n_fft, self.hop) * self.window
         return torch.view_as_real(torch.fft.rfft(pieces))
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from math import floor, prod
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numba
 import numpy as np
@@ -24,10 +25,11 @@ from tactogram.signal.modulated_noise import (
     level_factor,
 )
 from tactogram.signal.signal import Signal
-from tactogram.signal.tone_synthesis import ToneParameters, ToneProcess
+from tactogram.signal.tone_synthesis import NormalSource, ToneParameters, ToneProcess
 
 Array = NDArray[np.float64]
 
+Seed: TypeAlias = int | np.random.Generator | tuple[NormalSource, NormalSource, NormalSource]
 SETTLING_S = 0.5
 """Synthesised and discarded at the beginning, s."""
 SILENT = 1e-30
@@ -99,12 +101,14 @@ class NoiseProcess:
     axes, lags : int
         Of the textures.
     rate : float, Hz
-    seed : int or numpy.random.Generator
-        Determines, with the parameters, every sample.
+    seed : int, numpy.random.Generator or three NormalSource
+        Determines, with the parameters, every sample. Three are the sources of the gains, the noise and the tones.
     """
 
-    def __init__(self, axes: int, lags: int, rate: float, *, seed: int | np.random.Generator) -> None:
-        self._innovations, self._noise, tones = np.random.default_rng(seed).spawn(3)
+    def __init__(self, axes: int, lags: int, rate: float, *, seed: Seed) -> None:
+        sources: Sequence[NormalSource]
+        sources = seed if isinstance(seed, tuple) else np.random.default_rng(seed).spawn(3)
+        self._innovations, self._noise, tones = sources
         gains = axes * (BANDS + SUBFRAMES)
         self._sections = band_sections(rate)
         self._kind = {"axes": axes, "lags": lags}

@@ -27,7 +27,7 @@ def drawn_images(seed: int, size: int, count: int = 1) -> list[Tensor]:
     random = child_generator(seed, "export")
     coarse = torch.rand(count, DRAWN, 1, max(2, size // 8), max(2, size // 8), generator=random)
     fine = nn.functional.interpolate(coarse.flatten(0, 1), (size, size), mode="bilinear")
-    return list((2 * fine - 1).unflatten(0, (count, DRAWN)))
+    return list((2 * fine - 1).view(count, DRAWN, 1, size, size))
 
 
 def exported_picture_generator(

@@ -8,7 +8,6 @@ import torch
 from torch import Tensor, nn
 
 from tactogram.model import ExportedNetwork, Port, SignalKind
-from tactogram.nn import WaveDiscriminator
 from tactogram.nn.bare_and_fixed import for_export
 from tactogram.training.seeds import child_generator
 
@@ -54,7 +53,7 @@ def exported_critic(
     network: nn.Module, kind: SignalKind, *, labels: Sequence[str], length: int, signal: Port
 ) -> ExportedNetwork:
     """Return a critic without its phase shuffle, which moves signals at random."""
-    critic: WaveDiscriminator = for_export(network)
+    critic = for_export(network)
     critic.shuffle = nn.Identity()
 
     def draw(seed: int) -> tuple[Tensor, ...]:

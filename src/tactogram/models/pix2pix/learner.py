@@ -13,6 +13,7 @@ from tactogram.model import Condition, Example, ExportedNetwork, SignalKind
 from tactogram.models.pix2pix.config import Config
 from tactogram.models.pix2pix.networks import MaskedUNet, discriminator, generator
 from tactogram.nn.adversarial_loss import adversarial_loss
+from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.unet import UNet
 from tactogram.signal import Signal
@@ -51,7 +52,8 @@ class Pix2PixLearner(PictureLearner[Config]):
             return super().generate(condition, seconds=seconds, seed=seed)
 
     def exported_generator(self) -> ExportedNetwork:
-        network, size = self.gan.bare_generator, self.config.pairs.size
+        network: UNet = bare(self.gan.generator)
+        size = self.config.pairs.size
         stages = list(enumerate(reversed(self.config.widths[:-1])))[: self.config.dropout]
         coarsest = size // network.scale
         shapes = [(width, coarsest << (number + 1), coarsest << (number + 1)) for number, width in stages]

@@ -99,7 +99,7 @@ class ResidueFusionLearner(PictureLearner[Config]):
         return (network.trunk.maps(photo.to(self.gan.device)),)
 
     def exported_generator(self) -> ExportedNetwork:
-        network = FusedGenerator(self.gan.bare_generator, self.predictor.bare.trunk)
+        network = FusedGenerator(bare(self.gan.generator), self.predictor.bare.trunk)
         return exported_picture_generator(network, self.config.pairs.size)
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from tactogram.model import ExportedNetwork, Port, SignalKind
@@ -28,20 +31,12 @@ def exported_networks(
             continue
         members = list(surfaces.members(number))
         facts = {"surfaces": members, "word": list(kind.words), "scale": kind.scale and list(kind.scale)}
-        sides = {"sensor": surfaces.stored.mean(1), "display": surfaces.display}
-
-        def draw(seed: int, side: str, sides: dict[str, object] = sides) -> tuple[Tensor, Tensor]:
-            random = child_generator(seed, "export")
-            spectra = torch.as_tensor(sides[side]).float()
-            rows = torch.randint(len(spectra), (DRAWN,), generator=random)
-            return spectra[rows], torch.rand(DRAWN, len(kind.words), generator=random)
-
         scores = Port(("batch", "word"), "scores, 0 to 1")
         spectrum = ("batch", "bin")
         drive = Port(spectrum, "amplitude spectrum of the display's drive, 1 Hz, 2 Hz, …", kind.unit)
         found[f"generator_{number + 1}"] = ExportedNetwork(
             ScaledGenerator(for_export(cluster.generator), surfaces.sensor_scale, surfaces.display_scale),
-            lambda seed, draw=draw: draw(seed, "sensor"),
+            partial(_drawn, surfaces.stored.mean(1), len(kind.words)),
             {
                 "sensor": Port(
                     spectrum, "amplitude spectrum of a sensor over 1 s, 1 Hz, 2 Hz, …", "of the sensor"
@@ -54,12 +49,19 @@ def exported_networks(
         )
         found[f"discriminator_{number + 1}"] = ExportedNetwork(
             ScaledDiscriminator(for_export(cluster.discriminator), surfaces.display_scale),
-            lambda seed, draw=draw: draw(seed, "display"),
+            partial(_drawn, surfaces.display, len(kind.words)),
             {"drive": drive, "scores": scores},
             {"probability": Port(("batch", "one"), "probability of training data")},
             facts=facts,
         )
     return found
+
+
+def _drawn(spectra: NDArray[np.float32], words: int, seed: int) -> tuple[Tensor, Tensor]:
+    """Return spectra and scores drawn by a seed."""
+    random = child_generator(seed, "export")
+    rows = torch.randint(len(spectra), (DRAWN,), generator=random)
+    return torch.from_numpy(spectra).float()[rows], torch.rand(DRAWN, words, generator=random)
 
 
 class ScaledGenerator(nn.Module):

@@ -101,6 +101,8 @@ def export_network(network: ExportedNetwork, file: Path, *, int8: bool = False) 
             input_names=list(network.inputs),
             output_names=list(network.outputs),
         )
+        if program is None:  # of exporters before torch 2.6 alone
+            raise RuntimeError("torch exported nothing")
         program.save(str(file))
     onnx.checker.check_model(str(file))
     _check_free(network, onnx.load(str(file), load_external_data=False).graph.input)
@@ -177,11 +179,11 @@ def _differences(
     run = _session(file)
     pairs: list[list[tuple[NDArray[Any], NDArray[Any]]]] = [[] for _ in network.outputs]
     for inputs, expected in compared:
-        for pair, got, own in zip(pairs, run(_named(network, inputs)), expected, strict=True):
-            pair.append((got.astype(np.float64), own.double().numpy()))
+        for pair, theirs, ours in zip(pairs, run(_named(network, inputs)), expected, strict=True):
+            pair.append((theirs.astype(np.float64), ours.double().numpy()))
     found = {}
     for name, pair in zip(network.outputs, pairs, strict=True):
-        got, own = (np.stack(side) for side in zip(*pair, strict=True))
+        got, own = (np.stack([each[side] for each in pair]) for side in range(2))
         size = float(np.sqrt(np.mean(own**2)))
         found[name] = {
             "largest": float(np.abs(got - own).max()),
