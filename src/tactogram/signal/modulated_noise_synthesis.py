@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import lru_cache
 from math import floor, prod
 from typing import NamedTuple, TypeAlias
@@ -106,9 +105,9 @@ class NoiseProcess:
     """
 
     def __init__(self, axes: int, lags: int, rate: float, *, seed: Seed) -> None:
-        sources: Sequence[NormalSource]
-        sources = seed if isinstance(seed, tuple) else np.random.default_rng(seed).spawn(3)
-        self._innovations, self._noise, tones = sources
+        sources = seed if isinstance(seed, tuple) else tuple(np.random.default_rng(seed).spawn(3))
+        self._innovations: NormalSource = sources[0]
+        self._noise: NormalSource = sources[1]
         gains = axes * (BANDS + SUBFRAMES)
         self._sections = band_sections(rate)
         self._kind = {"axes": axes, "lags": lags}
@@ -126,7 +125,7 @@ class NoiseProcess:
         )
         self._done = self._frame = 0
         self._rate, self._length, self._factor = rate, FRAME_S * rate, level_factor(rate)
-        self._tones = ToneProcess(rate, tones)
+        self._tones = ToneProcess(rate, sources[2])
 
     def next(self, out: Array, parameters: Array) -> None:
         """Write the next samples to ``out``, float64, shape (axis, time), without a mean.
