@@ -36,7 +36,7 @@ VERBS = {
         "crossval": "Cross-validate a classifier, by recording, or a predictor of ratings, by item or rater.",
         "evaluate": "Evaluate a run on recordings that it was not trained on.",
         "run export": "Pack a run into one .zip file, or write its networks for other programs.",
-        "run import": "Unpack a run from a .zip file.",
+        "run import": "Unpack a run from a .zip file, or take it from the Hugging Face Hub.",
     },
     "generating": {
         "generate": "Generate signals or images with a trained run, or both from the same words with two.",

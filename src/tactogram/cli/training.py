@@ -31,7 +31,7 @@ class _TrainRequest(TrainingOptions):
 
 @dataclass(frozen=True)
 class _UnpackRequest(Request):
-    source: Annotated[str, Argument(metavar="FILE")]
+    source: Annotated[str, Argument("zip file, folder, or hf://OWNER/NAME of the Hub", "SOURCE")]
     out: Annotated[str, Option(metavar="RUN")]
 
 
@@ -143,9 +143,9 @@ def _networks_text(facts: dict[str, Any]) -> str:
 
 
 def _import(request: _UnpackRequest, show: Printer) -> None:
-    from tactogram.workflows.training.run_archive import import_run
+    from tactogram.workflows.training.importing import import_from
 
-    show(facts := import_run(request.source, request.out), lines_of(facts))
+    show(facts := import_from(request.source, request.out), lines_of(facts))
 
 
 def _images_lines(result: Any) -> list[str]:

@@ -11,6 +11,7 @@ from tactogram.workflows.training.run_archive import export_run
 
 OPTIONS = {
     "int8": (False, "onnx"),
+    "push": (None, "hub"),
     "material": (None, "c"),
     "speed": (None, "c"),
     "force": (None, "c"),
@@ -46,4 +47,8 @@ def export(request: ExportRequest) -> dict[str, Any]:
             force=request.force,
             axis=request.axis,
         )
+    if request.to == "hub":
+        from tactogram.workflows.training.hub_folder import export_hub
+
+        return export_hub(request.run, request.out, push=request.push)
     return export_run(request.run, request.out)

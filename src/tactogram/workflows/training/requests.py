@@ -101,14 +101,16 @@ class ExportRequest(Request):
     _: KW_ONLY
     out: Annotated[Path | str, Option("zip file, header file, or new folder", "PATH")]
     to: Annotated[
-        Literal["zip", "onnx", "c"],
+        Literal["zip", "onnx", "c", "hub"],
         Option(
-            "zip: one file to import again; onnx: every network for onnxruntime; c: a texture for a microcontroller"
+            "zip: one file to import again; onnx: every network for onnxruntime; c: a texture for a microcontroller; "
+            "hub: a folder in the layout of the Hugging Face Hub"
         ),
     ] = "zip"
     int8: Annotated[bool, Option("onnx: also with 8-bit weights")] = False
     material: Annotated[str | None, Option("c: the material", "NAME")] = None
     speed: Annotated[float | None, Option("c: mm/s (default: the median recorded)", "MM_S", least=0)] = None
     force: Annotated[float | None, Option("c: N (default: the median recorded)", "N", least=0)] = None
+    push: Annotated[str | None, Option("hub: also upload it, e.g. as lab/cork", "REPO")] = None
     axis: Annotated[str, Option("c: an axis by name, dft321 (all in one) or all")] = "dft321"
     progress: ProgressCallback = silent
