@@ -107,7 +107,7 @@ class Handler(BaseHTTPRequestHandler):
             return self.answer(content, headers=[("ETag", etag), ("X-Repo-Commit", COMMIT)])
         return self.answer({"error": "not found"}, 404, [("X-Error-Code", "EntryNotFound")])
 
-    do_HEAD = do_GET
+    do_HEAD = do_GET  # noqa: N815
 
 
 @contextmanager

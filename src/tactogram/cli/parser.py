@@ -24,6 +24,7 @@ VERBS = {
         "data import": "Import a data set into a store.",
         "data simulate": "Simulate a data set of surfaces.",
         "data info": "Describe what a store holds.",
+        "data export": "Write a store in the layout of the Hugging Face Hub or of LeRobot.",
         "data check": "Check every shard of a store against its hash.",
         "data compact": "Merge the small shards of a store, one per take of a session, into few large ones.",
         "data add": "Add a recording to a store.",

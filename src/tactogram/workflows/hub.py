@@ -56,10 +56,9 @@ def _endpoint() -> str | None:
 @contextmanager
 def _one_line(repository: str) -> Iterator[None]:
     """Turn every error of the library in the block into one line."""
-    from huggingface_hub.utils import are_progress_bars_disabled, disable_progress_bars, enable_progress_bars
-
-    shown = not are_progress_bars_disabled()
-    disable_progress_bars()
+    bars = hub_library().utils
+    shown = not bars.are_progress_bars_disabled()
+    bars.disable_progress_bars()
     try:
         yield
     except TactogramError:
@@ -69,4 +68,4 @@ def _one_line(repository: str) -> Iterator[None]:
         raise RunError(f"{repository}: the Hub did not do it: {one_line(error)}{hint}") from error
     finally:
         if shown:
-            enable_progress_bars()
+            bars.enable_progress_bars()

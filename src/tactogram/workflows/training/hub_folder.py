@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, RunError
+from tactogram.extras import imported
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
 from tactogram.signal.io.atomic import write_text
@@ -183,27 +184,18 @@ def _results_text(results: Mapping[str, float], on: Mapping[str, Any]) -> str:
     if not results:
         return "Not evaluated."
     where = f"On {on['name']}{' (simulated)' if on.get('simulated') else ''}, {on['split']}:"
-    return "\n".join(
-        (
-            where,
-            "",
-            "| figure | value |",
-            "| --- | --- |",
-            *(f"| {k} | {v:.4g} |" for k, v in results.items()),
-        )
-    )
+    rows = [f"| {name} | {value:.4g} |" for name, value in results.items()]
+    return "\n".join((where, "", "| figure | value |", "| --- | --- |", *rows))
 
 
 def _write_results(run: Run) -> None:
     """Write the figures of an evaluation in the Hub's own format."""
-    from huggingface_hub import EvalResultEntry, eval_result_entries_to_yaml
-    from huggingface_hub.repocard import yaml_dump
-
+    library = hub.hub_library()
     evaluation = _evaluation(run)
     on = evaluation.get("data", {})
     notes = f"{on.get('split', '')}{'; simulated data' if on.get('simulated') else ''}"
     entries = [
-        EvalResultEntry(
+        library.EvalResultEntry(
             dataset_id=_slug(on["name"]),
             task_id=_slug(metric),
             value=value,
@@ -215,4 +207,5 @@ def _write_results(run: Run) -> None:
     if entries:
         target = run.folder / RESULTS
         target.parent.mkdir()
-        write_text(target, str(yaml_dump(eval_result_entries_to_yaml(entries))))
+        dump = imported("huggingface_hub.repocard", extra="hub", what="results").yaml_dump
+        write_text(target, dump(library.eval_result_entries_to_yaml(entries)))
