@@ -15,7 +15,6 @@ from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Image, Signal
 from tactogram.workflows.data.export import export_store
-from tests.workflows.hub_server import hub_server
 
 FPS = 40
 
@@ -216,18 +215,13 @@ def test_streams_that_are_not_alike_are_left_out(tmp_path):
 # -- both ----------------------------------------------------------------------------------------------------
 
 
-def test_pushed_to_a_server_every_file_is_there(two_rates, tmp_path, monkeypatch, capsys):
-    with hub_server() as server:
-        monkeypatch.setenv("HF_ENDPOINT", server.url)
-        monkeypatch.setenv("HF_TOKEN", "hf_test")
-        out = tmp_path / "lerobot"
-        words = ["data", "export", str(two_rates), "--to", "lerobot", "--out", str(out), "--push", "lab/cork"]
-        assert main(words) == 0
-        assert f"{server.url}/lab/cork" in capsys.readouterr().out
-        files = {
-            path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()
-        }
-        assert server.repositories["datasets/lab/cork"] == files
+def test_pushed_to_a_server_every_file_is_there(two_rates, tmp_path, hub, capsys):
+    out = tmp_path / "lerobot"
+    words = ["data", "export", str(two_rates), "--to", "lerobot", "--out", str(out), "--push", "lab/cork"]
+    assert main(words) == 0
+    assert f"{hub.url}/lab/cork" in capsys.readouterr().out
+    files = {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    assert hub.repositories["datasets/lab/cork"] == files
 
 
 def test_what_cannot_be_is_refused(two_rates, tmp_path):

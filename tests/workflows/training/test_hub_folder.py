@@ -13,7 +13,6 @@ from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training.export import export
 from tactogram.workflows.training.importing import import_from
 from tactogram.workflows.training.loaded_run import load_run
-from tests.workflows.hub_server import hub_server
 
 
 @pytest.fixture(scope="module")
@@ -29,14 +28,6 @@ def folder(evaluated, tmp_path_factory):
     out = tmp_path_factory.mktemp("hub") / "felt_cork"
     export(evaluated, to="hub", out=out)
     return out
-
-
-@pytest.fixture
-def hub(monkeypatch):
-    with hub_server() as server:
-        monkeypatch.setenv("HF_ENDPOINT", server.url)
-        monkeypatch.setenv("HF_TOKEN", "hf_test")
-        yield server
 
 
 def test_card_configuration_and_results_are_what_the_hub_reads(evaluated, folder):

@@ -98,20 +98,20 @@ def write_lerobot_dataset(
     episodes: list[dict[str, Any]] = []
     every: list[Stats] = []
     index = 0
-    for number, info in enumerate(store.index):
-        progress("export", number, len(store), info.id)
-        signals = {name: store.signal(info.id, name).samples for name in features}
+    for number, recording in enumerate(store.index):
+        progress("export", number, len(store), recording.id)
+        signals = {name: store.signal(recording.id, name).samples for name in features}
         frames = min(each.frames(signals[name].shape[1]) for name, each in features.items())
         if frames < 1:
-            raise ParameterError(f"recording {info.id} is shorter than a frame of 1/{fps} s; raise fps")
+            raise ParameterError(f"recording {recording.id} is shorter than a frame of 1/{fps} s; raise fps")
         values: dict[str, NDArray[Any]] = {
             f"observation.{name}": each.windows(signals[name], frames) for name, each in features.items()
         }
         if actions:
-            row = np.array([getattr(info, name) for name in actions], np.float32)
+            row = np.array([getattr(recording, name) for name in actions], np.float32)
             values["action"] = np.repeat(row[None], frames, axis=0)
         counting = np.arange(frames)
-        task = tasks.index(_task(info.material))
+        task = tasks.index(_task(recording.material))
         numbers = (counting / fps, counting, np.full(frames, number), index + counting, np.full(frames, task))
         values |= {
             name: column.astype(kind)[:, None]

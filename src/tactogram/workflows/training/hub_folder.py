@@ -17,7 +17,7 @@ from tactogram.models import ModelInfo
 from tactogram.signal.io.atomic import write_text
 from tactogram.training.run import Run
 from tactogram.workflows import hub
-from tactogram.workflows.evaluation.results import evaluation_results
+from tactogram.workflows.evaluation_results import evaluation_results
 from tactogram.workflows.new_folder import new_folder
 from tactogram.workflows.training.loaded_run import model_of
 from tactogram.workflows.training.run_archive import check_foreign
