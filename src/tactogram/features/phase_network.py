@@ -16,11 +16,16 @@ from torch._higher_order_ops.scan import scan
 
 from tactogram.features.amplitude_spectrogram import MOMENTUM, AmplitudeSpectrogram
 from tactogram.features.phase import MOMENTUM as FAST_MOMENTUM
-from tactogram.features.phase import RHO, recover
+from tactogram.features.phase import RHO, recover, spectral_convergence
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.features.stft import STFT, overlap_add
 
 Step = Callable[[Tensor], Tensor]
+
+
+def convergence_db(magnitude: Tensor, transform: STFT, samples: Tensor) -> float:
+    """Return the mean `spectral_convergence` of samples, (batch, time), to magnitudes, (batch, bin, frame)."""
+    return float(spectral_convergence(samples, magnitude, transform).mean())
 
 
 class _Recovery(nn.Module):
@@ -108,6 +113,10 @@ class PicturePhaseRecovery(nn.Module):
         """Return the magnitudes of pictures, (batch, bin, frame)."""
         amplitudes = self.picture.decode(pictures)
         return amplitudes * self.picture.spectrogram.gain(amplitudes)
+
+    def convergence_db(self, pictures: Tensor, phase: Tensor, samples: Tensor) -> float:
+        """Return the distance of recovered samples from the magnitudes of their pictures."""
+        return convergence_db(self.magnitudes(pictures), self.picture.spectrogram.transform, samples)
 
     def reference(self, pictures: Tensor, phase: Tensor) -> Tensor:
         """Return what `tactogram.features.recover` returns."""

@@ -17,6 +17,8 @@ from tactogram.training.seeds import child_generator
 
 DRAWN = 2
 """Photographs in a batch of typical inputs."""
+BELOW_DB = 20.0
+"""Level of the noise whose picture is recovered, below the ceiling."""
 IMAGE = ("batch", "one", "row", "column")
 PHOTO = Port(IMAGE, "gray photograph, -1 to 1")
 PICTURE = Port(IMAGE, "spectrogram picture, -1 (floor) to 1 (ceiling), row 0 is 0 Hz")
@@ -58,9 +60,11 @@ def exported_phase_recovery(picture: SpectrogramPicture) -> ExportedNetwork:
     shape = 1, picture.bins, picture.frames
 
     def draw(seed: int) -> tuple[Tensor, ...]:
-        phase = torch.rand(shape, generator=child_generator(seed, "phase"))
-        [drawn] = drawn_images(seed, picture.rows)
-        return drawn[:1], math.tau * phase
+        random = child_generator(seed, "phase")
+        noise = 10 ** ((picture.ceiling_db - BELOW_DB) / 20) * torch.randn(
+            1, picture.length, generator=random
+        )
+        return picture.encode(noise), math.tau * torch.rand(shape, generator=random)
 
     return ExportedNetwork(
         network.eval(),
@@ -69,6 +73,7 @@ def exported_phase_recovery(picture: SpectrogramPicture) -> ExportedNetwork:
         {"signal": Port(("batch", "time"), "signal", picture.unit)},
         free=(),
         reference=network.reference,
+        convergence=network.convergence_db,
         note="the package starts from phase gradient heap integration, which has no graph: draw phases at random",
         facts={
             "floor_db": picture.floor_db,

@@ -38,6 +38,10 @@ def exported_networks(
         size = (*shape, config.bins, config.frames)
         return torch.rand(size, generator=child_generator(seed, "spectra"))
 
+    def draw_phase(seed: int) -> tuple[Tensor, Tensor]:
+        samples = torch.rand(1, spectrogram.length, generator=child_generator(seed, "friction"))
+        return spectrogram.encode(samples), math.tau * draw_spectra(seed, 1)
+
     noise = {"noise": Port(("batch", "noise"), "standard normal random numbers")} if config.noise else {}
     found = {
         "generator": ExportedNetwork(
@@ -51,7 +55,7 @@ def exported_networks(
         column = ("batch", "bin", "frame")
         found["phase_recovery"] = ExportedNetwork(
             AmplitudePhaseRecovery(spectrogram).eval(),
-            lambda seed: (scale[0] * draw_spectra(seed, 1), math.tau * draw_spectra(seed + 1, 1)),
+            draw_phase,
             {
                 "magnitude": Port(column, "magnitudes of one axis", kind.unit),
                 "phase": Port(column, "phase to start from: uniform noise", "rad"),
@@ -59,6 +63,7 @@ def exported_networks(
             {"signal": Port(("batch", "time"), "signal of one axis", kind.unit)},
             free=(),
             reference=lambda magnitude, phase: spectrogram.decode(magnitude, phase=phase),
+            convergence=lambda magnitude, phase, samples: distance_db(spectrogram.encode(samples), magnitude),
             facts={"iterations": config.iterations},
         )
     found["critic"] = ExportedNetwork(
@@ -68,6 +73,11 @@ def exported_networks(
         {"score": Port(("batch", "one", "patch_row", "patch_column"), "score of each patch, higher if real")},
     )
     return found
+
+
+def distance_db(found: Tensor, wanted: Tensor) -> float:
+    """Return the distance of magnitudes from those wanted, relative, dB."""
+    return float(20 * torch.log10((found - wanted).norm() / wanted.norm()))
 
 
 class PhysicalGenerator(nn.Module):

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from tactogram.features.phase import recover
-from tactogram.features.phase_network import PhaseRecovery
+from tactogram.features.phase_network import PhaseRecovery, convergence_db
 from tactogram.model import ExportedNetwork, Port
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import solve, times_of
@@ -77,7 +77,8 @@ def exported_recovery(spectra: SurfaceSpectra, frames: int, unit: str) -> Export
 
     def draw(seed: int) -> tuple[Tensor, Tensor]:
         random = child_generator(seed, "phase")
-        return torch.rand(shape, generator=random), math.tau * torch.rand(shape, generator=random)
+        noise = torch.randn(DRAWN, transform.length(frames), generator=random)
+        return transform.forward(noise).abs(), math.tau * torch.rand(shape, generator=random)
 
     column = ("batch", "bin", "frame")
     return ExportedNetwork(
@@ -92,6 +93,7 @@ def exported_recovery(spectra: SurfaceSpectra, frames: int, unit: str) -> Export
         reference=lambda magnitude, phase: recover(
             magnitude, transform, transform.length(frames), start=phase, iterations=iterations
         ),
+        convergence=lambda magnitude, phase, samples: convergence_db(magnitude, transform, samples),
         note="the package starts from phase gradient heap integration, which has no graph: draw phases at random; "
         "the surface's spectrum and the mix of its sources to axes are not networks",
         facts={"iterations": iterations, "n_fft": transform.n_fft, "hop": transform.hop},

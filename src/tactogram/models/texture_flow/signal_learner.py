@@ -367,14 +367,11 @@ class SignalFlowLearner:
 
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         config, kind = self.config, self.kind
-        labels = {
-            name: self._label(surface, {}, None).tolist()
-            for name, surface in zip(self.materials, self.known.surfaces, strict=True)
-        }
+        labels = {name: self._label_of({"material": name}).tolist() for name in self.materials}
         found = exported_flow(
             self.flow,
             (len(kind.axes), self.spectra.bins, config.frames),
-            (config.frames, len(next(iter(labels.values())))),
+            (config.frames, self.flow.average.network.label.in_features),
             axes=("batch", "axis", "bin", "frame"),
             output="log magnitudes of the surface's sources, standardised",
             free=("frame",),
@@ -463,9 +460,7 @@ class SignalFlowLearner:
         at = self.known.described(condition, draw=child_rng(seed, "tones").random())
         found = [at(moment) for moment in moments]
         labels = [
-            self._label(
-                each.surface, moment if self.known.predictor is None or reached is None else reached, reached
-            )
+            self._label_at(moment, each.surface, reached)
             for moment, (each, reached) in zip(moments, found, strict=True)
         ]
         length = max(1, round(seconds * self.kind.rate))
@@ -479,6 +474,16 @@ class SignalFlowLearner:
             mean = found[0][0].surface.mean.numpy()[:, None]
             samples = mean + motion.at("gain", np.arange(length) / self.kind.rate) * (samples - mean)
         return samples.astype(np.float32)
+
+    def _label_at(self, moment: Condition, surface: Surface, reached: Condition | None) -> Tensor:
+        """Return the label of a surface that is known at the condition ``reached``, wanted at ``moment``."""
+        wanted = moment if self.known.predictor is None or reached is None else reached
+        return self._label(surface, wanted, reached)
+
+    def _label_of(self, condition: Condition) -> Tensor:
+        """Return the label of a condition without a motion."""
+        found, reached = self.known.described(condition, draw=0.5)(condition)
+        return self._label_at(condition, found.surface, reached)
 
     def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
         """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""
