@@ -88,9 +88,9 @@ class SignalFlowLearner:
             name for name in config.conditions if name != "speed_mm_s" or not self.over_displacement
         ]
         self.labels = Labels(conditions)
-        size = self.codes.shape[1] + 2 + 4 * len(conditions)
+        self.label_size = self.codes.shape[1] + 2 + 4 * len(conditions)
         with torch_seeded(seed, "weights"):
-            network = VelocityUNet(config, channels=len(kind.axes), labels=size)
+            network = VelocityUNet(config, channels=len(kind.axes), labels=self.label_size)
         self.flow = FlowModel(network, config, device=self.device)
         predictor = None
         if config.prediction_steps:
@@ -371,7 +371,7 @@ class SignalFlowLearner:
         found = exported_flow(
             self.flow,
             (len(kind.axes), self.spectra.bins, config.frames),
-            (config.frames, self.flow.average.network.label.in_features),
+            (config.frames, self.label_size),
             axes=("batch", "axis", "bin", "frame"),
             output="log magnitudes of the surface's sources, standardised",
             free=("frame",),

@@ -42,7 +42,7 @@ def export_store(request: DataExportRequest) -> dict[str, Any]:
             facts = write_lerobot_dataset(store, folder, fps=fps, progress=request.progress)
         else:
             facts = write_hub_dataset(store, folder)
-    facts = {"folder": str(request.out), **facts}
+    facts = {"path": str(request.out), **facts}
     if request.push:
         facts["pushed"] = hub.push(Path(request.out), request.push, kind="dataset")
     return facts
