@@ -69,7 +69,7 @@ def test_the_command_tells_the_largest_difference(run, tmp_path, capsys):
 
 
 def test_what_cannot_be_is_refused(run, store, tmp_path):
-    textures = train("texture_var", store, recipe="tiny", out=tmp_path / "var", accelerator="cpu")
+    textures = train("ar_texture", store, recipe="tiny", out=tmp_path / "ar", accelerator="cpu")
     with pytest.raises(ParameterError, match="has no networks to export"):
         export(textures.folder, to="onnx", out=tmp_path / "networks")
     assert not (tmp_path / "networks").exists()
