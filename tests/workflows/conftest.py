@@ -1,4 +1,11 @@
-"""A small store of made-up textures that every job can be tried on, and a classifier trained on it."""
+"""A small store of made-up textures that every job can be tried on, a classifier trained on it, and a server."""
+
+import base64
+import hashlib
+import json
+import re
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -67,3 +74,121 @@ def run(store, tmp_path_factory):
         out=out,
         accelerator="cpu",
     )
+
+
+# -- a stand-in for the Hugging Face Hub ---------------------------------------------------------------------
+
+COMMIT = "c" * 40
+
+
+class Hub(ThreadingHTTPServer):
+    """Repositories: files by path by name, models as ``OWNER/NAME``, data sets as ``datasets/OWNER/NAME``."""
+
+    daemon_threads = True
+
+    def __init__(self):
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.repositories, self.asked = {}, []
+
+    @property
+    def url(self):
+        return f"http://127.0.0.1:{self.server_port}"
+
+
+class Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+
+    def log_message(self, *args):
+        pass
+
+    def answer(self, values, status=200, headers=()):
+        body = values if isinstance(values, bytes) else json.dumps(values).encode()
+        self.send_response(status)
+        for name, value in (("Content-Length", str(len(body))), *headers):
+            self.send_header(name, value)
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def do_POST(self):
+        self.server.asked.append(f"POST {self.path}")
+        length = int(self.headers.get("Content-Length") or 0)
+        if self.headers.get("Transfer-Encoding") == "chunked":
+            body = b""
+            while size := int(self.rfile.readline(), 16):
+                body += self.rfile.read(size)
+                self.rfile.readline()
+            self.rfile.readline()
+        else:
+            body = self.rfile.read(length)
+        if self.headers.get("Authorization") != "Bearer hf_test":
+            return self.answer({"error": "no token"}, 401)
+        if self.path == "/api/repos/create":
+            wanted = json.loads(body)
+            prefix = "datasets/" if wanted.get("type") == "dataset" else ""
+            name = f"{prefix}{wanted.get('organization', 'lab')}/{wanted['name']}"
+            self.server.repositories.setdefault(name, {})
+            return self.answer({"url": f"{self.server.url}/{name}", "name": name.removeprefix(prefix)})
+        if self.path.startswith("/api/validate-yaml"):
+            return self.answer({"errors": [], "warnings": []})
+        kind, name, action = re.fullmatch(
+            r"/api/(models|datasets)/(\w+/\w+)/(\w+)/main.*", self.path
+        ).groups()
+        files = self.server.repositories[name if kind == "models" else f"datasets/{name}"]
+        if action == "preupload":
+            entries = json.loads(body)["files"]
+            found = [{"path": e["path"], "uploadMode": "regular", "shouldIgnore": False} for e in entries]
+            return self.answer({"files": found})
+        for line in body.splitlines():
+            entry = json.loads(line)
+            if entry["key"] == "file":
+                files[entry["value"]["path"]] = base64.b64decode(entry["value"]["content"])
+        url = f"{self.server.url}/{name}/commit/{COMMIT}"
+        return self.answer({"commitUrl": url, "commitOid": COMMIT, "success": True})
+
+    def do_GET(self):
+        self.server.asked.append(f"{self.command} {self.path}")
+        info = re.fullmatch(r"/api/(models|datasets)/(\w+/\w+)(/revision/\w+)?(\?.*)?", self.path)
+        if info:
+            name = info[2] if info[1] == "models" else f"datasets/{info[2]}"
+            if name not in self.server.repositories:
+                headers = [("X-Error-Code", "RepoNotFound"), ("X-Error-Message", "Repository not found")]
+                return self.answer({"error": "Repository not found"}, 404, headers)
+            siblings = [{"rfilename": path} for path in self.server.repositories[name]]
+            return self.answer({"id": info[2], "sha": COMMIT, "siblings": siblings, "private": False})
+        listed = re.fullmatch(r"/api/(models|datasets)/(\w+/\w+)/tree/\w+(\?.*)?", self.path)
+        if listed:
+            files = self.server.repositories[listed[2] if listed[1] == "models" else f"datasets/{listed[2]}"]
+            return self.answer(
+                [
+                    {
+                        "type": "file",
+                        "path": path,
+                        "size": len(content),
+                        "oid": hashlib.sha1(content).hexdigest(),
+                    }
+                    for path, content in files.items()
+                ]
+            )
+        found = re.fullmatch(r"/((?:datasets/)?\w+/\w+)/resolve/\w+/(.+)", self.path)
+        if found and found[2] in self.server.repositories.get(found[1], {}):
+            content = self.server.repositories[found[1]][found[2]]
+            etag = f'"{hashlib.sha256(content).hexdigest()}"'
+            return self.answer(content, headers=[("ETag", etag), ("X-Repo-Commit", COMMIT)])
+        return self.answer({"error": "not found"}, 404, [("X-Error-Code", "EntryNotFound")])
+
+    do_HEAD = do_GET  # noqa: N815
+
+
+@pytest.fixture
+def hub(monkeypatch):
+    """An empty hub on the loopback interface, to which `huggingface_hub` is pointed."""
+    server = Hub()
+    thread = Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    monkeypatch.setenv("HF_ENDPOINT", server.url)
+    monkeypatch.setenv("HF_TOKEN", "hf_test")
+    yield server
+    server.shutdown()
+    server.server_close()
+    thread.join()

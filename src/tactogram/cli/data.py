@@ -7,6 +7,7 @@ from tactogram.cli.printing import Printer, columns, lines_of, ratings_text, sho
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.data.requests import (
     AdditionRequest,
+    DataExportRequest,
     ImportRequest,
     RatingRequest,
     SimulationRequest,
@@ -72,6 +73,15 @@ def _simulate(request: SimulationRequest, show: Printer) -> None:
     show(report, lines_of(report))
 
 
+def _export(request: DataExportRequest, show: Printer) -> None:
+    from tactogram.workflows.data.export import export_store
+    from tactogram.workflows.progress import shown
+
+    with shown() as progress:
+        facts = export_store(**vars(request) | {"progress": progress})
+    show(facts, lines_of(facts))
+
+
 def _info(request: _StoreRequest, show: Printer) -> None:
     from tactogram.workflows.data.stores import store_info
 
@@ -131,6 +141,7 @@ VERBS = {
     "data list": Verb(_ListRequest, _list),
     "data import": Verb(ImportRequest, _import),
     "data simulate": Verb(SimulationRequest, _simulate),
+    "data export": Verb(DataExportRequest, _export),
     "data info": Verb(_StoreRequest, _info),
     "data check": Verb(_StoreRequest, _check),
     "data compact": Verb(_StoreRequest, _compact),

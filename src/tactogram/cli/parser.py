@@ -25,6 +25,7 @@ VERBS = {
         "data import": "Import a data set into a store.",
         "data simulate": "Simulate a data set of surfaces.",
         "data info": "Describe what a store holds.",
+        "data export": "Write a store in the layout of the Hugging Face Hub or of LeRobot.",
         "data check": "Check every shard of a store against its hash.",
         "data compact": "Merge the small shards of a store, one per take of a session, into few large ones.",
         "data add": "Add a recording to a store.",
@@ -36,8 +37,8 @@ VERBS = {
         "train": "Train a model on a data set, or continue a run.",
         "crossval": "Cross-validate a classifier, by recording, or a predictor of ratings, by item or rater.",
         "evaluate": "Evaluate a run on recordings that it was not trained on.",
-        "run export": "Pack a run into one .zip file.",
-        "run import": "Unpack a run from a .zip file.",
+        "run export": "Pack a run into one .zip file, or write its networks for other programs.",
+        "run import": "Unpack a run from a .zip file, or take it from the Hugging Face Hub.",
     },
     "generating": {
         "generate": "Generate signals or images with a trained run, or both from the same words with two.",

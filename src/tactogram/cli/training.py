@@ -8,7 +8,7 @@ from tactogram.cli.stopping import catch_stop_signals
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import EvaluationRequest
 from tactogram.workflows.request import Argument, Option, Request
-from tactogram.workflows.training.requests import CrossvalRequest, TrainingOptions
+from tactogram.workflows.training.requests import CrossvalRequest, ExportRequest, TrainingOptions
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,8 @@ class _TrainRequest(TrainingOptions):
 
 
 @dataclass(frozen=True)
-class _PackRequest(Request):
-    source: Annotated[str, Argument(metavar="RUN")]
-    out: Annotated[str, Option(metavar="FILE")]
-
-
-@dataclass(frozen=True)
 class _UnpackRequest(Request):
-    source: Annotated[str, Argument(metavar="FILE")]
+    source: Annotated[str, Argument("zip file, folder, or hf://OWNER/NAME of the Hub", "SOURCE")]
     out: Annotated[str, Option(metavar="RUN")]
 
 
@@ -127,16 +121,31 @@ def _evaluate(request: EvaluationRequest, show: Printer) -> None:
     show(result, "\n".join([*lines, f"report: {result['report']}"]))
 
 
-def _export(request: _PackRequest, show: Printer) -> None:
-    from tactogram.workflows.training.run_archive import export_run
+def _export(request: ExportRequest, show: Printer) -> None:
+    from tactogram.workflows.progress import shown
+    from tactogram.workflows.training.export import export
 
-    show(facts := export_run(request.source, request.out), lines_of(facts))
+    with shown() as progress:
+        facts = export(**vars(request) | {"progress": progress})
+    show(facts, _networks_text(facts) if "networks" in facts else lines_of(facts))
+
+
+def _networks_text(facts: dict[str, Any]) -> str:
+    """Return the files of networks, with how far onnxruntime is from the package."""
+    rows = [("network", "file", "KiB", "output", "largest difference", "of", "relative")]
+    for name, each in facts["networks"].items():
+        for form in (each, each.get("int8")):
+            for output, found in (form or {"difference": {}})["difference"].items():
+                size = f"{form['bytes'] / 1024:.0f}"
+                figures = (f"{found[key]:.2g}" for key in ("largest", "of", "relative"))
+                rows.append((name, form["file"], size, output, *figures))
+    return f"{columns(rows)}\nfolder: {facts['folder']}"
 
 
 def _import(request: _UnpackRequest, show: Printer) -> None:
-    from tactogram.workflows.training.run_archive import import_run
+    from tactogram.workflows.training.importing import import_from
 
-    show(facts := import_run(request.source, request.out), lines_of(facts))
+    show(facts := import_from(request.source, request.out), lines_of(facts))
 
 
 def _images_lines(result: Any) -> list[str]:
@@ -191,6 +200,6 @@ VERBS = {
     "train": Verb(_TrainRequest, _train),
     "crossval": Verb(CrossvalRequest, _crossval),
     "evaluate": Verb(EvaluationRequest, _evaluate, folders=("models",)),
-    "run export": Verb(_PackRequest, _export),
+    "run export": Verb(ExportRequest, _export),
     "run import": Verb(_UnpackRequest, _import),
 }

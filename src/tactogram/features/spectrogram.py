@@ -155,7 +155,7 @@ class Spectrogram:
 
         A value that is not finite raises `ParameterError`.
         """
-        if not bool(torch.isfinite(value).all()):
+        if not torch.compiler.is_compiling() and not bool(torch.isfinite(value).all()):
             raise ParameterError("values must be finite, got NaN or infinity")
         share = ((value - self.low) / (self.high - self.low)).clamp(0, 1)
         if self.scaling == "db":
@@ -173,7 +173,7 @@ class Spectrogram:
 
         Complex (..., n_fft // 2 + 1, frame) -> (..., bin, frame), the first ``bins``.
         """
-        return s[..., : self.bins, :].abs() / self._gain(s)[: self.bins]
+        return s[..., : self.bins, :].abs() / self.gain(s)[: self.bins]
 
     def magnitude(self, z: Tensor) -> Tensor:
         """Return the magnitude of `stft` of a picture, (..., bin, frame) -> (..., n_fft // 2 + 1, frame).
@@ -188,7 +188,7 @@ class Spectrogram:
         check_precision("z", z)
         if z.ndim < 2 or z.shape[-2] != self.bins or z.shape[-1] == 0:
             raise ParameterError(f"z must be (..., {self.bins} bins, frame), got {tuple(z.shape)}")
-        magnitude = self.amplitude(z) * self._gain(z)[: self.bins]
+        magnitude = self.amplitude(z) * self.gain(z)[: self.bins]
         return F.pad(magnitude, (0, 0, 0, self.transform.bins - z.shape[-2]))
 
     def decode(self, z: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
@@ -206,7 +206,7 @@ class Spectrogram:
 
     def recover(self, amplitudes: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
         """Return samples of the `amplitudes`, shape (..., n_fft // 2 + 1, frame), >= 0, ``unit``; else as `decode`."""
-        return self._recovered(amplitudes.detach() * self._gain(amplitudes), length, seed)
+        return self._recovered(amplitudes.detach() * self.gain(amplitudes), length, seed)
 
     def _recovered(self, magnitude: Tensor, length: int | None, seed: int) -> Tensor:
         return recover(
@@ -242,7 +242,7 @@ class Spectrogram:
         samples = self.decode(z, length, seed=seed).cpu().numpy()
         return Signal(samples, self.rate, self.unit, axes, self.domain)
 
-    def _gain(self, like: Tensor) -> Tensor:
+    def gain(self, like: Tensor) -> Tensor:
         """Return the magnitude of `stft` of a sinusoid of amplitude 1 in the middle of each bin, shape (bin, 1)."""
         total = self.transform.weights(like).sum()
         gain = (total / 2).repeat(self.transform.bins, 1)

@@ -12,6 +12,8 @@ from tactogram.model.conditions import some_of as some_of
 from tactogram.model.examples import Example as Example
 from tactogram.model.examples import ImageExample as ImageExample
 from tactogram.model.examples import ItemRatings as ItemRatings
+from tactogram.model.exported import ExportedNetwork as ExportedNetwork
+from tactogram.model.exported import Port as Port
 from tactogram.model.kinds import ImageKind as ImageKind
 from tactogram.model.kinds import Kind as Kind
 from tactogram.model.kinds import SignalKind as SignalKind
@@ -24,6 +26,7 @@ from tactogram.model.protocols import FigureReporter as FigureReporter
 from tactogram.model.protocols import Generator as Generator
 from tactogram.model.protocols import Learner as Learner
 from tactogram.model.protocols import MotionPredictor as MotionPredictor
+from tactogram.model.protocols import NetworkExporter as NetworkExporter
 from tactogram.model.protocols import NoiselessGenerator as NoiselessGenerator
 from tactogram.model.protocols import NoveltyReporter as NoveltyReporter
 from tactogram.model.protocols import OutcomeReporter as OutcomeReporter

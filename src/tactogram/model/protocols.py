@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.model.conditions import Condition
 from tactogram.model.examples import Example
+from tactogram.model.exported import ExportedNetwork
 from tactogram.signal import Image, Signal
 
 if TYPE_CHECKING:
@@ -144,6 +145,15 @@ class FigureReporter(Protocol):
 
     def figures(self) -> Mapping[str, Figure]:
         """Return the figures by name."""
+        ...
+
+
+@runtime_checkable
+class NetworkExporter(Protocol):
+    """A model whose networks run without Python, in another runtime."""
+
+    def exported_networks(self) -> Mapping[str, ExportedNetwork]:
+        """Return every network of the trained model by name: those that it uses, and those that only train it."""
         ...
 
 

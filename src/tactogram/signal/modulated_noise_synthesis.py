@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import floor, prod
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numba
 import numpy as np
@@ -24,10 +24,11 @@ from tactogram.signal.modulated_noise import (
     level_factor,
 )
 from tactogram.signal.signal import Signal
-from tactogram.signal.tone_synthesis import ToneParameters, ToneProcess
+from tactogram.signal.tone_synthesis import NormalSource, ToneParameters, ToneProcess
 
 Array = NDArray[np.float64]
 
+Seed: TypeAlias = int | np.random.Generator | tuple[NormalSource, NormalSource, NormalSource]
 SETTLING_S = 0.5
 """Synthesised and discarded at the beginning, s."""
 SILENT = 1e-30
@@ -99,12 +100,14 @@ class NoiseProcess:
     axes, lags : int
         Of the textures.
     rate : float, Hz
-    seed : int or numpy.random.Generator
-        Determines, with the parameters, every sample.
+    seed : int, numpy.random.Generator or three NormalSource
+        Determines, with the parameters, every sample. Three are the sources of the gains, the noise and the tones.
     """
 
-    def __init__(self, axes: int, lags: int, rate: float, *, seed: int | np.random.Generator) -> None:
-        self._innovations, self._noise, tones = np.random.default_rng(seed).spawn(3)
+    def __init__(self, axes: int, lags: int, rate: float, *, seed: Seed) -> None:
+        sources = seed if isinstance(seed, tuple) else tuple(np.random.default_rng(seed).spawn(3))
+        self._innovations: NormalSource = sources[0]
+        self._noise: NormalSource = sources[1]
         gains = axes * (BANDS + SUBFRAMES)
         self._sections = band_sections(rate)
         self._kind = {"axes": axes, "lags": lags}
@@ -122,7 +125,7 @@ class NoiseProcess:
         )
         self._done = self._frame = 0
         self._rate, self._length, self._factor = rate, FRAME_S * rate, level_factor(rate)
-        self._tones = ToneProcess(rate, tones)
+        self._tones = ToneProcess(rate, sources[2])
 
     def next(self, out: Array, parameters: Array) -> None:
         """Write the next samples to ``out``, float64, shape (axis, time), without a mean.

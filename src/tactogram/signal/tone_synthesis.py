@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 from math import floor
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numba
 import numpy as np
@@ -28,16 +28,25 @@ class ToneParameters(NamedTuple):
     amplitude: Array  # (2, axis, line)
 
 
+class NormalSource(Protocol):
+    """A source of standard normal numbers."""
+
+    def standard_normal(self, *, out: Array) -> Any:
+        """Fill ``out``, float64, in C order."""
+        ...
+
+
 class ToneProcess:
     """Samples of tones whose parameters may change; n samples in blocks are the n samples of one call.
 
     Parameters
     ----------
     rate : float, Hz
-    random : numpy.random.Generator
+    random : NormalSource
+        E.g. a numpy.random.Generator.
     """
 
-    def __init__(self, rate: float, random: np.random.Generator) -> None:
+    def __init__(self, rate: float, random: NormalSource) -> None:
         self._random, self._rate, self._length = random, rate, STEP_S * rate
         self._drawn, self._phase = np.empty(6), np.zeros(0)
         self._done = self._frame = 0

@@ -15,11 +15,12 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredPairs, scaled
-from tactogram.model import Condition, Example, SignalKind, Stage, check_condition
+from tactogram.model import Condition, Example, ExportedNetwork, SignalKind, Stage, check_condition
 from tactogram.models.frictgan.config import Config
+from tactogram.models.frictgan.exported import exported_networks
 from tactogram.models.frictgan.fabric_evaluation import evaluate_fabrics, summary
 from tactogram.models.frictgan.journey import journey, spliced
-from tactogram.models.frictgan.networks import Critic, Generator
+from tactogram.models.frictgan.networks import LEAST, Critic, Generator, magnitudes_of
 from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
@@ -30,8 +31,6 @@ MEASURED = 512
 """Most windows that the scale of the magnitudes is measured on."""
 EVALUATED = 64
 """Most windows that `validate` uses."""
-LEAST = 0.01
-"""Share of a frequency's mean above which ``scale = "log"`` is logarithmic."""
 AT_ONCE = 4
 """Windows that are generated at once."""
 
@@ -191,8 +190,7 @@ class FrictGANLearner:
 
     def _outside(self, inside: Tensor) -> Tensor:
         """Return the magnitudes of network outputs, on the processor."""
-        parts = inside.float().cpu()
-        return self.scale * (LEAST * torch.expm1(parts) if self.config.scale == "log" else parts)
+        return magnitudes_of(inside.float().cpu(), self.scale, self.config)
 
     # -- evaluation --------------------------------------------------------------------------------------
 
@@ -265,6 +263,11 @@ class FrictGANLearner:
         if saved := state.get("optimisers"):
             for optimiser, values in zip(self.optimisers, saved, strict=True):
                 optimiser.load_state_dict(values)
+
+    # -- export ------------------------------------------------------------------------------------------
+
+    def exported_networks(self) -> dict[str, ExportedNetwork]:
+        return exported_networks(self.generator, self.critic, self.scale, self.config, self.kind)
 
     # -- use ---------------------------------------------------------------------------------------------
 

@@ -12,6 +12,9 @@ from tactogram.models.frictgan.config import Config
 from tactogram.models.frictgan.sizes import Size, column_strides, decoder_sizes, encoder_sizes
 from tactogram.nn.initial_weights import normal_
 
+LEAST = 0.01
+"""Share of a frequency's mean above which ``scale = "log"`` is logarithmic."""
+
 
 class Generator(nn.Module):
     """Photograph and noise to ``axes`` spectrograms, 1 in the paper: a U-Net between a square and a tall picture."""
@@ -147,6 +150,11 @@ class CroppedTransposedConv(nn.ConvTranspose2d):
 
     def forward(self, x: Tensor, output_size: list[int] | None = None) -> Tensor:
         return super().forward(x)[:, :, : self.size[0], : self.size[1]]
+
+
+def magnitudes_of(inside: Tensor, scale: Tensor, config: Config) -> Tensor:
+    """Return the magnitudes of the network's outputs, (batch, axis, bin, frame); ``scale`` is (axis, bin, 1)."""
+    return scale * (LEAST * torch.expm1(inside) if config.scale == "log" else inside)
 
 
 def match(x: Tensor, size: Size, by: str) -> Tensor:

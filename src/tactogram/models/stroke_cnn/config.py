@@ -36,6 +36,11 @@ class Config(BaseModel):
     """Step between the windows that classify a recording, as a share of the window. Ours: the paper classifies windows;
     we average their log probabilities over a recording."""
 
+    @property
+    def hop_samples(self) -> int:
+        """Samples from one window of a recording to the next."""
+        return max(1, round(self.window * self.hop))
+
     @model_validator(mode="after")
     def _window_is_long_enough(self) -> Self:
         if self.points() < 1:

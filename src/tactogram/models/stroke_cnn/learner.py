@@ -14,15 +14,17 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import pooled
-from tactogram.model import Example, SignalKind, Stage
+from tactogram.model import Example, ExportedNetwork, Port, SignalKind, Stage
 from tactogram.models.stroke_cnn.config import Config
-from tactogram.models.stroke_cnn.networks import StrokeCNN
-from tactogram.nn.bare_and_fixed import bare
+from tactogram.models.stroke_cnn.networks import Standardised, StrokeCNN
+from tactogram.nn.bare_and_fixed import bare, for_export
 from tactogram.signal import Signal
-from tactogram.training.seeds import child_rng, torch_seeded
+from tactogram.training.seeds import child_generator, child_rng, torch_seeded
 
 AT_ONCE = 256
 """Windows per forward pass when a recording is classified; bounds the memory."""
+DRAWN = 4
+"""Windows in a batch of typical inputs."""
 
 
 class StrokeCNNLearner:
@@ -133,6 +135,29 @@ class StrokeCNNLearner:
             if self.schedule is not None:
                 self.schedule.load_state_dict(optimisers["schedule"])
 
+    # -- export ------------------------------------------------------------------------------------------
+
+    def exported_networks(self) -> dict[str, ExportedNetwork]:
+        network = Standardised(for_export(self.network), self.mean, self.scale)
+        shape = DRAWN, len(self.kind.axes), self.config.window
+
+        def draw(seed: int) -> tuple[Tensor]:
+            x = torch.randn(shape, generator=child_generator(seed, "export"))
+            return (x * self.scale + self.mean,)
+
+        exported = ExportedNetwork(
+            network,
+            draw,
+            {"windows": Port(("batch", "axis", "time"), "windows of a signal", self.kind.unit)},
+            {
+                "probability": Port(("batch", "material"), "probability of each material"),
+                "embedding": Port(("batch", "feature"), "last hidden layer"),
+            },
+            note="probabilities of a recording are pooled over its windows",
+            facts={"material": list(self.materials), "hop_samples": self.config.hop_samples},
+        )
+        return {"classifier": exported}
+
     # -- use ---------------------------------------------------------------------------------------------
 
     def probabilities(self, signal: Signal) -> NDArray[np.float64]:
@@ -163,7 +188,7 @@ class StrokeCNNLearner:
             raise ParameterError(
                 f"signal must have at least {window} samples at {signal.rate:g} Hz, got {len(signal)}"
             )
-        hop = max(1, round(window * self.config.hop))
+        hop = self.config.hop_samples
         x = np.lib.stride_tricks.sliding_window_view(signal.samples, window, axis=1)[:, ::hop]  # A, W, T
         self.network.eval()
         parts = [

@@ -43,3 +43,21 @@ class StrokeCNN(nn.Module):
         """Return the logits: (window, axis, time) -> (window, class)."""
         logits: Tensor = self.output(self.embed(x))  # B, C
         return logits
+
+
+class Standardised(nn.Module):
+    """The network on windows in the signals' unit, with probabilities; ``mean`` and ``scale`` are (axis, 1)."""
+
+    mean: Tensor
+    scale: Tensor
+
+    def __init__(self, network: StrokeCNN, mean: Tensor, scale: Tensor) -> None:
+        super().__init__()
+        self.network = network
+        self.register_buffer("mean", mean)
+        self.register_buffer("scale", scale)
+
+    def forward(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """Return probabilities, (window, class), and embeddings, (window, feature), of (window, axis, time)."""
+        embedded = self.network.embed((x - self.mean) / self.scale)
+        return self.network.output(embedded).softmax(1), embedded

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.features.signal_crops import SignalCrops
-from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
+from tactogram.model import (
+    Condition,
+    Example,
+    ExportedNetwork,
+    Port,
+    SignalKind,
+    Stage,
+    check_condition,
+    material_weights,
+)
 from tactogram.models.stroke_gan.config import Config
 from tactogram.models.stroke_gan.networks import Generator
 from tactogram.models.stroke_gan.scaling import Scaling
@@ -20,6 +29,7 @@ from tactogram.nn import WaveDiscriminator
 from tactogram.nn.bare_and_fixed import fixed
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
+from tactogram.training.wave_gan_export import Scaled, exported_critic, exported_generator
 from tactogram.training.wave_gan_learner import LabelledCrops, WaveGANLearner
 
 
@@ -97,6 +107,23 @@ class StrokeGANLearner(WaveGANLearner[Config]):
     def load_state(self, state: Mapping[str, Any]) -> None:
         super().load_state(state)
         self.scaling.load_state(state["domain"])
+
+    def exported_networks(self) -> dict[str, ExportedNetwork]:
+        kind, config = self.kind, self.config
+        size: dict[str, Any] = {"labels": self.materials, "length": config.length}
+        scaled = Scaled(
+            self.generating_network,
+            torch.from_numpy(self.scaling.scale),
+            torch.from_numpy(self.scaling.offset),
+        )
+        time = ("batch", "axis", "time")
+        made = Port(time, "signal", kind.unit)
+        return {
+            "generator": exported_generator(scaled, kind, latents=config.latents, output=made, **size),
+            "critic": exported_critic(
+                self.discriminator, kind, signal=Port(time, "signal, scaled to -1 to 1"), **size
+            ),
+        }
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

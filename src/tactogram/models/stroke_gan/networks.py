@@ -34,4 +34,4 @@ class Generator(nn.Module):
         h = h.unflatten(1, self.shape).flatten(0, 1).transpose(1, 2)  # B A, 1024, 16
         for layer in self.layers:
             h = layer(F.leaky_relu(h, self.leak))  # B A, C / 2, 4 T; the last B A, 1, 16384
-        return torch.tanh(h.view(len(latent), self.shape[0], -1))  # B, A, 16384
+        return torch.tanh(h.view(latent.shape[0], self.shape[0], -1))  # B, A, 16384

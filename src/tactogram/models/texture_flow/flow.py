@@ -53,6 +53,11 @@ def _mean_square(error: Tensor, data: Tensor) -> Tensor:
     return (error.square().mean(inner) / data.square().mean(inner).clamp_min(1)).mean()
 
 
+def times_of(steps: int) -> list[float]:
+    """Return the times between the solver's steps, from 0 to 1."""
+    return [(place / steps) ** DENSITY for place in range(steps + 1)]
+
+
 def solve(velocity: Velocity, noise: Tensor, steps: int) -> Tensor:
     """Return data, (batch, …), that ``noise`` flows to in ``steps`` steps, one evaluation of ``velocity`` each.
 
@@ -60,10 +65,9 @@ def solve(velocity: Velocity, noise: Tensor, steps: int) -> Tensor:
     step continues the change of the velocity over the one before. The first is Euler's. The times are denser near the
     noise.
     """
-    times = [(place / steps) ** DENSITY for place in range(steps + 1)]
     x = noise
     earlier: tuple[float, Tensor] | None = None
-    for begin, end in pairwise(times):
+    for begin, end in pairwise(times_of(steps)):
         slope = mean = velocity(x, torch.full((len(x),), begin).to(x))
         if earlier is not None:
             time, before = earlier

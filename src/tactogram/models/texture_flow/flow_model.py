@@ -79,7 +79,7 @@ class FlowModel:
         label = label.to(self.device)
         loss = straightening_loss(
             lambda x, time: self.network(x, time, label).float(),
-            self._guided(self.teacher, label),
+            guided(self.teacher, label, self.config.guidance),
             noise.to(self.device),
             self.config.solver_steps,
         )
@@ -110,19 +110,9 @@ class FlowModel:
         noise, label = noise.to(self.device), label.to(self.device)
         if self.config.straightening_steps:
             return solve(lambda x, time: self.average.network(x, time, label), noise, 1)
-        return solve(self._guided(self.average.network, label), noise, self.config.solver_steps)
-
-    def _guided(self, network: nn.Module, label: Tensor) -> Velocity:
-        strength = self.config.guidance
-
-        def velocity(x: Tensor, time: Tensor) -> Tensor:
-            found: Tensor = network(x, time, label)
-            if strength == 1:
-                return found
-            free: Tensor = network(x, time, torch.zeros_like(label))
-            return free + strength * (found - free)
-
-        return velocity
+        return solve(
+            guided(self.average.network, label, self.config.guidance), noise, self.config.solver_steps
+        )
 
     def start_from(self, weights: Mapping[str, Tensor]) -> None:
         """Begin with the weights of another network; `RuntimeError` if they do not fit."""
@@ -141,3 +131,16 @@ class FlowModel:
         if "teacher" in state:
             self.teacher = deepcopy(self.average.network)
             self.teacher.load_state_dict(state["teacher"])
+
+
+def guided(network: nn.Module, label: Tensor, strength: float) -> Velocity:
+    """Return the velocity of a network with a condition of some strength (Ho & Salimans 2021)."""
+
+    def velocity(x: Tensor, time: Tensor) -> Tensor:
+        found: Tensor = network(x, time, label)
+        if strength == 1:
+            return found
+        free: Tensor = network(x, time, torch.zeros_like(label))
+        return free + strength * (found - free)
+
+    return velocity

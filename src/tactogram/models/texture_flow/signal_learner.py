@@ -19,6 +19,7 @@ from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
     Condition,
     Example,
+    ExportedNetwork,
     SignalKind,
     Stage,
     check_condition,
@@ -26,6 +27,11 @@ from tactogram.model import (
 )
 from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
+from tactogram.models.texture_flow.exported import (
+    exported_flow,
+    exported_predictor,
+    exported_recovery,
+)
 from tactogram.models.texture_flow.flow_model import FlowModel
 from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
 from tactogram.models.texture_flow.modulation import modulated
@@ -60,6 +66,8 @@ MOMENT_S = 0.05
 """Longest time between two moments of a motion for which a surface is determined, s."""
 PLAYBACK_RATE = 4000.0
 """Of a signal over displacement that is played at a speed, Hz."""
+LEAST_ITERATIONS = 2
+"""Of phase recovery, for it to be exported."""
 LEAST_RMS = 1e-12
 """Of a vibration in another unit."""
 
@@ -80,9 +88,9 @@ class SignalFlowLearner:
             name for name in config.conditions if name != "speed_mm_s" or not self.over_displacement
         ]
         self.labels = Labels(conditions)
-        size = self.codes.shape[1] + 2 + 4 * len(conditions)
+        self.label_size = self.codes.shape[1] + 2 + 4 * len(conditions)
         with torch_seeded(seed, "weights"):
-            network = VelocityUNet(config, channels=len(kind.axes), labels=size)
+            network = VelocityUNet(config, channels=len(kind.axes), labels=self.label_size)
         self.flow = FlowModel(network, config, device=self.device)
         predictor = None
         if config.prediction_steps:
@@ -355,6 +363,27 @@ class SignalFlowLearner:
             for optimiser, own in zip(self._optimisers, saved, strict=True):
                 optimiser.load_state_dict(own)
 
+    # -- export ------------------------------------------------------------------------------------------
+
+    def exported_networks(self) -> dict[str, ExportedNetwork]:
+        config, kind = self.config, self.kind
+        labels = {name: self._label_of({"material": name}).tolist() for name in self.materials}
+        found = exported_flow(
+            self.flow,
+            (len(kind.axes), self.spectra.bins, config.frames),
+            (config.frames, self.label_size),
+            axes=("batch", "axis", "bin", "frame"),
+            output="log magnitudes of the surface's sources, standardised",
+            free=("frame",),
+            facts={"label": labels, "frame_multiple": config.multiple},
+        )
+        if self.spectra.iterations >= LEAST_ITERATIONS:
+            frames = self.spectra.frames(round(self.seconds * kind.rate), config.multiple)
+            found["phase_recovery"] = exported_recovery(self.spectra, frames, kind.unit)
+        if self.known.predictor is not None:
+            found["predictor"] = exported_predictor(bare(self.known.predictor))
+        return found
+
     # -- use ---------------------------------------------------------------------------------------------
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
@@ -431,9 +460,7 @@ class SignalFlowLearner:
         at = self.known.described(condition, draw=child_rng(seed, "tones").random())
         found = [at(moment) for moment in moments]
         labels = [
-            self._label(
-                each.surface, moment if self.known.predictor is None or reached is None else reached, reached
-            )
+            self._label_at(moment, each.surface, reached)
             for moment, (each, reached) in zip(moments, found, strict=True)
         ]
         length = max(1, round(seconds * self.kind.rate))
@@ -447,6 +474,16 @@ class SignalFlowLearner:
             mean = found[0][0].surface.mean.numpy()[:, None]
             samples = mean + motion.at("gain", np.arange(length) / self.kind.rate) * (samples - mean)
         return samples.astype(np.float32)
+
+    def _label_at(self, moment: Condition, surface: Surface, reached: Condition | None) -> Tensor:
+        """Return the label of a surface that is known at the condition ``reached``, wanted at ``moment``."""
+        wanted = moment if self.known.predictor is None or reached is None else reached
+        return self._label(surface, wanted, reached)
+
+    def _label_of(self, condition: Condition) -> Tensor:
+        """Return the label of a condition without a motion."""
+        found, reached = self.known.described(condition, draw=0.5)(condition)
+        return self._label_at(condition, found.surface, reached)
 
     def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
         """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from tactogram.features.signal_crops import SignalCrops
-from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, material_weights
+from tactogram.model import (
+    Condition,
+    Example,
+    ExportedNetwork,
+    Port,
+    SignalKind,
+    Stage,
+    check_condition,
+    material_weights,
+)
 from tactogram.models.texture_gan.band_matching import match_bands
 from tactogram.models.texture_gan.config import Config
 from tactogram.models.texture_gan.networks import Generator, split_bands
@@ -26,6 +35,7 @@ from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
 from tactogram.signal.band_levels import BandLevels
 from tactogram.training.seeds import child_generator, child_rng
+from tactogram.training.wave_gan_export import Shaped, exported_critic, exported_generator
 from tactogram.training.wave_gan_learner import NO_LATENTS, LabelledCrops, WaveGANLearner
 
 MEASURED = 512
@@ -185,6 +195,26 @@ class TextureGANLearner(WaveGANLearner[Config]):
             self.average.load_state(state["average"])
 
     # -- use ---------------------------------------------------------------------------------------------
+
+    def exported_networks(self) -> dict[str, ExportedNetwork]:
+        kind, config = self.kind, self.config
+        labels = (*self.materials, *config.conditions)
+        size: dict[str, Any] = {"labels": labels, "length": config.length}
+        white = Port(("batch", "axis", "time"), "whitened signal of about unit variance")
+        shaped = Shaped(self.generating_network, partial(split_bands, bands=config.noise_bands))
+        generator = exported_generator(
+            shaped,
+            kind,
+            latents=config.latents,
+            output=white,
+            noise=True,
+            note="the material's filter and the levels of its bands, which follow, are not networks",
+            **size,
+        )
+        return {
+            "generator": generator,
+            "critic": exported_critic(self.discriminator, kind, signal=white, **size),
+        }
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import Argument, Option, Request
@@ -150,3 +150,18 @@ class ConversionRequest(SignalOptions):
     ] = None
     resample_to: Annotated[float | None, Option("rate of B", "HZ", "--resample")] = None
     subtype: Annotated[str | None, Option("sample format of B, e.g. PCM_16, PCM_24, FLOAT")] = None
+
+
+@dataclass(frozen=True)
+class DataExportRequest(Request):
+    """A store to write in the layout of the Hugging Face Hub's data sets, or of LeRobot."""
+
+    path: Annotated[Path | str, Argument(metavar="DIR")]
+    _: KW_ONLY
+    out: Annotated[Path | str, Option("new folder", "FOLDER")]
+    to: Annotated[Literal["hub", "lerobot"], Option("hub: a row per recording; lerobot: a row per frame")] = (
+        "hub"
+    )
+    fps: Annotated[int | None, Option("lerobot: frames per second (default: 50)", "N", least=1)] = None
+    push: Annotated[str | None, Option("also upload it, e.g. as lab/cork", "REPO")] = None
+    progress: ProgressCallback = silent

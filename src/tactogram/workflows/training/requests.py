@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import Argument, Option, Request
@@ -91,3 +91,26 @@ class CrossvalRequest(TrainingOptions):
     folds: Annotated[int, Option(least=2)] = 10
     only_folds: Annotated[int | None, Option("run only the first N of them", "N", least=1)] = None
     repeats: Annotated[int, Option("for a predictor of ratings: how often folds are redrawn", least=1)] = 3
+
+
+@dataclass(frozen=True)
+class ExportRequest(Request):
+    """A finished run to write in another form, which does not need this package."""
+
+    run: Annotated[Path | str, Argument(metavar="RUN")]
+    _: KW_ONLY
+    out: Annotated[Path | str, Option("zip file, header file, or new folder", "PATH")]
+    to: Annotated[
+        Literal["zip", "onnx", "c", "hub"],
+        Option(
+            "zip: one file to import again; onnx: every network for onnxruntime; c: a texture for a microcontroller; "
+            "hub: a folder in the layout of the Hugging Face Hub"
+        ),
+    ] = "zip"
+    int8: Annotated[bool, Option("onnx: also with 8-bit weights")] = False
+    material: Annotated[str | None, Option("c: the material", "NAME")] = None
+    speed: Annotated[float | None, Option("c: mm/s (default: the median recorded)", "MM_S", least=0)] = None
+    force: Annotated[float | None, Option("c: N (default: the median recorded)", "N", least=0)] = None
+    push: Annotated[str | None, Option("hub: also upload it, e.g. as lab/cork", "REPO")] = None
+    axis: Annotated[str, Option("c: an axis by name, dft321 (all in one) or all")] = "dft321"
+    progress: ProgressCallback = silent

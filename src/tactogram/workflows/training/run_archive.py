@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import shutil
 import zipfile
 import zlib
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from tactogram.datasets.store.pending import clear_stale_parts, part_folder
 from tactogram.errors import RunError
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
+from tactogram.workflows.new_folder import new_folder
 
 LEFT_OUT = {"checkpoint.safetensors"}
 LARGEST_BYTES = 8 * 2**30
@@ -41,34 +40,27 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
     RunError
         If the file is not a packed run, names a path outside it, or ``out`` exists.
     """
-    target = Path(out)
-    if target.exists():
-        raise RunError(f"{target}: exists already; choose another `out`")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    clear_stale_parts(target)
-    part = part_folder(target)
-    shutil.rmtree(part, ignore_errors=True)  # of a killed process with the same number
-    part.mkdir(mode=0o700)
     try:
-        with zipfile.ZipFile(file) as packed:
-            for member in packed.infolist():
-                place = PurePosixPath(member.filename)
-                if place.is_absolute() or ".." in place.parts or "\\" in member.filename:
-                    raise RunError(f"{file}: names a path outside the run: {member.filename!r}")
-            if sum(member.file_size for member in packed.infolist()) > LARGEST_BYTES:
-                raise RunError(f"{file}: would unpack to more than {LARGEST_BYTES >> 30} GiB")
-            packed.extractall(part)
-            count = len(packed.infolist())
-        run = Run.open(part)
-        run.facts()
-        # Folders of another machine: code is never loaded from a path in a file.
-        data = {key: value for key, value in run.data.items() if key != "model_folders"}
-        if data != run.data:
-            run.write_json("data.json", data)
-        part.chmod(0o755)
-        part.rename(target)
+        with new_folder(Path(out)) as part:
+            with zipfile.ZipFile(file) as packed:
+                for member in packed.infolist():
+                    place = PurePosixPath(member.filename)
+                    if place.is_absolute() or ".." in place.parts or "\\" in member.filename:
+                        raise RunError(f"{file}: names a path outside the run: {member.filename!r}")
+                if sum(member.file_size for member in packed.infolist()) > LARGEST_BYTES:
+                    raise RunError(f"{file}: would unpack to more than {LARGEST_BYTES >> 30} GiB")
+                packed.extractall(part)
+                count = len(packed.infolist())
+            check_foreign(Run.open(part))
     except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
         raise RunError(f"{file}: not a packed run: {error}") from error
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-    return {"run": str(target), "files": count}
+    return {"run": str(out), "files": count}
+
+
+def check_foreign(run: Run) -> None:
+    """Refuse an unfinished run from elsewhere, and forget the folders of models on another machine."""
+    run.facts()
+    # Code is never loaded from a path in a file.
+    data = {key: value for key, value in run.data.items() if key != "model_folders"}
+    if data != run.data:
+        run.write_json("data.json", data)

@@ -12,6 +12,7 @@ from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.texture_flow import Config, build
 from tactogram.models.texture_flow.flow import flow_loss, solve, straightening_loss
+from tactogram.models.texture_flow.flow_model import guided
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.signal import Image, Signal
@@ -308,7 +309,7 @@ def test_a_straightened_flow_arrives_in_one_step_near_where_its_teacher_arrives_
     learner = trained(straightening_steps=60, solver_steps=6)
     flow, label = learner.flow, learner._label(learner.known.surfaces[0], {}, None)[None]
     noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
-    taught = flow._guided(flow.teacher, label)
+    taught = guided(flow.teacher, label, flow.config.guidance)
     with torch.no_grad():
         wanted, plain = (solve(taught, noise, steps) for steps in (6, 1))
     times = []

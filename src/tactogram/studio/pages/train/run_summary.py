@@ -10,6 +10,7 @@ from typing import Any
 
 from tactogram.errors import DataError
 from tactogram.text_files import read_json, read_toml
+from tactogram.workflows.evaluation_results import evaluation_results, numbers_of
 from tactogram.workflows.training.run_lock import is_training
 
 
@@ -50,30 +51,9 @@ def run_summary(folder: Path) -> RunSummary:
         is_training(folder),
         _read(folder / "data.json"),
         recipe,
-        _numbers(_read(folder / "model.json").get("validation")),
+        numbers_of(_read(folder / "model.json").get("validation")),
         evaluation_results(_read(folder / "evaluation.json")),
     )
-
-
-def evaluation_results(evaluation: Mapping[str, Any]) -> dict[str, float]:
-    """Return the results in an ``evaluation.json`` by name; for a generator's measures, the model's column."""
-    results = {name: value for name, value in _numbers(evaluation).items() if "accuracy" in name}
-    for measure, row in (evaluation.get("measures") or {}).items():
-        if isinstance(row, Mapping) and isinstance(row.get("model"), int | float):
-            results[str(measure)] = float(row["model"])
-    for table in ("spread", "following", "mean"):
-        results |= {f"{table} {name}": value for name, value in _numbers(evaluation.get(table)).items()}
-    return results
-
-
-def _numbers(values: Any) -> dict[str, float]:
-    if not isinstance(values, Mapping):
-        return {}
-    return {
-        str(name): float(value)
-        for name, value in values.items()
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    }
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""Textures for microcontrollers, as C headers."""

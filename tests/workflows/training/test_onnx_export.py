@@ -1,0 +1,80 @@
+"""Networks of a run as ONNX files: what is written beside them, in eight bits, and what is refused."""
+
+import json
+
+import numpy as np
+import onnxruntime
+import pytest
+
+from tactogram.cli import main
+from tactogram.errors import ParameterError, RunError
+from tactogram.signal import Signal
+from tactogram.workflows.training.export import export
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
+
+
+@pytest.fixture(scope="module")
+def exported(run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("onnx") / "networks"
+    return folder, export(run.folder, to="onnx", out=folder, int8=True)["networks"]["classifier"]
+
+
+def windows(run, count=8):
+    config = load_run(run.folder).config
+    x = np.random.default_rng(0).standard_normal((count, len(run.kind().axes), config.window))
+    return x.astype(np.float32)
+
+
+def test_the_file_gives_what_the_run_gives_for_a_signal(run, exported):
+    folder, described = exported
+    loaded = load_run(run.folder)
+    x = windows(run)
+    session = onnxruntime.InferenceSession(str(folder / described["file"]))
+    probability, embedding = session.run(None, {"windows": x})
+    for k, window in enumerate(x):
+        signal = Signal(window, run.kind().rate, run.kind().unit, run.kind().axes)
+        np.testing.assert_allclose(probability[k], loaded.classifier.probabilities(signal), atol=1e-5)
+        np.testing.assert_allclose(embedding[k], loaded.embedder.embed(signal), atol=1e-4)
+
+
+def test_the_file_beside_it_says_what_goes_in_and_comes_out(run, exported):
+    folder, described = exported
+    kind = run.kind()
+    assert json.loads((folder / "classifier.json").read_text(encoding="utf-8")) == described
+    (entry,) = described["inputs"]
+    assert entry["axes"] == ["batch", "axis", "time"]
+    assert entry["shape"][0] is None
+    assert (entry["unit"], described["rate_hz"]) == (kind.unit, kind.rate)
+    assert described["material"] == list(kind.materials)
+    assert described["simulated"] is True
+    assert described["opset"] == 18
+
+
+def test_eight_bits_are_smaller_and_nearly_the_same(exported):
+    folder, described = exported
+    small = described["int8"]
+    assert small["method"] == "static"
+    assert (folder / small["file"]).stat().st_size == small["bytes"] < described["bytes"]
+    exact, rough = (each["difference"]["embedding"]["relative"] for each in (described, small))
+    assert exact < 1e-5 < rough < 0.1
+
+
+def test_the_command_tells_the_largest_difference(run, tmp_path, capsys):
+    assert main(["run", "export", str(run.folder), "--to", "onnx", "--out", str(tmp_path / "networks")]) == 0
+    text = capsys.readouterr().out
+    assert "largest difference" in text
+    assert "classifier.onnx" in text
+    assert {p.name for p in (tmp_path / "networks").iterdir()} == {"classifier.onnx", "classifier.json"}
+
+
+def test_what_cannot_be_is_refused(run, store, tmp_path):
+    textures = train("ar_texture", store, recipe="tiny", out=tmp_path / "ar", accelerator="cpu")
+    with pytest.raises(ParameterError, match="has no networks to export"):
+        export(textures.folder, to="onnx", out=tmp_path / "networks")
+    assert not (tmp_path / "networks").exists()
+    with pytest.raises(ParameterError, match="int8 must be omitted with to='zip'"):
+        export(run.folder, out=tmp_path / "run.zip", int8=True)
+    (tmp_path / "there").mkdir()
+    with pytest.raises(RunError, match="exists already"):
+        export(run.folder, to="onnx", out=tmp_path / "there")
