@@ -138,6 +138,12 @@ class Store:
         stored = self.facts.ratings
         return None if stored is None else read_ratings(self.path / stored.file)
 
+    def place(self, id: str) -> int:
+        """Return the place of one recording in the order in which they are stored."""
+        places = self._places
+        number, row = self._found(places, id)
+        return places.begins[number] + row
+
     @_following
     def info(self, id: str) -> RecordingInfo:
         """Return the metadata of one recording."""
@@ -244,10 +250,14 @@ class Store:
 
     def _locate(self, id: str) -> tuple[Shard, int]:
         places = self._places
+        number, row = self._found(places, id)
+        return self._shard(places, number), row
+
+    def _found(self, places: ShardIndex, id: str) -> tuple[int, int]:
         found = places.find(id)
         if found is None:
             raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
-        return self._shard(places, found[0]), found[1]
+        return found
 
     def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
         shard, row = self._locate(id)
