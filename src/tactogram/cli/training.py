@@ -27,7 +27,10 @@ class _TrainRequest(TrainingOptions):
         ),
     ] = None
     devices: Annotated[
-        int, Option("processes per machine, each with its own GPU, or on processors; a batch is divided among all")
+        int,
+        Option(
+            "processes per machine, each with its own GPU, or on processors; a batch is divided among all"
+        ),
     ] = 1
     nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
 
@@ -45,8 +48,8 @@ class _UnpackRequest(Request):
 
 
 def _train(request: _TrainRequest, show: Printer) -> None:
-    from tactogram.workflows.progress import shown
     from tactogram.training.processes import is_first_process
+    from tactogram.workflows.progress import shown
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
 

@@ -126,8 +126,8 @@ class PredictorTraining:
         step = start
         while True:
             rng = rng_of(seed, "augmentation", step, *share.purpose)
-            places = shuffled(len(crops), config.batch_size, step, seed=seed)
-            drawn = crops[share.places(places, config.batch_size)]
+            batch = shuffled(len(crops), config.batch_size, step, seed=seed)
+            drawn = crops[share.places(batch, config.batch_size)]
             photo, places = photos_of(pairs, drawn)
             photo = moved(photo, scale=config.scale, rotation_deg=config.rotation_deg, rng=rng)
             photo = erased(photo, share=config.erasing, rng=rng)

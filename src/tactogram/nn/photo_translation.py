@@ -7,7 +7,7 @@ visual_tactile_gan, pix2pix, pix2pixhd and residue_fusion_gan share them, as in 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -19,7 +19,7 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_crops import PhotoCrops, to_network
-from tactogram.features.photo_pairs import Part, Protocol, WeakPairs, rng_of, shuffled, weak_pairs
+from tactogram.features.photo_pairs import Part, Protocol, WeakPairs, rng_of, weak_pairs
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.model import Condition, Example, SignalKind
 from tactogram.signal import Image, Signal

@@ -27,7 +27,9 @@ class SynchronisedBatchNorm(_BatchNorm):
         over = [0, *range(2, x.dim())]
         own = torch.stack(torch.var_mean(x, over, correction=0))  # variance and mean; C
         rows = x.new_zeros((dist.get_world_size(), *own.shape))
-        each: Tensor = _Sum.apply(torch.cat((rows[: dist.get_rank()], own[None], rows[dist.get_rank() + 1 :])))
+        each: Tensor = _Sum.apply(
+            torch.cat((rows[: dist.get_rank()], own[None], rows[dist.get_rank() + 1 :]))
+        )
         mean = each[:, 1].mean(0)
         variance = each[:, 0].mean(0) + (each[:, 1] - mean).square().mean(0)
         self._follow(mean.detach(), variance.detach(), x.numel() // x.shape[1] * len(each))

@@ -63,7 +63,7 @@ class _Averaged:
         present = parts[0].new_tensor([float(weight.grad is not None) for weight in self.weights])
         message = torch.cat((*parts, present))
         dist.all_reduce(message)
-        *means, count = (message / dist.get_world_size()).split([*map(len, parts), len(self.weights)])
+        *means, count = torch.split(message / dist.get_world_size(), [*map(len, parts), len(self.weights)])
         for weight, mean, some in zip(self.weights, means, count.tolist(), strict=True):
             if some:
                 weight.grad = mean.view_as(weight)

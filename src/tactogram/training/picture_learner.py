@@ -81,6 +81,8 @@ class PictureLearner(Generic[ConfigT]):
     ``seed`` decides initial weights, crops and pairs; ``predictor`` is a label predictor trained before the GAN.
     """
 
+    share: BatchShare = WHOLE_BATCH
+
     def __init__(
         self,
         config: ConfigT,
@@ -91,7 +93,6 @@ class PictureLearner(Generic[ConfigT]):
         predictor: PredictorConfig | None = None,
     ) -> None:
         self.config, self.kind, self.materials = config, kind, kind.materials
-        self.share = WHOLE_BATCH
         self.translation = PhotoTranslation(config.pairs, kind, seed=seed)
         self.predictor: PredictorTraining | None = None
         if predictor:

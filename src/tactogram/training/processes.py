@@ -21,7 +21,7 @@ LARGEST_DIFFERENCE = 1e-3
 
 @dataclass(frozen=True)
 class Processes:
-    """This process among those that train together on ``lightning_fabric.Fabric``; without one, it is alone."""
+    """A process among those that train together on ``lightning_fabric.Fabric``; without one, it is alone."""
 
     fabric: Any = None
 

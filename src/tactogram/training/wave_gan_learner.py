@@ -173,9 +173,7 @@ class WaveGANLearner(Generic[ConfigT]):
         self.backward, self.autocast = fabric.backward, fabric.autocast
         self.device, self.share = fabric.device, BatchShare.of_process(fabric)
 
-    def batch_of_step(
-        self, crops: SignalCrops, step: int, *, seed: int, updates: int = 1
-    ) -> LabelledCrops:
+    def batch_of_step(self, crops: SignalCrops, step: int, *, seed: int, updates: int = 1) -> LabelledCrops:
         """Return this process's share of the batches of a step, one for each of ``updates``, prepared."""
         count = updates * self.config.batch_size
         numbers = self.share.places(np.arange(step * count, (step + 1) * count), self.config.batch_size)

@@ -147,8 +147,9 @@ class SignalFlowLearner:
                 step += 1
         crops = self._crops(examples)
         while True:
-            yield step, *self._batch(
-                crops, measured, step, self.config.batch_size, seed=seed, share=self.share
+            yield (
+                step,
+                *self._batch(crops, measured, step, self.config.batch_size, seed=seed, share=self.share),
             )
             step += 1
 
@@ -190,7 +191,7 @@ class SignalFlowLearner:
         seed: int,
         share: BatchShare = WHOLE_BATCH,
     ) -> tuple[Tensor, Tensor]:
-        """Return the spectra of the share of a batch of crops, (crop, axis, bin, frame), and their labels, (crop, label).
+        """Return a share of a batch: spectra of crops, (crop, axis, bin, frame), and their labels, (crop, label).
 
         The surface of a crop is that of its material, or of another recording of it alone; of its own recording where
         surfaces are predicted at its speed and force: as these are taken for true in use, they are in training.

@@ -8,13 +8,14 @@ import pickle
 import signal
 import socket
 import time
+import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from multiprocessing import connection, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from threading import Thread
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from tactogram.datasets.examples import cores
 from tactogram.errors import RunError, TactogramError, one_line
@@ -49,18 +50,21 @@ def in_processes(
         If a process was killed. Errors that a process raised are raised here.
     """
     context = multiprocessing.get_context("spawn")
-    stopping, address = context.Event(), _free_port()
+    stopping, address = context.Event(), free_port()
     workers: list[tuple[BaseProcess, Connection]] = []
     try:
         for number in range(count):
             receiver, sender = context.Pipe(duplex=False)
             process = context.Process(
-                target=_work, args=(job, dict(arguments), number, count, address, sender, stopping), daemon=True
+                target=_work,
+                args=(job, dict(arguments), number, count, address, sender, stopping),
+                daemon=True,
             )
             process.start()
             sender.close()
             workers.append((process, receiver))
-        return _watched(workers, stopping.set, progress, stop)
+        result: T = _watched(workers, stopping.set, progress, stop)
+        return result
     finally:
         _end(workers)
 
@@ -73,17 +77,17 @@ def _watched(
 ) -> Any:
     """Pass on progress until all have ended; return the first one's result, or raise the error that ended them."""
     results: dict[int, Any] = {}
-    errors: dict[int, BaseException] = {}
-    open_pipes = {receiver: number for number, (_, receiver) in enumerate(workers)}
-    while open_pipes and not errors:
+    errors: dict[int, Exception] = {}
+    numbers: dict[Any, int] = {receiver: number for number, (_, receiver) in enumerate(workers)}
+    while numbers and not errors:
         if stop():
             ask_to_stop()
-        for receiver in connection.wait(list(open_pipes), timeout=WATCH_S):
-            number = open_pipes[receiver]  # type: ignore[index]
+        for receiver in connection.wait(list(numbers), timeout=WATCH_S):
+            number = numbers[receiver]
             try:
-                kind, content = receiver.recv()  # type: ignore[union-attr]
+                kind, content = cast(Connection, receiver).recv()
             except EOFError:
-                del open_pipes[receiver]  # type: ignore[arg-type]
+                del numbers[receiver]
                 if number not in results:
                     errors[number] = _killed(workers[number][0], number, len(workers))
                 continue
@@ -98,7 +102,7 @@ def _watched(
     return results[0]
 
 
-def _cause(workers: list[tuple[BaseProcess, Connection]], errors: dict[int, BaseException]) -> BaseException:
+def _cause(workers: list[tuple[BaseProcess, Connection]], errors: dict[int, Exception]) -> Exception:
     """Return the error that came first: others are of processes that lost their connection to it."""
     for number, (process, _) in enumerate(workers):
         if process.exitcode is not None and process.exitcode < 0:
@@ -181,8 +185,11 @@ def _silent(task: str, done: int, total: int, note: str = "") -> None:
 
 
 def _sendable(error: Exception) -> Exception:
+    """Return an error with its traceback as a note, if that can be pickled."""
+    if not isinstance(error, TactogramError):
+        error.add_note("".join(traceback.format_exception(error)))
     try:
-        pickle.loads(pickle.dumps(error))
+        pickle.loads(pickle.dumps(error))  # noqa: S301 (made here)
     except Exception:  # an error of a library that cannot be pickled
         return RunError(f"{type(error).__name__}: {one_line(error)}")
     return error
@@ -201,7 +208,8 @@ def _follow_parent() -> None:
     Thread(target=end_with_parent, daemon=True).start()
 
 
-def _free_port() -> int:
+def free_port() -> int:
+    """Return a port that no process listens on."""
     with socket.socket() as held:
         held.bind(("127.0.0.1", 0))
         return int(held.getsockname()[1])

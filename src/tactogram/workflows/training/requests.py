@@ -77,7 +77,10 @@ class TrainingRequest(TrainingOptions):
     _: KW_ONLY
     resume: bool = False
     devices: Annotated[
-        int, Option("processes per machine, each with its own GPU, or on processors; a batch is divided among all")
+        int,
+        Option(
+            "processes per machine, each with its own GPU, or on processors; a batch is divided among all"
+        ),
     ] = 1
     nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
     stop: Callable[[], bool] = never

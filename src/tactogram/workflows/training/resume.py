@@ -44,7 +44,7 @@ def resume(
     run = Run.open(Path(folder))
     if run.finished:
         return run
-    arguments = {
+    arguments: dict[str, Any] = {
         "run": run,
         "data": data,
         "accelerator": accelerator,
@@ -57,9 +57,7 @@ def resume(
     return _resume_here(**arguments, progress=progress, stop=stop)
 
 
-def _resume_here(
-    run: Run, *, data: Path | str | None, model_folders: Sequence[Path], **options: Any
-) -> Run:
+def _resume_here(run: Run, *, data: Path | str | None, model_folders: Sequence[Path], **options: Any) -> Run:
     """Continue in this process; ``options`` are those of `train_plan`."""
     plan = plan_of(run, data=data, model_folders=model_folders)
     return train_plan(plan, run.folder, resume=True, **options)

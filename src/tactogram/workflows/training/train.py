@@ -59,7 +59,11 @@ def train(request: TrainingRequest) -> Run:
     if is_launched(request.devices, request.nodes):
         asked = replace(request, progress=silent, stop=never)
         return in_processes(
-            _train_here, {"request": asked}, count=request.devices, progress=request.progress, stop=request.stop
+            _train_here,
+            {"request": asked},
+            count=request.devices,
+            progress=request.progress,
+            stop=request.stop,
         )
     return _train_here(request, progress=request.progress, stop=request.stop)
 
