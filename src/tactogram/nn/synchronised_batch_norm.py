@@ -26,10 +26,8 @@ class SynchronisedBatchNorm(_BatchNorm):
         x = input.to(torch.promote_types(input.dtype, torch.float32))
         over = [0, *range(2, x.dim())]
         own = torch.stack(torch.var_mean(x, over, correction=0))  # variance and mean; C
-        rows = x.new_zeros((dist.get_world_size(), *own.shape))
-        each: Tensor = _Sum.apply(
-            torch.cat((rows[: dist.get_rank()], own[None], rows[dist.get_rank() + 1 :]))
-        )
+        number, none = dist.get_rank(), x.new_zeros((dist.get_world_size(), *own.shape))
+        each = _summed(torch.cat((none[:number], own[None], none[number + 1 :])))  # process, 2, C
         mean = each[:, 1].mean(0)
         variance = each[:, 0].mean(0) + (each[:, 1] - mean).square().mean(0)
         self._follow(mean.detach(), variance.detach(), x.numel() // x.shape[1] * len(each))
@@ -71,4 +69,9 @@ class _Sum(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx: Any, gradient: Tensor) -> Any:
-        return _Sum.apply(gradient.contiguous())
+        return _summed(gradient.contiguous())
+
+
+def _summed(x: Tensor) -> Tensor:
+    total: Tensor = _Sum.apply(x)  # type: ignore[no-untyped-call]
+    return total

@@ -7,7 +7,7 @@ from typing import Any
 
 import torch
 import torch.distributed as dist
-from lightning_fabric.strategies import DDPStrategy
+from lightning_fabric.strategies.ddp import DDPStrategy
 from torch import Tensor, nn
 
 from tactogram.nn.synchronised_batch_norm import synchronise
@@ -48,7 +48,7 @@ class _Averaged:
         self.weights: Sequence[nn.Parameter] = [p for p in network.parameters() if p.requires_grad]
         self.reached = False
         for weight in self.weights:
-            weight.register_post_accumulate_grad_hook(self._reach)
+            weight.register_post_accumulate_grad_hook(self._reach)  # type: ignore[no-untyped-call]
 
     def _reach(self, weight: Tensor) -> None:
         self.reached = True
