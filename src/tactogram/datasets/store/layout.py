@@ -23,6 +23,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -138,8 +139,6 @@ class StoreInfo:
             raise DataError(
                 f"{folder} is not a store: it has no {FACTS}; make one with data import"
             ) from None
-        except (DataError, UnicodeDecodeError) as error:
-            raise DataError(f"{error}; import the data again") from error
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a store")
         if values.get("version") != VERSION:
@@ -168,10 +167,16 @@ class StoreInfo:
 def _facts_in(path: Path | RemotePath) -> Any:
     """Return the content of ``dataset.json``; FileNotFoundError if there is none."""
     if isinstance(path, RemotePath):
-        return parse_json(path.read_bytes().decode(), str(path))
-    if not path.is_file():
+        content = path.read_bytes()
+        read = partial(parse_json, content.decode(errors="replace"), str(path))
+    elif path.is_file():
+        read = partial(read_json, path)
+    else:
         raise FileNotFoundError(path)
-    return read_json(path)
+    try:
+        return read()
+    except DataError as error:
+        raise DataError(f"{error}; import the data again") from error
 
 
 def axis_column(stream: str, axis: str) -> str:

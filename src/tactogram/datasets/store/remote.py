@@ -175,9 +175,7 @@ class RangeReader:
             if begin <= start and start + length <= begin + len(held):
                 self._ranges.move_to_end(place)
                 return held[start - begin : start - begin + length]
-            follows = bool(held) and 0 <= start - begin - len(held) + max(length, ahead) <= 2 * max(
-                length, ahead
-            )
+            follows = bool(held) and begin <= start <= begin + len(held) + max(length, ahead)
             ahead = min(MOST_AHEAD, max(LEAST_AHEAD, 2 * ahead)) if follows else 0
             file = self._files.get(path.path)
         if file is None:
