@@ -2,9 +2,11 @@
 
 Recordings are simulated: noise of 1 s at 1 kHz on three axes, classified by a ``stroke_cnn`` of few filters in batches
 of 64. ``waits_for_data`` is the share of the time until a batch is drawn; ``waits_for_other`` that between a process's
-arrival at an average of gradients, batch statistics or losses and the other's; ``sends`` that of the averages. Memory
-is a process's own (RssAnon): at the first step, and how much it grew until the last. Mapped files of prepared
-recordings are shared by the processes, and the system may drop them.
+arrival at an average of gradients, batch statistics or losses and the other's; ``sends`` that of the averages. These
+two depend on what else the machine does. ``unequal`` is by processor time alone: the share for which a process would
+wait if each had a core of its own, as the other's work between two averages is longer. Memory is a process's own
+(RssAnon): at the first step, and how much it grew until the last. Mapped files of prepared recordings are shared by the
+processes, and the system may drop them.
 """
 
 from __future__ import annotations
@@ -44,9 +46,13 @@ def run(
                 out = Path(name) / f"run{count}-{processes}"
                 job = {"data": store, "out": out, "steps": steps, "devices": processes}
                 in_processes(measured, job, count=processes, progress=silent, stop=lambda: False)
-                for number in range(processes):
-                    facts = json.loads((out / f"measured-{number}.json").read_text())
-                    rows.append({"recordings": count, "processes": processes, "process": number + 1, **facts})
+                found = [json.loads((out / f"measured-{k}.json").read_text()) for k in range(processes)]
+                work = np.array([facts.pop("work") for facts in found])  # process, part between two averages
+                longest = work.max(0)
+                for number, facts in enumerate(found):
+                    unequal = float((longest - work[number]).sum() / longest.sum()) if processes > 1 else 0.0
+                    row = {"recordings": count, "processes": processes, "process": number + 1}
+                    rows.append(row | facts | {"unequal": round(unequal, 4)})
     return rows
 
 
@@ -74,6 +80,8 @@ def measured(data: Path, out: Path, steps: int, devices: int, progress: Any, sto
     spent = dict.fromkeys(("data", "other", "sends"), 0.0)
     memory: list[float] = []
     marks: list[float] = []
+    work: list[float] = []
+    since = time.thread_time()
     reduce, batches, step = dist.all_reduce, StrokeCNNLearner.batches, StrokeCNNLearner.step
 
     @contextmanager
@@ -83,10 +91,13 @@ def measured(data: Path, out: Path, steps: int, devices: int, progress: Any, sto
         spent[what] += time.perf_counter() - begun
 
     def timed_reduce(tensor: Any, *args: Any, **options: Any) -> None:
+        nonlocal since
+        work.append(time.thread_time() - since)
         with timed("other"):
             dist.barrier()
         with timed("sends"):
             reduce(tensor, *args, **options)
+        since = time.thread_time()
 
     def timed_batches(*args: Any, **options: Any) -> Iterator[Any]:
         drawn = batches(*args, **options)
@@ -101,6 +112,7 @@ def measured(data: Path, out: Path, steps: int, devices: int, progress: Any, sto
         if stage.name == "classify":
             if len(memory) == WARM_UP:
                 spent.update(dict.fromkeys(spent, 0.0))
+                work.clear()
             marks.append(time.perf_counter())
             memory.append(own_mb())
         return step(self, stage, batch)
@@ -127,6 +139,7 @@ def measured(data: Path, out: Path, steps: int, devices: int, progress: Any, sto
         "sends": round(spent["sends"] / took, 4),
         "own_mb": round(memory[WARM_UP]),
         "grew_mb": round(memory[-1] - memory[WARM_UP], 1),
+        "work": work,
     }
     number = os.environ.get("RANK", "0")
     (Path(out) / f"measured-{number}.json").write_text(json.dumps(facts))
