@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -61,6 +62,7 @@ def make_fabric(
         from tactogram.training.averaging import AveragingStrategy
 
         several = {"num_nodes": nodes, "strategy": AveragingStrategy()}
+        logging.getLogger("lightning_fabric").setLevel(logging.WARNING)  # it announces every process
     try:
         fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision, **several)
     except (ValueError, RuntimeError, MisconfigurationException) as error:
