@@ -1,11 +1,11 @@
 """Growth of a store from 10^3 to 10^5 recordings: opening, finding, reading and memory, on a disk and an object store.
 
 Recordings are simulated: noise of 0.25 s at 1 kHz on three axes. ``folder`` is a store as it is written, ``copy`` its
-copy with a catalogue, ``s3`` that copy on an S3-like server on loopback (moto: its cost is its own, and there is no
-distance). ``open_ms`` opens the store; ``index_us`` reads the metadata of all recordings, per recording; ``random_us``
-reads one recording at random, the median of 200; ``pass_us`` all samples in order, per recording; ``gets`` counts the
-requests of that pass. ``own_mb`` is what this adds to the memory of a process (RssAnon): after the reads at random, and
-after all metadata.
+copy with a catalogue, ``s3`` that copy on an S3-like server on loopback (moto, which reads all of a shard for each
+request: its times are its own). ``open_ms`` opens the store; ``index_us`` reads the metadata of all recordings, per
+recording; ``random_us`` reads one recording at random, the median of 200; ``pass_us`` all samples in order, per
+recording; ``gets`` counts the requests of that pass. ``own_mb`` is what this adds to the memory of a process (RssAnon):
+after the reads at random, and after all metadata.
 """
 
 from __future__ import annotations
@@ -70,7 +70,9 @@ def _measured(where: Path | str) -> dict[str, Any]:
 def measure(where: str) -> dict[str, Any]:
     """Return what opening and reading the store at ``where`` costs; runs as a process of its own."""
     asked = _counted()
-    open_store(where)  # imports, and the first connection
+    first = open_store(where)  # imports, and the first connection
+    first.info(first._ids["id"][0].decode())
+    del first
     before = own_mb()
     opening = []
     for _ in range(5):

@@ -274,6 +274,7 @@ def run_training(
         if run is not None and processes.any(stop()):
             if processes.first:
                 run.save_checkpoint(learner, position)
+            processes.barrier()
             raise StoppedError(
                 f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
                 f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
