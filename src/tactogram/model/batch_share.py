@@ -43,7 +43,10 @@ class BatchShare:
         return batch_size // self.of
 
     def places(self, places: ArrayLike, batch_size: int) -> NDArray[np.int64]:
-        """Return those of ``places``, one per row of one or more whole batches, that belong to the share."""
+        """Return those of ``places``, one per row of one or more whole batches, that belong to the share.
+
+        Both have shape (row,).
+        """
         size = self.size(batch_size)
         rows = np.asarray(places, np.int64).reshape(-1, batch_size)[:, self.number * size :][:, :size]
         return np.ascontiguousarray(rows).ravel()
