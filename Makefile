@@ -19,12 +19,14 @@ help: ## show this list
 install: $(STAMP) ## make .venv with everything that installs without hardware
 
 # uv installs ten times faster than pip, but does not read pip's find-links by itself.
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml constraints.txt tests/s3-server.txt
 	$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"tactogram needs Python 3.11 or later, got {v.major}.{v.minor}: make PYTHON=/path/to/python3.11")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt uv
 	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python \
 	    -c constraints.txt -e '.[$(EXTRAS)]'
+	$(BIN)/uv venv --quiet --clear --python $(BIN)/python $(VENV)/s3
+	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python $(VENV)/s3/bin/python -r tests/s3-server.txt
 	touch $(STAMP)
 
 demo: install ## simulate, classify, search and generate surfaces; writes runs/demo/report.html

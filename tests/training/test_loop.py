@@ -4,6 +4,7 @@ import torch
 from tactogram.errors import RunError
 from tactogram.model import Stage
 from tactogram.training import TrainingPosition, child_rng, child_seed, fit, torch_seeded
+from tactogram.training.processes import Processes
 
 
 class Walk:
@@ -73,8 +74,22 @@ def test_another_seed_is_another_training():
     assert not torch.equal(trail(seed=1)[-1][1]["total"], trail(seed=2)[-1][1]["total"])
 
 
-def test_processes_draw_batches_of_their_own():
-    assert not torch.equal(trail(rank=0)[-1][1]["total"], trail(rank=1)[-1][1]["total"])
+def test_processes_share_batches_and_draw_their_own_numbers_in_a_step(monkeypatch):
+    def of_process(number):
+        walk = Walk()
+        monkeypatch.setattr(Processes, "number", number)
+        drawn = []
+        monkeypatch.setattr(
+            walk, "step", lambda stage, batch: drawn.append((batch, torch.rand(1).item())) or {}
+        )
+        monkeypatch.setattr(walk, "stages", lambda examples: (Stage("fit", 1), Stage("train", 3)))
+        fit(walk, [], seed=0, processes=Processes())
+        return drawn
+
+    first, second = of_process(0), of_process(1)
+    assert first[0] == second[0]  # a closed form is the same everywhere
+    assert [batch for batch, _ in first] == [batch for batch, _ in second]
+    assert not {number for _, number in first[1:]} & {number for _, number in second[1:]}
 
 
 def test_divergence_is_told():

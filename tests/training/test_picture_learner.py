@@ -23,9 +23,8 @@ class Translation:
     def unseen(self, examples):
         return examples or None
 
-    def batches(self, examples, *, size, seed, start):
-        for number in range(start, 100):
-            yield number, torch.zeros(size, 1), torch.ones(size, 1), torch.zeros(size), torch.arange(size)
+    def batch(self, pairs, places):
+        return torch.zeros(len(places), 1), torch.ones(len(places), 1), torch.zeros(len(places)), places
 
 
 class Gan:

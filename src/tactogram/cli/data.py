@@ -27,6 +27,12 @@ class _StoreRequest(Request):
 
 
 @dataclass(frozen=True)
+class _CopyRequest(Request):
+    source: Annotated[str, Argument(metavar="STORE")]
+    target: Annotated[str, Argument("a folder, or a URL such as s3://bucket/path", "TARGET")]
+
+
+@dataclass(frozen=True)
 class _LikeRequest(SignalOptions):
     path: Annotated[str, Argument(metavar="DIR")]
     file: Annotated[str, Argument(metavar="FILE")]
@@ -107,6 +113,15 @@ def _compact(request: _StoreRequest, show: Printer) -> None:
     show(facts, lines_of(facts))
 
 
+def _copy(request: _CopyRequest, show: Printer) -> None:
+    from tactogram.workflows.data.stores import copy
+    from tactogram.workflows.progress import shown
+
+    with shown() as progress:
+        facts = copy(request.source, request.target, progress=progress)
+    show(facts, lines_of(facts))
+
+
 def _add(request: AdditionRequest, show: Printer) -> None:
     from tactogram.workflows.data.stores import add_signal
 
@@ -145,6 +160,7 @@ VERBS = {
     "data info": Verb(_StoreRequest, _info),
     "data check": Verb(_StoreRequest, _check),
     "data compact": Verb(_StoreRequest, _compact),
+    "data copy": Verb(_CopyRequest, _copy),
     "data add": Verb(AdditionRequest, _add),
     "data like": Verb(_LikeRequest, _like),
     "data rate": Verb(RatingRequest, _rate),

@@ -26,7 +26,13 @@ class _TrainRequest(TrainingOptions):
             const="",
         ),
     ] = None
-    devices: Annotated[int, Option("number of GPUs")] = 1
+    devices: Annotated[
+        int,
+        Option(
+            "processes per machine, each with its own GPU, or on processors; a batch is divided among all"
+        ),
+    ] = 1
+    nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
 
 
 @dataclass(frozen=True)
@@ -36,6 +42,7 @@ class _UnpackRequest(Request):
 
 
 def _train(request: _TrainRequest, show: Printer) -> None:
+    from tactogram.training.processes import is_first_process
     from tactogram.workflows.progress import shown
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
@@ -47,10 +54,12 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     with catch_stop_signals() as stop, shown() as progress:
         values = vars(request) | {"progress": progress, "stop": stop}
         if request.resume:
-            names = ("data", "accelerator", "devices", "model_folders", "progress", "stop")
+            names = ("data", "accelerator", "devices", "nodes", "model_folders", "progress", "stop")
             run = resume(request.resume, **{name: values[name] for name in names})
         else:
             run = train(**values | {"resume": request.resume is not None})
+    if not is_first_process():
+        return
     facts = run.facts()
     validation, notes = facts["validation"], facts.get("notes", [])
     result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": validation, "notes": notes}

@@ -15,7 +15,7 @@ MOST_ROWS = 2_000_000
 MOST_BYTES = 256 * MIB
 
 
-def check_parquet(source: Path | BinaryIO, where: Path | str) -> None:
+def check_parquet(source: Path | BinaryIO | pa.NativeFile, where: Path | str) -> None:
     """Raise a `DataError` if it is not Parquet, or unpacks to more than `MOST_ROWS` rows or `MOST_BYTES` bytes."""
     try:
         facts = pq.read_metadata(source)
@@ -29,10 +29,11 @@ def check_parquet(source: Path | BinaryIO, where: Path | str) -> None:
         )
 
 
-def read_parquet(path: Path) -> pa.Table:
-    """Return a table; errors as `check_parquet`."""
-    check_parquet(path, path)
+def read_parquet(source: Path | pa.NativeFile, name: str = "") -> pa.Table:
+    """Return a table, from a path or from a file of this ``name``; errors as `check_parquet`."""
+    where = name or source
+    check_parquet(source, where)
     try:
-        return pq.read_table(path)
+        return pq.read_table(source)
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise DataError(f"{path}: not a readable Parquet file: {error}") from error
+        raise DataError(f"{where}: not a readable Parquet file: {error}") from error

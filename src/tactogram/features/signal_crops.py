@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -52,9 +52,13 @@ class SignalCrops:
 
     def draw(self, start: int, count: int, rng: Rng) -> list[tuple[Example, NDArray[np.float32]]]:
         """Return crops ``start`` to ``start + count``: each recording, and float32 (axis, lead + length)."""
+        return self.at(range(start, start + count), rng)
+
+    def at(self, numbers: Iterable[int], rng: Rng) -> list[tuple[Example, NDArray[np.float32]]]:
+        """Return the crops of these numbers, as `draw` does."""
         members = self.epoch
         drawn, orders = [], dict[int, NDArray[np.int64]]()
-        for number in range(start, start + count):
+        for number in numbers:
             epoch, place = divmod(number, len(members))
             if epoch not in orders:
                 orders[epoch] = rng("epoch", epoch).permutation(len(members))

@@ -3,6 +3,8 @@
 A model implements `Learner`, and `Generator`, `Classifier` or `Predictor`; the other protocols are optional.
 """
 
+from tactogram.model.batch_share import WHOLE_BATCH as WHOLE_BATCH
+from tactogram.model.batch_share import BatchShare as BatchShare
 from tactogram.model.conditions import CONDITIONS as CONDITIONS
 from tactogram.model.conditions import Condition as Condition
 from tactogram.model.conditions import check_condition as check_condition
@@ -36,6 +38,7 @@ from tactogram.model.protocols import Predictor as Predictor
 from tactogram.model.protocols import PublishedEvaluator as PublishedEvaluator
 from tactogram.model.protocols import RatedGenerator as RatedGenerator
 from tactogram.model.protocols import SelectionReporter as SelectionReporter
+from tactogram.model.protocols import SharedLearner as SharedLearner
 from tactogram.model.protocols import SpreadReporter as SpreadReporter
 from tactogram.model.protocols import Stage as Stage
 from tactogram.model.protocols import TextureMapModel as TextureMapModel

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.model.batch_share import BatchShare
 from tactogram.model.conditions import Condition
 from tactogram.model.examples import Example
 from tactogram.model.exported import ExportedNetwork
@@ -116,6 +117,18 @@ class Learner(Protocol):
 
 
 # -- optional, of a learner -----------------------------------------------------------------------------------
+
+
+@runtime_checkable
+class SharedLearner(Protocol):
+    """A learner that several processes can train together, each on its share of every batch.
+
+    Fabric averages the gradients of all modules that it was handed, and batch normalisation is over the whole batch. A
+    stage of one step is a closed form: every process computes it alone, with the same result.
+    """
+
+    share: BatchShare
+    """Rows that `Learner.batches` draws of each batch; set by `Learner.setup`."""
 
 
 @runtime_checkable

@@ -21,6 +21,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor, nn
 
 from tactogram.features.photo_pairs import WeakPairs, rng_of, shuffled
+from tactogram.model import WHOLE_BATCH, BatchShare
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.photo_augmentation import erased, mixed, moved
 from tactogram.nn.photo_translation import photo_crops, photos_of
@@ -117,13 +118,16 @@ class PredictorTraining:
         """Return the batches that contain each crop of a photograph about once."""
         return math.ceil(len(photo_crops(pairs)) / self.config.batch_size)
 
-    def batches(self, pairs: WeakPairs, *, seed: int, start: int = 0) -> Iterator[tuple[int, Tensor, Tensor]]:
+    def batches(
+        self, pairs: WeakPairs, *, seed: int, start: int = 0, share: BatchShare = WHOLE_BATCH
+    ) -> Iterator[tuple[int, Tensor, Tensor]]:
         """Yield number, photographs (batch, channel, row, column) and labels (batch, class), augmented."""
         config, crops = self.config, photo_crops(pairs)
         step = start
         while True:
-            rng = rng_of(seed, "augmentation", step)
-            drawn = crops[shuffled(len(crops), config.batch_size, step, seed=seed)]
+            rng = rng_of(seed, "augmentation", step, *share.purpose)
+            batch = shuffled(len(crops), config.batch_size, step, seed=seed)
+            drawn = crops[share.places(batch, config.batch_size)]
             photo, places = photos_of(pairs, drawn)
             photo = moved(photo, scale=config.scale, rotation_deg=config.rotation_deg, rng=rng)
             photo = erased(photo, share=config.erasing, rng=rng)

@@ -7,7 +7,7 @@ visual_tactile_gan, pix2pix, pix2pixhd and residue_fusion_gan share them, as in 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -19,7 +19,7 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_crops import PhotoCrops, to_network
-from tactogram.features.photo_pairs import Part, Protocol, WeakPairs, rng_of, shuffled, weak_pairs
+from tactogram.features.photo_pairs import Part, Protocol, WeakPairs, rng_of, weak_pairs
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.model import Condition, Example, SignalKind
 from tactogram.signal import Image, Signal
@@ -172,17 +172,11 @@ class PhotoTranslation:
             raise ParameterError("no recording has a photograph: import photographs, or take another model")
         self.pairs(examples)
 
-    def batches(
-        self, examples: Sequence[Example], *, size: int, seed: int, start: int = 0
-    ) -> Iterator[tuple[int, Tensor, Tensor, Tensor, Tensor]]:
-        """Yield number, photographs and pictures (batch, 1, row, column), labels and crop numbers (batch,)."""
-        pairs = self.pairs(examples)
-        while True:
-            places = shuffled(len(pairs), size, start, seed=seed)
-            batch = pairs.batch(places)
-            crops = torch.from_numpy(pairs.pairs[places, 0])
-            yield start, batch.photo, batch.picture, batch.label, crops
-            start += 1
+    @staticmethod
+    def batch(pairs: WeakPairs, places: NDArray[np.int64]) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return photographs and pictures (batch, 1, row, column), labels and crop numbers (batch,)."""
+        batch = pairs.batch(places)
+        return batch.photo, batch.picture, batch.label, torch.from_numpy(pairs.pairs[places, 0])
 
     def unseen(self, examples: Sequence[Example]) -> WeakPairs | None:
         """Return the pairs of the validation part; None if no example has a photograph and is long enough."""

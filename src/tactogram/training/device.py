@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, RunError
 from tactogram.recipe import TrainingSettings
 
 
@@ -23,7 +24,7 @@ def memory_checked(what: str) -> Iterator[None]:
     try:
         yield
     except (MemoryError, RuntimeError) as error:
-        line = str(error).partition("\n")[0]
+        line = first_line(error)
         if not isinstance(error, MemoryError) and not re.search("memory|Storage size", line):
             raise
         raise ParameterError(
@@ -31,7 +32,9 @@ def memory_checked(what: str) -> Iterator[None]:
         ) from error
 
 
-def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", devices: int = 1) -> Any:
+def make_fabric(
+    training: TrainingSettings, *, accelerator: str = "auto", devices: int = 1, nodes: int = 1
+) -> Any:
     """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision.
 
     Parameters
@@ -40,20 +43,39 @@ def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", device
         Its ``precision`` is used.
     accelerator : str
         Fabric's name: ``auto`` takes a GPU if there is one.
-    devices : int
-        Each trains on its own batches, and gradients are averaged.
+    devices, nodes : int
+        Processes per machine, each with its device, and machines. If there are several processes, they have been
+        started with torchrun's environment; each trains on its share of a batch, and gradients are averaged.
 
     Raises
     ------
     ParameterError
         If this machine has no such device.
+    RunError
+        If the processes cannot connect.
     """
     from lightning_fabric import Fabric
+    from lightning_fabric.utilities.exceptions import MisconfigurationException
 
+    several: dict[str, Any] = {}
+    if devices * nodes > 1:
+        from tactogram.training.averaging import AveragingStrategy
+
+        several = {"num_nodes": nodes, "strategy": AveragingStrategy()}
+        logging.getLogger("lightning_fabric").setLevel(logging.WARNING)  # it announces every process
     try:
-        fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision)
-    except (ValueError, RuntimeError) as error:
-        line = str(error).split("\n")[0]
-        raise ParameterError(f"accelerator {accelerator}, devices {devices}: {line}") from error
-    fabric.launch()
+        fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision, **several)
+    except (ValueError, RuntimeError, MisconfigurationException) as error:
+        raise ParameterError(f"accelerator {accelerator}, devices {devices}: {first_line(error)}") from error
+    try:
+        fabric.launch()
+    except (RuntimeError, OSError) as error:
+        raise RunError(
+            f"the {devices * nodes} processes of the training cannot connect: {first_line(error)}"
+        ) from error
     return fabric
+
+
+def first_line(error: Exception) -> str:
+    """Return the first line of an error's message."""
+    return str(error).partition("\n")[0]

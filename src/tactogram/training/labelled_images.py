@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from tactogram.errors import ParameterError
-from tactogram.model import ImageExample
+from tactogram.model import WHOLE_BATCH, BatchShare, ImageExample
 from tactogram.signal import Image
 from tactogram.training.seeds import child_rng
 
@@ -46,13 +46,15 @@ class LabelledImages:
         labels = np.stack([_label(example, words, partial=partial) for example in examples])
         return cls(np.stack([square(example.image, size) for example in examples]), labels)
 
-    def batch(self, number: int, size: int, *, seed: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return images, (batch, 3, row, column) in -1 to 1, and labels of batch ``number`` from 0 on.
+    def batch(
+        self, number: int, size: int, *, seed: int, share: BatchShare = WHOLE_BATCH
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return images, (batch, 3, row, column) in -1 to 1, and labels: the share of batch ``number`` from 0 on.
 
         Batches are cut from consecutive random orders of the images, so that all occur equally often.
         """
         count = len(self.pixels)
-        places = np.arange(number * size, (number + 1) * size)
+        places = share.places(np.arange(number * size, (number + 1) * size), size)
         orders = {
             turn: child_rng(seed, "order", int(turn)).permutation(count) for turn in set(places // count)
         }

@@ -10,6 +10,7 @@ import numpy as np
 
 from tactogram.errors import RunError
 from tactogram.model import Example, Learner, Stage
+from tactogram.training.processes import ALONE, Processes
 from tactogram.training.seeds import child_seed, torch_seeded
 
 
@@ -32,7 +33,7 @@ def fit(
     *,
     seed: int,
     start: TrainingPosition = BEGINNING,
-    rank: int = 0,
+    processes: Processes = ALONE,
     on_step: OnStep = lambda position, stage, losses: None,
 ) -> None:
     """Train ``learner`` on ``examples`` from ``start`` to the end of its last stage.
@@ -48,29 +49,33 @@ def fit(
     seed : int
     start : TrainingPosition
         Position of the state of ``learner``.
-    rank : int
-        Number of this process among several; each draws its own batches.
+    processes : Processes
+        Those that train together. A learner's batches are shares of the same ones in all of them; the random numbers of
+        a step are others in each, except in a stage of one step, which every process computes alone.
     on_step : function
         Called after each step with the new position, the stage and its losses, e.g. to log and save.
 
     Raises
     ------
     RunError
-        If a loss is not finite.
+        If a loss is not finite, or the processes' weights diverge.
     """
-    for number, stage in enumerate(learner.stages(examples)):
-        if number < start.stage:
+    for place, stage in enumerate(learner.stages(examples)):
+        if place < start.stage:
             continue
-        done = start.step if number == start.stage else 0
+        done = start.step if place == start.stage else 0
         batches = learner.batches(
-            stage, examples, seed=child_seed(seed, "batches", stage.name, rank), start=done
+            stage, examples, seed=child_seed(seed, "batches", stage.name, 0), start=done
         )
         for step, batch in enumerate(islice(batches, stage.steps - done), start=done + 1):
-            with torch_seeded(seed, "step", stage.name, rank, step):
-                losses = learner.step(stage, batch)
+            number = processes.number if stage.steps > 1 else 0
+            with torch_seeded(seed, "step", stage.name, number, step):
+                losses = processes.mean(learner.step(stage, batch))
             if not all(np.isfinite(loss) for loss in losses.values()):
                 shown = ", ".join(f"{name} {loss:g}" for name, loss in losses.items())
                 raise RunError(
                     f"training diverged at step {step} of {stage.name}: {shown}; lower the learning rate"
                 )
-            on_step(TrainingPosition(number, step), stage, losses)
+            on_step(TrainingPosition(place, step), stage, losses)
+        if processes.count > 1:
+            processes.check_alike(learner.state(), stage.name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import count
 from typing import Annotated, Any, Generic, Protocol, TypeVar, cast
 
 import torch
@@ -10,8 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from torch import Tensor, nn
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_pairs import WeakPairs
+from tactogram.features.photo_pairs import WeakPairs, shuffled
 from tactogram.model import (
+    WHOLE_BATCH,
+    BatchShare,
     Condition,
     Example,
     ExportedNetwork,
@@ -85,6 +88,8 @@ class PictureLearner(Generic[ConfigT]):
     ``seed`` decides initial weights, crops and pairs; ``predictor`` is a label predictor trained before the GAN.
     """
 
+    share: BatchShare = WHOLE_BATCH
+
     def __init__(
         self,
         config: ConfigT,
@@ -150,6 +155,7 @@ class PictureLearner(Generic[ConfigT]):
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
+        self.share = BatchShare.of_process(fabric)
         self.gan.setup(fabric)
         if self.predictor:
             self.predictor.setup(fabric)
@@ -199,11 +205,15 @@ class PictureLearner(Generic[ConfigT]):
         if stage.name == "fit":
             yield examples
         elif stage.name == "label predictor" and self.predictor:
-            yield from self.predictor.batches(self.translation.pairs(examples), seed=seed, start=start)
+            pairs = self.translation.pairs(examples)
+            yield from self.predictor.batches(pairs, seed=seed, start=start, share=self.share)
         else:
             every = self.config.choose_every or self._steps_per_epoch(examples)
-            for batch in self.translation.batches(examples, size=self.pairs_per_step, seed=seed, start=start):
-                yield *batch, every
+            pairs, size = self.translation.pairs(examples), self.pairs_per_step
+            for number in count(start):
+                places = shuffled(len(pairs), size, number, seed=seed)
+                batch = self.translation.batch(pairs, self.share.places(places, self.config.batch_size))
+                yield number, *batch, every
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         """Do one step of ``stage``."""

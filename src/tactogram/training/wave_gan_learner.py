@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from torch import Tensor, nn
 
 from tactogram.features.signal_crops import SignalCrops
-from tactogram.model import Example, SignalKind, check_state
+from tactogram.model import WHOLE_BATCH, BatchShare, Example, SignalKind, check_state
 from tactogram.nn import WaveDiscriminator, gradient_penalty
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.latent_pieces import crossfaded_pieces, uniform_latents
@@ -121,7 +121,7 @@ class WaveGANLearner(Generic[ConfigT]):
         device: str | torch.device = "cpu",
     ) -> None:
         self.config, self.kind, self.materials = config, kind, kind.materials
-        self.device, self.rates = torch.device(device), rates
+        self.device, self.rates, self.share = torch.device(device), rates, WHOLE_BATCH
         with torch_seeded(seed, "weights"):
             networks = self.networks()
         self.generator: Any = networks[0].to(self.device)
@@ -171,7 +171,13 @@ class WaveGANLearner(Generic[ConfigT]):
         self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
         self.discriminator, self.optimisers[1] = fabric.setup(self.discriminator, self.optimisers[1])
         self.backward, self.autocast = fabric.backward, fabric.autocast
-        self.device = fabric.device
+        self.device, self.share = fabric.device, BatchShare.of_process(fabric)
+
+    def batch_of_step(self, crops: SignalCrops, step: int, *, seed: int, updates: int = 1) -> LabelledCrops:
+        """Return this process's share of the batches of a step, one for each of ``updates``, prepared."""
+        count = updates * self.config.batch_size
+        numbers = self.share.places(np.arange(step * count, (step + 1) * count), self.config.batch_size)
+        return self.prepared(crops.at(numbers.tolist(), partial(child_rng, seed)))
 
     def batch(self, examples: Sequence[Example], start: int, count: int, *, seed: int) -> LabelledCrops:
         """Return crops ``start`` to ``start + count``, prepared."""

@@ -26,10 +26,10 @@ def write_ratings(path: Path, ratings: Ratings) -> None:
         pq.write_table(table.replace_schema_metadata({"tactogram": json.dumps(about)}), part)
 
 
-def read_ratings(path: Path) -> Ratings:
-    """Read a file of `write_ratings`; `DataError` if it is something else."""
+def read_ratings(file: Path | pa.NativeFile, *, name: str = "") -> Ratings:
+    """Read a file of `write_ratings`; `DataError`, which gives its ``name``, if it is something else."""
     try:
-        table = read_parquet(path)
+        table = read_parquet(file, name)
         about = json.loads((table.schema.metadata or {})[b"tactogram"])
         columns = {name: table[name].to_pylist() for name in COLUMNS}
         return Ratings(
@@ -43,4 +43,4 @@ def read_ratings(path: Path) -> Ratings:
             tuple(about["words"]),
         )
     except (KeyError, TypeError, ValueError, DataError) as error:
-        raise DataError(f"{path}: not a table of ratings: {error}") from error
+        raise DataError(f"{name or file}: not a table of ratings: {error}") from error

@@ -42,7 +42,7 @@ def append_recording(path: Path, recording: Recording, *, name: str, licence: st
         return open_store(path)
     for attempt in range(ATTEMPTS):
         store = open_store(path)
-        with StoreWriter(store.path, store.facts, store, durable=True) as writer:
+        with StoreWriter(store.folder, store.facts, store, durable=True) as writer:
             if not writer.add(recording):
                 raise DataError(
                     f"{path} holds the same samples already, as {store.info(recording.id).source or recording.id}; "

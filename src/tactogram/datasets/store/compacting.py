@@ -23,6 +23,7 @@ from tactogram.datasets.store.index import ShardIndex
 from tactogram.datasets.store.layout import FACTS, StoredFile, StoreInfo, file_hash, schema
 from tactogram.datasets.store.parquet import close_quietly, open_parquet, plain_parquet, stored_file
 from tactogram.datasets.store.pending import StagedFiles, clear_unfinished, replacing
+from tactogram.datasets.store.remote import local
 from tactogram.datasets.store.store import Store, ids_problem, open_store
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import atomic_write, to_disk
@@ -58,8 +59,8 @@ def compact(path: Path | str, *, progress: ProgressCallback | None = None) -> Co
     OSError
         If the disk is full: rewritten shards exist twice for a while.
     """
-    path = Path(path)
     store = open_store(path)
+    path = local(store.folder)
     cleared = clear_unfinished(path)
     facts = store.facts
     runs = list(_runs(facts.shards))
@@ -92,7 +93,8 @@ def compact(path: Path | str, *, progress: ProgressCallback | None = None) -> Co
             files.forget_notes()
         raise
     remaining = False
-    for name in (*(shard.file for shard in old), facts.ids):
+    obsolete = [shard.file for shard in old] + ([facts.catalogue.file] if facts.catalogue else [])
+    for name in (*obsolete, facts.ids):
         try:
             (path / name).unlink(missing_ok=True)
         except OSError:
@@ -137,7 +139,9 @@ def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: StagedFi
             shards += run
             continue
         tables = (
-            _whole(table, columns) for shard in run for table in _groups(store.path / shard.file, shard)
+            _whole(table, columns)
+            for shard in run
+            for table in _groups(local(store.folder) / shard.file, shard)
         )
         shards += _merged(tables, columns, files, first=len(shards))
     old, new = ShardIndex(facts.shards, store._ids), ShardIndex(tuple(shards), store._ids)
@@ -147,10 +151,11 @@ def _written(store: Store, runs: Sequence[Sequence[StoredFile]], files: StagedFi
     ids["row"] = place - np.array(new.begins)[ids["shard"]]
     # Not under the name of the current list, which stays in use if the process is killed now.
     name = f"ids-{facts.sha256[:16]}-{os.urandom(4).hex()}.npy"
-    files.begin(store.path / name)
-    with (store.path / name).open("wb") as file:
+    path = local(store.folder) / name
+    files.begin(path)
+    with path.open("wb") as file:
         np.save(file, ids, allow_pickle=False)
-    return replace(facts, shards=new.shards, ids=name)
+    return replace(facts, shards=new.shards, ids=name, catalogue=None)
 
 
 def _check(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from bisect import bisect_left
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram.datasets.store.layout import StoredFile, StoreInfo
+from tactogram.datasets.store.layout import StoredFile, StoreInfo, store_hash
 from tactogram.datasets.store.parquet import MissingFileError
+from tactogram.datasets.store.remote import RemotePath
 from tactogram.datasets.store.shard_reading import Shard
 from tactogram.errors import DataError
 
@@ -54,15 +56,23 @@ class ShardIndex:
         return self if count >= self.begins[-1] else replace(self, ids=self.ids[order < count])
 
 
-def places_of(path: Path, facts: StoreInfo) -> ShardIndex:
-    """Load the index of the store ``path``, memory-mapped.
+def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
+    """Load the index of the store ``path``, memory-mapped; that of a remote one is read and compared with its hash.
 
     `MissingFileError` if the list of ids is gone; `DataError` if it is unreadable.
     """
+    file = path / facts.ids
     try:
-        ids = np.load(path / facts.ids, mmap_mode="r", allow_pickle=False)
+        if isinstance(file, RemotePath):
+            ids = np.load(io.BytesIO(file.read_bytes()), allow_pickle=False)
+            if store_hash(ids, facts.photographs, facts.ratings_sha256) != facts.sha256:
+                raise DataError(
+                    f"{file}: wrong hash: not the list of ids that was written; copy the store again"
+                )
+        else:
+            ids = np.load(file, mmap_mode="r", allow_pickle=False)
     except FileNotFoundError as error:
-        raise MissingFileError(f"{path / facts.ids}: not readable: {error}; import the data again") from error
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path / facts.ids}: not readable: {error}; import the data again") from error
+        raise MissingFileError(f"{file}: not readable: {error}; import the data again") from error
+    except (OSError, ValueError, KeyError) as error:
+        raise DataError(f"{file}: not readable: {error}; import the data again") from error
     return ShardIndex(facts.shards, ids)

@@ -23,6 +23,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +31,10 @@ import numpy as np
 import pyarrow as pa
 
 from tactogram.datasets.recording import Recording, RecordingInfo
+from tactogram.datasets.store.remote import RemotePath
 from tactogram.errors import DataError, ParameterError, printable
 from tactogram.signal import Signal
-from tactogram.text_files import read_json
+from tactogram.text_files import parse_json, read_json
 
 FORMAT = "tactogram-dataset"
 VERSION = 1
@@ -108,6 +110,14 @@ class StoreInfo:
     ratings: StoredFile | None = None
     ratings_sha256: str = ""
     """Hash of the ratings themselves rather than the file."""
+    catalogue: StoredFile | None = None
+    """Catalogue of a copied store (`tactogram.datasets.store.catalogue`)."""
+
+    @property
+    def files(self) -> tuple[StoredFile, ...]:
+        """All files but ``dataset.json`` and the list of ids."""
+        others = [file for file in (self.ratings, self.catalogue) if file is not None]
+        return (*self.shards, *self.images, *others)
 
     @property
     def rows(self) -> int:
@@ -120,15 +130,15 @@ class StoreInfo:
         return json.dumps(head | asdict(self), indent=1, ensure_ascii=False) + "\n"
 
     @classmethod
-    def load(cls, folder: Path) -> StoreInfo:
+    def load(cls, folder: Path | RemotePath) -> StoreInfo:
         """Read ``dataset.json``; `DataError` if it is missing, invalid, or of an unknown version."""
         path = folder / FACTS
-        if not path.is_file():
-            raise DataError(f"{folder} is not a store: it has no {FACTS}; make one with data import")
         try:
-            values = read_json(path)
-        except DataError as error:
-            raise DataError(f"{error}; import the data again") from error
+            values = _facts_in(path)
+        except FileNotFoundError:
+            raise DataError(
+                f"{folder} is not a store: it has no {FACTS}; make one with data import"
+            ) from None
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a store")
         if values.get("version") != VERSION:
@@ -146,10 +156,27 @@ class StoreInfo:
             for kind in ("duplicates", "skipped"):
                 values[kind] = tuple(values[kind])
             values["photographs"] = {m: dict(held) for m, held in values["photographs"].items()}
-            values["ratings"] = None if values["ratings"] is None else StoredFile(**values["ratings"])
+            values.setdefault("catalogue", None)  # in stores written before it
+            for kind in ("ratings", "catalogue"):
+                values[kind] = None if values[kind] is None else StoredFile(**values[kind])
             return cls(**{f.name: values[f.name] for f in fields(cls)})
         except (KeyError, TypeError, AttributeError) as error:
             raise DataError(f"{path} lacks or misspells {error}; import the data again") from error
+
+
+def _facts_in(path: Path | RemotePath) -> Any:
+    """Return the content of ``dataset.json``; FileNotFoundError if there is none."""
+    if isinstance(path, RemotePath):
+        content = path.read_bytes()
+        read = partial(parse_json, content.decode(errors="replace"), str(path))
+    elif path.is_file():
+        read = partial(read_json, path)
+    else:
+        raise FileNotFoundError(path)
+    try:
+        return read()
+    except DataError as error:
+        raise DataError(f"{error}; import the data again") from error
 
 
 def axis_column(stream: str, axis: str) -> str:
@@ -226,7 +253,15 @@ def store_hash(
     return digest.hexdigest()
 
 
-def file_hash(path: Path) -> str:
+def file_size(path: Path | RemotePath) -> int:
+    """Return the bytes of a file; FileNotFoundError if there is none."""
+    return path.size() if isinstance(path, RemotePath) else path.stat().st_size
+
+
+def file_hash(path: Path | RemotePath) -> str:
     """Return the sha256 of a file."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    with path.open() if isinstance(path, RemotePath) else path.open("rb") as file:
+        digest = hashlib.sha256()
+        while part := file.read(2**22):
+            digest.update(part)
+        return digest.hexdigest()

@@ -8,7 +8,8 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tactogram.datasets.store.layout import StoredFile, file_hash
+from tactogram.datasets.store.layout import StoredFile, file_hash, file_size
+from tactogram.datasets.store.remote import RemotePath
 from tactogram.errors import DataError
 
 
@@ -40,13 +41,13 @@ def stored_file(path: Path, rows: int) -> StoredFile:
     return StoredFile(path.name, rows, path.stat().st_size, file_hash(path))
 
 
-def open_parquet(path: Path, stored: StoredFile) -> pq.ParquetFile:
+def open_parquet(path: Path | RemotePath, stored: StoredFile) -> pq.ParquetFile:
     """Open ``path``; `MissingFileError` if it is gone, `DataError` if its size or rows differ from ``stored``."""
     try:
-        size = path.stat().st_size
+        size = file_size(path)
         if size != stored.bytes:
             raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
-        file = pq.ParquetFile(path)
+        file = pq.ParquetFile(path.open() if isinstance(path, RemotePath) else path)
     except FileNotFoundError as error:
         raise MissingFileError(f"{path}: not readable: {error}; import the data again") from error
     except (OSError, pa.ArrowException) as error:

@@ -19,6 +19,7 @@ from PIL import Image as Pillow
 from tactogram.datasets.store.layout import StoredFile
 from tactogram.datasets.store.parquet import close_quietly, open_parquet, plain_parquet, stored_file
 from tactogram.datasets.store.pending import StagedFiles
+from tactogram.datasets.store.remote import RemotePath
 from tactogram.errors import DataError
 from tactogram.signal import Image
 from tactogram.signal.io.picture import decode_image, is_plain, picture_bytes, picture_size
@@ -66,7 +67,7 @@ def read_photograph(path: Path, *, width_mm: float | None = None) -> Photograph:
 class PhotographFiles:
     """Reader of the image files ``stored`` in ``folder``, each opened on first use."""
 
-    def __init__(self, folder: Path, stored: Sequence[StoredFile]) -> None:
+    def __init__(self, folder: Path | RemotePath, stored: Sequence[StoredFile]) -> None:
         self.folder, self.stored = folder, stored
         self._decoded: OrderedDict[str, Image] = OrderedDict()
         self._decoding = Lock()
@@ -101,12 +102,13 @@ class PhotographFiles:
         if key not in self._places:
             raise DataError(f"{self.folder}: photograph {key} is missing; import the data again")
         path, number = self._places[key]
-        [row] = pq.ParquetFile(path).read_row_group(number).to_pylist()
+        file = pq.ParquetFile(path.open() if isinstance(path, RemotePath) else path)
+        [row] = file.read_row_group(number).to_pylist()
         return row, f"{path}, row {number}"
 
     @cached_property
-    def _places(self) -> dict[str, tuple[Path, int]]:
-        places: dict[str, tuple[Path, int]] = {}
+    def _places(self) -> dict[str, tuple[Path | RemotePath, int]]:
+        places: dict[str, tuple[Path | RemotePath, int]] = {}
         for stored in self.stored:
             path = self.folder / stored.file
             keys = open_parquet(path, stored).read(columns=["key"])["key"].to_pylist()

@@ -15,6 +15,7 @@ import numpy as np
 from tactogram.datasets.ratings.files import read_ratings
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
+from tactogram.datasets.store.catalogue import Catalogue
 from tactogram.datasets.store.index import ShardIndex, places_of
 from tactogram.datasets.store.layout import (
     StoreInfo,
@@ -22,10 +23,12 @@ from tactogram.datasets.store.layout import (
     axis_column,
     facts_hash,
     file_hash,
+    file_size,
     store_hash,
 )
 from tactogram.datasets.store.parquet import MissingFileError
 from tactogram.datasets.store.photographs import Photograph, PhotographFiles, image_key
+from tactogram.datasets.store.remote import RangeReader, RemotePath, location
 from tactogram.datasets.store.shard_reading import Shard
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
@@ -35,14 +38,14 @@ T = TypeVar("T")
 
 
 def open_store(path: Path | str) -> Store:
-    """Open the store in folder ``path``; reads ``dataset.json`` only.
+    """Open the store in folder ``path``, or at a URL such as ``s3://bucket/path``; reads none of its shards.
 
     Raises
     ------
     DataError
-        If it is not a store, or one of an unknown format version.
+        If it is not a store, is one of an unknown format version, or cannot be reached.
     """
-    return Store(Path(path))
+    return Store(location(path))
 
 
 def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate[Store, P], T]:
@@ -67,7 +70,7 @@ class Store:
 
     Attributes
     ----------
-    path : Path
+    folder : Path or RemotePath
     facts : StoreInfo
         Content of ``dataset.json``: name, licence, shards, duplicates, skipped files.
     index : sequence of RecordingInfo
@@ -75,27 +78,33 @@ class Store:
 
     Parameters
     ----------
-    path : Path
+    folder : Path or RemotePath
     facts : StoreInfo, optional
         Content that ``dataset.json`` is about to get (`compacting`), instead of its current one.
     """
 
-    def __init__(self, path: Path, facts: StoreInfo | None = None) -> None:
-        self.path = path
-        self.facts = StoreInfo.load(path) if facts is None else facts
+    def __init__(self, folder: Path | RemotePath, facts: StoreInfo | None = None) -> None:
+        self.folder = folder
+        self.facts = StoreInfo.load(folder) if facts is None else facts
         self.index: Sequence[RecordingInfo] = _Index(self)
         try:
-            self._places = places_of(path, self.facts)
+            self._places = places_of(folder, self.facts)
         except MissingFileError:
             # dataset.json was replaced since it was read, and then the list of ids was removed.
-            self.facts = StoreInfo.load(path)
-            self._places = places_of(path, self.facts)
-        self._photographs = PhotographFiles(path, self.facts.images)
+            self.facts = StoreInfo.load(folder)
+            self._places = places_of(folder, self.facts)
+        self._photographs = PhotographFiles(folder, self.facts.images)
+        self._ranges = RangeReader()
         self._count = self.facts.rows
 
-    def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path]]:
+    def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path | str]]:
         """Pickle as the path: another process opens the store itself."""
         return open_store, (self.path,)
+
+    @property
+    def path(self) -> Path | str:
+        """The folder, or the URL, with which `open_store` opens it."""
+        return self.folder if isinstance(self.folder, Path) else str(self.folder)
 
     def __len__(self) -> int:
         return self._count
@@ -133,10 +142,24 @@ class Store:
         return self._places.ids
 
     @cached_property
+    def _catalogue(self) -> Catalogue | None:
+        stored = self.facts.catalogue
+        return None if stored is None else Catalogue(self.folder / stored.file, stored)
+
+    @cached_property
     def ratings(self) -> Ratings | None:
         """Ratings of its items; None if there are none."""
         stored = self.facts.ratings
-        return None if stored is None else read_ratings(self.path / stored.file)
+        if stored is None:
+            return None
+        path = self.folder / stored.file
+        return read_ratings(path.open() if isinstance(path, RemotePath) else path, name=str(path))
+
+    def place(self, id: str) -> int:
+        """Return the place of one recording in the order in which they are stored."""
+        places = self._places
+        number, row = self._found(places, id)
+        return places.begins[number] + row
 
     @_following
     def info(self, id: str) -> RecordingInfo:
@@ -244,10 +267,14 @@ class Store:
 
     def _locate(self, id: str) -> tuple[Shard, int]:
         places = self._places
+        number, row = self._found(places, id)
+        return self._shard(places, number), row
+
+    def _found(self, places: ShardIndex, id: str) -> tuple[int, int]:
         found = places.find(id)
         if found is None:
             raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
-        return self._shard(places, found[0]), found[1]
+        return found
 
     def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
         shard, row = self._locate(id)
@@ -266,7 +293,11 @@ class Store:
     def _shard(self, places: ShardIndex, number: int) -> Shard:
         if number not in places.opened:
             stored = places.shards[number]
-            places.opened[number] = Shard(self.path / stored.file, stored, self.streams)
+            catalogue = self._catalogue if places.shards == self.facts.shards else None
+            rows = None if catalogue is None else catalogue.table(number)
+            places.opened[number] = Shard(
+                self.folder / stored.file, stored, self.streams, catalogued=rows, ranges=self._ranges
+            )
         return places.opened[number]
 
     def _follow(self) -> bool:
@@ -274,10 +305,10 @@ class Store:
 
         Recordings stay in order, and later ones come after them; those do not belong to this store.
         """
-        facts, count = StoreInfo.load(self.path), len(self)
+        facts, count = StoreInfo.load(self.folder), len(self)
         if facts.shards == self._places.shards or facts.rows < count:
             return False
-        self._places = places_of(self.path, facts).first(count)
+        self._places = places_of(self.folder, facts).first(count)
         return True
 
 
@@ -312,7 +343,7 @@ def ids_problem(store: Store) -> str | None:
     whole = len(store._ids) == facts.rows
     if whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256:
         return None
-    return f"{store.path / facts.ids}: is not the list of ids, or of photographs, that was written"
+    return f"{store.folder / facts.ids}: is not the list of ids, or of photographs, that was written"
 
 
 def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:
@@ -322,12 +353,11 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
     recordings checked and their total.
     """
     found = []
-    rated = () if store.facts.ratings is None else (store.facts.ratings,)
-    for stored in (*store.facts.shards, *store.facts.images, *rated):
-        path = store.path / stored.file
+    for stored in store.facts.files:
+        path = store.folder / stored.file
         if not path.is_file():
             found.append(f"{path}: missing; import the data again")
-        elif path.stat().st_size != stored.bytes or file_hash(path) != stored.sha256:
+        elif file_size(path) != stored.bytes or file_hash(path) != stored.sha256:
             found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
     if problem := ids_problem(store):
         found.append(problem)

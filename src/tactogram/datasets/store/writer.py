@@ -24,6 +24,7 @@ from tactogram.datasets.store.layout import (
 from tactogram.datasets.store.parquet import stored_file
 from tactogram.datasets.store.pending import StagedFiles, await_replaced, clear_unfinished
 from tactogram.datasets.store.photographs import Photograph, PhotographWriter, image_key, photograph_of
+from tactogram.datasets.store.remote import RemotePath, local
 from tactogram.datasets.store.shard_writing import ShardWriter
 from tactogram.datasets.store.store import Store
 from tactogram.errors import DataError
@@ -38,7 +39,10 @@ class StoreWriter:
     files survive a power cut (`tactogram.datasets.store.appending`).
     """
 
-    def __init__(self, folder: Path, facts: StoreInfo, store: Store | None, *, durable: bool = False) -> None:
+    def __init__(
+        self, folder: Path | RemotePath, facts: StoreInfo, store: Store | None, *, durable: bool = False
+    ) -> None:
+        folder = local(folder)
         self.folder, self.facts = folder, facts
         self.added = 0
         self.duplicates = list(facts.duplicates)
@@ -164,6 +168,7 @@ class StoreWriter:
             photographs=self.photographs,
             ratings=rated,
             ratings_sha256=rated_hash,
+            catalogue=None,
         )
         if self._store is not None:
             await_replaced(self.folder)
@@ -181,6 +186,8 @@ class StoreWriter:
             (self.folder / self.facts.ids).unlink(missing_ok=True)
         if self.facts.ratings is not None and self.facts.ratings != rated:
             (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
+        if self.facts.catalogue is not None:
+            (self.folder / self.facts.catalogue.file).unlink(missing_ok=True)
         return facts
 
     def publish(self, path: Path) -> StoreInfo:

@@ -80,7 +80,7 @@ def add_recordings(
     DataError
         If a recording does not fit the others, or the store was changed meanwhile.
     """
-    with StoreWriter(store.path, store.facts, store, durable=durable) as writer:
+    with StoreWriter(store.folder, store.facts, store, durable=durable) as writer:
         for recording in recordings:
             writer.add(recording)
         for material, image in photographs:
@@ -104,7 +104,7 @@ def add_ratings(store: Store, ratings: Ratings, *, replace: bool = False) -> Sto
         raise DataError(
             f"{store.path} has ratings already ({stored.rows} scores); set replace to discard them"
         )
-    with StoreWriter(store.path, store.facts, store) as writer:
+    with StoreWriter(store.folder, store.facts, store) as writer:
         writer.ratings = ratings
         writer.finish()
     return open_store(store.path)

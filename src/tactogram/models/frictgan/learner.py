@@ -15,7 +15,16 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredPairs, scaled
-from tactogram.model import Condition, Example, ExportedNetwork, SignalKind, Stage, check_condition
+from tactogram.model import (
+    WHOLE_BATCH,
+    BatchShare,
+    Condition,
+    Example,
+    ExportedNetwork,
+    SignalKind,
+    Stage,
+    check_condition,
+)
 from tactogram.models.frictgan.config import Config
 from tactogram.models.frictgan.exported import exported_networks
 from tactogram.models.frictgan.fabric_evaluation import evaluate_fabrics, summary
@@ -43,7 +52,7 @@ class FrictGANLearner:
     ) -> None:
         self.config, self.kind = config, kind
         self.rates = (config.learning_rate, config.critic_learning_rate or config.learning_rate)
-        self.device = torch.device(device)
+        self.device, self.share = torch.device(device), WHOLE_BATCH
         self.windows, self.spectrogram = config.photo_windows(), config.spectrogram()
         self.scale = torch.ones(len(kind.axes), config.bins, 1)
         self.mm_per_pixel: float | None = None
@@ -69,7 +78,7 @@ class FrictGANLearner:
         self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
         self.critic, self.optimisers[1] = fabric.setup(self.critic, self.optimisers[1])
         self.backward = fabric.backward
-        self.device = fabric.device
+        self.device, self.share = fabric.device, BatchShare.of_process(fabric)
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -101,7 +110,8 @@ class FrictGANLearner:
         pairs = self.pairs(examples)
         count = self.config.batch_size * (self.config.critic_updates if self.config.adversarial else 1)
         for number, places in enumerate(grouped(pairs.order(seed), count, skip=start), start=start):
-            batch = pairs.batch(places, seed=number)
+            own = self.share.places(places, self.config.batch_size)
+            batch = pairs.batch(own.tolist(), seed=number)
             yield batch.photo, batch.friction, number / stage.steps
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
@@ -112,7 +122,7 @@ class FrictGANLearner:
         self.generator.train(), self.critic.train()
         self._schedule(batch[2])
         figures: dict[str, Tensor] = {}
-        size = self.config.batch_size
+        size = self.share.size(self.config.batch_size)
         for first in range(0, len(photos), size):
             part = slice(first, first + size)
             if self.config.adversarial:

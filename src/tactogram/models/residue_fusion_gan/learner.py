@@ -55,7 +55,7 @@ class ResidueFusionLearner(PictureLearner[Config]):
     def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Gulrajani et al. 2017, Algorithm 1, with feature matching and, if configured, a perceptual loss."""
         figures: dict[str, Tensor] = {}
-        size = self.config.batch_size
+        size = self.share.size(self.config.batch_size)
         for begin in range(0, len(photo), size):
             part = slice(begin, begin + size)
             figures |= self._update_critic(photo[part], picture[part])

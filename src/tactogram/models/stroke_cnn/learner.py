@@ -14,7 +14,7 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import pooled
-from tactogram.model import Example, ExportedNetwork, Port, SignalKind, Stage
+from tactogram.model import WHOLE_BATCH, BatchShare, Example, ExportedNetwork, Port, SignalKind, Stage
 from tactogram.models.stroke_cnn.config import Config
 from tactogram.models.stroke_cnn.networks import Standardised, StrokeCNN
 from tactogram.nn.bare_and_fixed import bare, for_export
@@ -36,7 +36,7 @@ class StrokeCNNLearner:
         if len(kind.materials) < 2:
             raise ParameterError(f"a classifier needs at least 2 materials, got {len(kind.materials)}")
         self.config, self.kind, self.materials = config, kind, kind.materials
-        self.device = torch.device(device)
+        self.device, self.share = torch.device(device), WHOLE_BATCH
         with torch_seeded(seed, "weights"):
             network = StrokeCNN(config, axes=len(kind.axes), classes=len(kind.materials))
         # Convolutions with 1 x 5 filters run a fifth faster with the channels last.
@@ -58,7 +58,7 @@ class StrokeCNNLearner:
     def setup(self, fabric: Any) -> None:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
         self.backward = fabric.backward
-        self.device = fabric.device
+        self.device, self.share = fabric.device, BatchShare.of_process(fabric)
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -75,7 +75,7 @@ class StrokeCNNLearner:
         windows = Windows(examples, self.materials, self.config.window)
         step = start
         while True:
-            yield windows.draw(self.config.batch_size, child_rng(seed, step))
+            yield windows.draw(self.config.batch_size, child_rng(seed, step), self.share)
             step += 1
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
@@ -216,9 +216,11 @@ class Windows:
             )
         self.bounds = np.cumsum(places)
 
-    def draw(self, count: int, rng: np.random.Generator) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """Return ``count`` windows, float32 (window, axis, time), and their classes, int64 (window,)."""
-        place = rng.integers(self.bounds[-1], size=count)
+    def draw(
+        self, count: int, rng: np.random.Generator, share: BatchShare = WHOLE_BATCH
+    ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+        """Return the share of ``count`` windows, float32 (window, axis, time), and their classes, int64 (window,)."""
+        place = share.places(rng.integers(self.bounds[-1], size=count), count)
         which = np.searchsorted(self.bounds, place, side="right")
         last = self.bounds[which] - place  # 1 is the recording's last window
         x = np.stack(

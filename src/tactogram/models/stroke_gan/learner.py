@@ -72,10 +72,9 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         if stage.name == "fit":
             yield examples
             return
-        count = self.config.batch_size * self.config.critic_updates
-        step = start
+        crops, step = self.crops(examples), start
         while True:
-            yield self.batch(examples, step * count, count, seed=seed)
+            yield self.batch_of_step(crops, step, seed=seed, updates=self.config.critic_updates)
             step += 1
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
@@ -83,7 +82,7 @@ class StrokeGANLearner(WaveGANLearner[Config]):
             for example in batch:
                 self.kind.check(example.signal)
             return self.scaling.fit(batch)
-        size = self.config.batch_size
+        size = self.share.size(self.config.batch_size)
         real, label = (torch.from_numpy(part).to(self.device) for part in batch)
         figures: dict[str, Tensor] = {}
         for update in range(self.config.critic_updates):

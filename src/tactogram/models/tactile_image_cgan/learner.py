@@ -14,6 +14,8 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_spread import ImageSpread, image_spread, mean_distance
 from tactogram.model import (
+    WHOLE_BATCH,
+    BatchShare,
     Condition,
     ExportedNetwork,
     ImageExample,
@@ -47,7 +49,7 @@ class TactileImageLearner:
     def __init__(self, config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu") -> None:
         if not isinstance(kind, ImageKind):
             raise ParameterError("tactile_image_cgan learns from rated images, got signals")
-        self.config, self.kind = config, kind
+        self.config, self.kind, self.share = config, kind, WHOLE_BATCH
         self.items: tuple[str, ...] = kind.items
         self.means = np.full((len(kind.items), len(kind.words)), np.nan)
         self.real_spread = 0.0
@@ -64,6 +66,7 @@ class TactileImageLearner:
 
     def setup(self, fabric: Any) -> None:
         self.gan.setup(fabric)
+        self.share = BatchShare.of_process(fabric)
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -90,7 +93,7 @@ class TactileImageLearner:
     ) -> Iterator[tuple[Tensor, Tensor]]:
         images = self._images(examples)
         for number in range(start, stage.steps):
-            pixels, labels = images.batch(number, self.config.batch_size, seed=seed)
+            pixels, labels = images.batch(number, self.config.batch_size, seed=seed, share=self.share)
             yield torch.from_numpy(pixels), torch.from_numpy(labels)
 
     def step(self, stage: Stage, batch: tuple[Tensor, Tensor]) -> dict[str, float]:

@@ -13,6 +13,8 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_spread import ImageSpread, image_spread, mean_distance
 from tactogram.model import (
+    WHOLE_BATCH,
+    BatchShare,
     Condition,
     ExportedNetwork,
     ImageExample,
@@ -53,6 +55,7 @@ class ImageFlowLearner:
                 f"config.size must be a multiple of {config.multiple} for these widths, got {config.size}"
             )
         self.config, self.kind, self.seed, self.items = config, kind, seed, kind.items
+        self.share = WHOLE_BATCH
         self.means = np.full((len(kind.items), len(kind.words)), np.nan)
         self.pixels = torch.tensor([*[0.0] * COLOURS, 1.0])
         """Mean of each colour, and the standard deviation of all, -1 to 1."""
@@ -63,6 +66,7 @@ class ImageFlowLearner:
 
     def setup(self, fabric: Any) -> None:
         self.flow.setup(fabric)
+        self.share = BatchShare.of_process(fabric)
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -78,7 +82,7 @@ class ImageFlowLearner:
             yield examples, images
             return
         for number in range(start, stage.steps):
-            pixels, scores = images.batch(number, self.config.batch_size, seed=seed)
+            pixels, scores = images.batch(number, self.config.batch_size, seed=seed, share=self.share)
             yield number, self._whitened(pixels), torch.from_numpy(scores)
 
     def _images(self, examples: Sequence[ImageExample]) -> LabelledImages:

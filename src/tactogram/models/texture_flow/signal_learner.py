@@ -17,6 +17,8 @@ from tactogram.errors import ParameterError
 from tactogram.features.photo_classifier import PhotoClassifier, distinct_photographs
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
+    WHOLE_BATCH,
+    BatchShare,
     Condition,
     Example,
     ExportedNetwork,
@@ -79,7 +81,7 @@ class SignalFlowLearner:
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
         self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
-        self.device = torch.device(device)
+        self.device, self.share = torch.device(device), WHOLE_BATCH
         self.spectra = SurfaceSpectra(config, kind.rate, kind.domain)
         self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
         """Mean and standard deviation of the codes of recordings."""
@@ -119,6 +121,7 @@ class SignalFlowLearner:
             )
             self.known.predictor.mark_forward_method("loss")
         self.backward, self.device = fabric.backward, fabric.device
+        self.share = BatchShare.of_process(fabric)
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -147,11 +150,15 @@ class SignalFlowLearner:
                 )
             strokes = Strokes.of(several, bare(self.known.predictor))
             while True:
-                yield step, strokes.pairs(self.config.prediction_batch, child_rng(seed, "pairs", step))
+                rng = child_rng(seed, "pairs", step, *self.share.purpose)
+                yield step, strokes.pairs(self.share.size(self.config.prediction_batch), rng)
                 step += 1
         crops = self._crops(examples)
         while True:
-            yield step, *self._batch(crops, measured, step, self.config.batch_size, seed=seed)
+            yield (
+                step,
+                *self._batch(crops, measured, step, self.config.batch_size, seed=seed, share=self.share),
+            )
             step += 1
 
     def _crops(self, examples: Sequence[Example]) -> SignalCrops:
@@ -190,16 +197,18 @@ class SignalFlowLearner:
         count: int,
         *,
         seed: int,
+        share: BatchShare = WHOLE_BATCH,
     ) -> tuple[Tensor, Tensor]:
-        """Return the spectra of crops, (crop, axis, bin, frame), and their labels, (crop, label).
+        """Return a share of a batch: spectra of crops, (crop, axis, bin, frame), and their labels, (crop, label).
 
         The surface of a crop is that of its material, or of another recording of it alone; of its own recording where
         surfaces are predicted at its speed and force: as these are taken for true in use, they are in training.
         """
-        rng = child_rng(seed, "references", number)
+        rng = child_rng(seed, "references", number, *share.purpose)
+        numbers = share.places(np.arange(number * count, (number + 1) * count), count)
         known = dict(zip(self.materials, self.known.surfaces, strict=True))
         spectra, labels = [], []
-        for example, crop in crops.draw(number * count, count, partial(child_rng, seed)):
+        for example, crop in crops.at(numbers.tolist(), partial(child_rng, seed)):
             material = str(example.material)
             reference: Condition | None = None
             wanted = example.condition

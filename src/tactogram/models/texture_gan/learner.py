@@ -87,9 +87,9 @@ class TextureGANLearner(WaveGANLearner[Config]):
         if stage.name != "train":
             yield examples
             return
-        count, step = self.config.batch_size, start
+        crops, step = self.crops(examples), start
         while True:
-            yield step, *self.batch(examples, step * count, count, seed=seed)
+            yield step, *self.batch_of_step(crops, step, seed=seed)
             step += 1
 
     def crops(self, examples: Sequence[Example]) -> SignalCrops:

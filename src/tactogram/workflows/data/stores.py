@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from tactogram.datasets import (
@@ -20,6 +21,8 @@ from tactogram.datasets import (
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store.compacting import compact
+from tactogram.datasets.store.copying import copy_store
+from tactogram.datasets.store.remote import is_remote
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
@@ -49,16 +52,47 @@ def list_sets() -> dict[str, Any]:
 
 @takes(ImportRequest)
 def import_store(request: ImportRequest) -> dict[str, Any]:
-    """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned."""
+    """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned.
+
+    If ``out`` is a URL, the store is written to the system's temporary folder and copied from there.
+    """
+    if not is_remote(request.out):
+        return _import_to(Path(request.out), request)
+    with TemporaryDirectory(prefix="tactogram-import-") as folder:
+        report = _import_to(Path(folder) / "store", request)
+        copied = copy_store(
+            Path(folder) / "store", request.out, progress=partial(request.progress, "copying")
+        )
+    return report | {"out": str(copied.path)}
+
+
+def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
     return import_dataset(
         request.set_name,
         Path(request.path),
-        Path(request.out),
+        out,
         options=request.options,
         skip_bad=request.skip_bad,
         workers=request.workers,
         progress=partial(request.progress, "reading"),
     )
+
+
+def copy(source: Path | str, target: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
+    """Copy a store to a folder or a URL; see `tactogram.datasets.store.copying.copy_store`.
+
+    Returns
+    -------
+    dict
+        ``path`` (of the copy), ``recordings``, ``sha256``, ``bytes``.
+    """
+    store = copy_store(source, target, progress=partial(progress, "copying"))
+    return {
+        "path": str(store.path),
+        "recordings": len(store),
+        "sha256": store.sha256,
+        "bytes": sum(file.bytes for file in store.facts.files),
+    }
 
 
 def store_info(path: Path | str) -> dict[str, Any]:

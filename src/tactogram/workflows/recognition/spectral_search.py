@@ -153,7 +153,7 @@ def _spectra(
 
 
 def _name(store: Store, stream: str) -> str:
-    text = f"{VERSION}|{store.path.resolve()}|{stream}"
+    text = f"{VERSION}|{store.path if isinstance(store.path, str) else store.path.resolve()}|{stream}"
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 

@@ -154,10 +154,20 @@ def model_of(run: Run, model_folders: Sequence[Path] = ()) -> models.ModelInfo:
     return models.find(name, model_folders)
 
 
-def part_examples(store: Store, split: Split, part: str, prepare: Preparation, *, label: Label) -> Examples:
+def part_examples(
+    store: Store,
+    split: Split,
+    part: str,
+    prepare: Preparation,
+    *,
+    label: Label,
+    cache_dir: Path | None = None,
+) -> Examples:
     """Return one part of ``split``, with its photographs if these were split, too."""
     photographs = split.photographs.get(part, ()) if split.photographs else None
-    return Examples(store, split.parts[part], prepare, label=label, photographs=photographs)
+    return Examples(
+        store, split.parts[part], prepare, label=label, photographs=photographs, cache_dir=cache_dir
+    )
 
 
 def test_part(run: Run) -> tuple[Store, Split]:

@@ -76,7 +76,13 @@ class TrainingRequest(TrainingOptions):
     data: Annotated[Path | str, Option("store made by `data import` or `data simulate`", "DIR")]
     _: KW_ONLY
     resume: bool = False
-    devices: Annotated[int, Option("number of GPUs")] = 1
+    devices: Annotated[
+        int,
+        Option(
+            "processes per machine, each with its own GPU, or on processors; a batch is divided among all"
+        ),
+    ] = 1
+    nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
     stop: Callable[[], bool] = never
     """Asked after each step: True ends the training after a checkpoint of that step."""
 

@@ -11,10 +11,11 @@ from tactogram.datasets import Split, open_store
 from tactogram.errors import DataError, RunError
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.training.launch import in_processes
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.requests import never
-from tactogram.workflows.training.train import train_plan
+from tactogram.workflows.training.train import is_launched, train_plan
 
 
 def resume(
@@ -23,6 +24,7 @@ def resume(
     data: Path | str | None = None,
     accelerator: str = "auto",
     devices: int = 1,
+    nodes: int = 1,
     model_folders: Sequence[Path] = (),
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
@@ -42,16 +44,23 @@ def resume(
     run = Run.open(Path(folder))
     if run.finished:
         return run
+    arguments: dict[str, Any] = {
+        "run": run,
+        "data": data,
+        "accelerator": accelerator,
+        "devices": devices,
+        "nodes": nodes,
+        "model_folders": model_folders,
+    }
+    if is_launched(devices, nodes):
+        return in_processes(_resume_here, arguments, count=devices, progress=progress, stop=stop)
+    return _resume_here(**arguments, progress=progress, stop=stop)
+
+
+def _resume_here(run: Run, *, data: Path | str | None, model_folders: Sequence[Path], **options: Any) -> Run:
+    """Continue in this process; ``options`` are those of `train_plan`."""
     plan = plan_of(run, data=data, model_folders=model_folders)
-    return train_plan(
-        plan,
-        run.folder,
-        resume=True,
-        accelerator=accelerator,
-        devices=devices,
-        progress=progress,
-        stop=stop,
-    )
+    return train_plan(plan, run.folder, resume=True, **options)
 
 
 def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence[Path] = ()) -> TrainingPlan:

@@ -44,7 +44,7 @@ def begin(run: Run, plan: TrainingPlan) -> None:
     run.check_free()
     store, split = plan.store, plan.parts
     data: dict[str, Any] = {
-        "path": os.fspath(Path(store.path).resolve()),
+        "path": store.path if isinstance(store.path, str) else os.fspath(store.path.resolve()),
         "name": store.name,
         "licence": store.licence,
         "sha256": store.sha256,

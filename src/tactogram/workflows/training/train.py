@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets import require_photographs, signal_kind
-from tactogram.errors import StoppedError
+from tactogram.datasets.scratch import scratch_of
+from tactogram.errors import ParameterError, StoppedError
 from tactogram.model import (
     CheckpointSelector,
     Classifier,
@@ -19,6 +21,7 @@ from tactogram.model import (
     Kind,
     Learner,
     OutcomeReporter,
+    SharedLearner,
     Stage,
 )
 from tactogram.recipe import Recipe
@@ -26,9 +29,11 @@ from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric, memory_checked
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
+from tactogram.training.processes import ALONE, Processes, devices_and_nodes, started_by_torchrun
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
+from tactogram.workflows.training.launch import in_processes
 from tactogram.workflows.training.loaded_run import part_examples
 from tactogram.workflows.training.plan import TrainingPlan, planned
 from tactogram.workflows.training.requests import TrainingRequest, never
@@ -51,6 +56,39 @@ def train(request: TrainingRequest) -> Run:
     StoppedError
         If ``stop`` ended it; the message names the last step.
     """
+    if is_launched(request.devices, request.nodes):
+        asked = replace(request, progress=silent, stop=never)
+        return in_processes(
+            _train_here,
+            {"request": asked},
+            count=request.devices,
+            progress=request.progress,
+            stop=request.stop,
+        )
+    return _train_here(request, progress=request.progress, stop=request.stop)
+
+
+def is_launched(devices: int, nodes: int) -> bool:
+    """Return whether a training has several processes that are still to be started, on this machine.
+
+    Raises
+    ------
+    ParameterError
+        If they are on several machines, which torchrun starts, or are others than it started.
+    """
+    devices, nodes = devices_and_nodes(devices, nodes)
+    if started_by_torchrun() or devices * nodes == 1:
+        return False
+    if nodes > 1:
+        raise ParameterError(
+            f"a training on {nodes} machines is started by torchrun, on each of them: torchrun --nnodes {nodes} "
+            f"--nproc-per-node {devices} --rdzv-backend c10d --rdzv-endpoint HOST:29400 -m tactogram.cli train …"
+        )
+    return True
+
+
+def _train_here(request: TrainingRequest, *, progress: ProgressCallback, stop: Callable[[], bool]) -> Run:
+    """Train in this process, one of several if torchrun's environment says so."""
     plan = planned(request)
     name = f"{request.model}-{Path(request.recipe).stem}-{plan.identity}"
     return train_plan(
@@ -59,8 +97,9 @@ def train(request: TrainingRequest) -> Run:
         resume=request.resume,
         accelerator=request.accelerator,
         devices=request.devices,
-        progress=request.progress,
-        stop=request.stop,
+        nodes=request.nodes,
+        progress=progress,
+        stop=stop,
     )
 
 
@@ -71,23 +110,35 @@ def train_plan(
     resume: bool = False,
     accelerator: str = "auto",
     devices: int = 1,
+    nodes: int = 1,
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
 ) -> Run:
     """Carry out a plan in ``folder``, or continue it there, and return the finished run.
 
-    Errors as of `train`; another process that trains in ``folder`` is an error, too.
+    Of several processes (`tactogram.training.device.make_fabric`) the first one writes the run; for the others it may
+    not be finished yet. Errors as of `train`; another process that trains in ``folder`` is an error, too.
     """
     facts, chosen = plan.facts, plan.recipe
-    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
-    first = fabric.is_global_zero
+    devices, nodes = devices_and_nodes(devices, nodes)
+    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices, nodes=nodes)
+    processes = Processes(fabric)
+    first = processes.first
     run = claim_run(folder, plan.identity, resume) if first else Run(folder)
-    if first and run.finished:
+    if processes.agreed(run.finished):
         return run
-    check_writable(folder, folder=True)
-    kind, examples, validation = _material(plan, progress, stop)
+    if first:
+        check_writable(folder, folder=True)
+    else:
+        progress = silent
+    kind, examples, validation = _material(plan, processes, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
+    if processes.count > 1 and not isinstance(learner, SharedLearner):
+        raise ParameterError(
+            f"{facts.name} cannot divide its batches, or is a closed form: train it in one process, without devices "
+            "and nodes"
+        )
     chosen_by = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
     # `stages` refuses unsuitable examples before anything is written.
     notes = {"choose weights": chosen_by, "plan": update_text(learner.stages(examples))}
@@ -96,9 +147,9 @@ def train_plan(
         progress(task, 1, 1, note)
     if first and not resume:
         begin(run, plan)
-    fabric.barrier()
+    processes.barrier()
     with run_lock(folder) if first else nullcontext():
-        start = run.restore(learner) if resume else TrainingPosition()
+        start = _restored(run, learner, processes) if resume else TrainingPosition()
         try:
             with memory_checked(f"the training of {facts.name}"):
                 run_training(
@@ -107,7 +158,7 @@ def train_plan(
                     chosen,
                     run=run,
                     start=start,
-                    rank=fabric.global_rank,
+                    processes=processes,
                     progress=progress,
                     stop=stop,
                 )
@@ -115,10 +166,21 @@ def train_plan(
             if first and not resume:
                 discard_run(run)
             raise
+        processes.leave()
         if first:
             _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
-    fabric.barrier()
     return run
+
+
+def _restored(run: Run, learner: Learner, processes: Processes) -> TrainingPosition:
+    """Load the last checkpoint into every process's ``learner``; the first one alone needs the file."""
+    start = run.restore(learner) if processes.first else BEGINNING
+    start = processes.agreed(start)
+    if start != BEGINNING and processes.count > 1:
+        state = processes.agreed(learner.state() if processes.first else {})
+        if not processes.first:
+            learner.load_state(state)
+    return start
 
 
 def update_text(stages: Sequence[Stage]) -> str:
@@ -128,22 +190,27 @@ def update_text(stages: Sequence[Stage]) -> str:
 
 
 def _material(
-    plan: TrainingPlan, progress: ProgressCallback, stop: Callable[[], bool]
+    plan: TrainingPlan, processes: Processes, progress: ProgressCallback, stop: Callable[[], bool]
 ) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
     """Return the kind of all examples, and those for training and validation."""
     parts, prepare, rated = plan.parts, plan.recipe.prepare, plan.rated
     if rated is not None:
         examples = rated.examples(parts, "train", prepare)
         return rated.kind(examples), examples, rated.examples(parts, "validation", prepare)
-    recorded = part_examples(plan.store, parts, "train", prepare, label=plan.label)
+    several = processes.count > 1
+    cache = processes.agreed_on_machine(partial(scratch_of, processes)) if several else None
+    recorded = part_examples(plan.store, parts, "train", prepare, label=plan.label, cache_dir=cache)
     if "image" in plan.facts.needs:
         require_photographs(recorded)
-    recorded.prepare_all(progress=_preparing(progress, stop))
+    # Each process reads its own shards, for all processes of its machine.
+    recorded.prepare_all(share=processes.share_on_machine(), progress=_preparing(progress, stop))
+    processes.barrier()
     kind = signal_kind(recorded, simulated=plan.store.simulated)
     ratings = plan.store.ratings
     if "words" in plan.facts.instead and ratings is not None:
         kind = replace(kind, words=ratings.words, scale=(ratings.scale.low, ratings.scale.high))
-    return kind, recorded, part_examples(plan.store, parts, "validation", prepare, label=plan.label)
+    unseen = part_examples(plan.store, parts, "validation", prepare, label=plan.label, cache_dir=cache)
+    return kind, recorded, unseen
 
 
 def _finish(
@@ -181,7 +248,7 @@ def run_training(
     *,
     run: Run | None = None,
     start: TrainingPosition = BEGINNING,
-    rank: int = 0,
+    processes: Processes = ALONE,
     task: str = "",
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
@@ -197,22 +264,23 @@ def run_training(
 
     def on_step(position: TrainingPosition, stage: Any, losses: dict[str, float]) -> None:
         last = position.step == stage.steps
-        if run is not None and rank == 0:
+        if run is not None and processes.first:
             if position.step % every.log_every == 0 or last:
                 run.log(position, losses)
             if position.step % every.checkpoint_every == 0 or last:
                 run.save_checkpoint(learner, position)
         note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
         progress(f"{task}{stage.name}", position.step, stage.steps, note)
-        if run is not None and stop():
-            if rank == 0:
+        if run is not None and processes.any(stop()):
+            if processes.first:
                 run.save_checkpoint(learner, position)
+            processes.barrier()
             raise StoppedError(
                 f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
                 f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
             )
 
-    fit(learner, examples, seed=recipe.seed, start=start, rank=rank, on_step=on_step)
+    fit(learner, examples, seed=recipe.seed, start=start, processes=processes, on_step=on_step)
 
 
 def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable[[int, int], None]:

@@ -1,0 +1,192 @@
+"""Files on an object store, such as S3, by URL; read and written through Arrow's file systems.
+
+Credentials, region and endpoint are those of the environment or of AWS's configuration files (``AWS_ACCESS_KEY_ID``,
+``AWS_PROFILE``, ``AWS_ENDPOINT_URL`` …). ``s3://``, ``gs://`` and whatever else `pyarrow.fs.FileSystem.from_uri` knows
+are URLs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.fs as fs
+
+from tactogram.errors import DataError, ParameterError, one_line
+
+_URL = re.compile(r"(?P<scheme>[a-z][a-z0-9+.-]+)://(?P<rest>.*)", re.IGNORECASE)
+_CREDENTIALS = re.compile(r"://[^/]*@")
+
+REASONS = {
+    "NO_SUCH_BUCKET": "there is no such bucket",
+    "ACCESS_DENIED": "access is denied: give credentials in the environment (AWS_ACCESS_KEY_ID and "
+    "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE) that may read it",
+    "INVALID_ACCESS_KEY_ID": "the credentials are not valid (AWS_ACCESS_KEY_ID)",
+    "SIGNATURE_DOES_NOT_MATCH": "the credentials are not valid (AWS_SECRET_ACCESS_KEY)",
+    "NETWORK_CONNECTION|[Cc]ould(n't| not) connect|resolve host|[Tt]imed? ?out": "the server is unreachable: check the "
+    "network and AWS_ENDPOINT_URL",
+}
+"""What is said of an error whose message has a pattern."""
+
+LEAST_AHEAD, MOST_AHEAD = 2**16, 2**22
+"""Bytes that are fetched ahead where a file is read in order, at first and at most."""
+MOST_BUFFERS = 16
+"""Ranges of files that are kept: 64 MiB."""
+
+
+def is_remote(path: object) -> bool:
+    """Return whether ``path`` is a URL, or a `RemotePath`."""
+    return isinstance(path, RemotePath) or (isinstance(path, str) and _URL.match(path) is not None)
+
+
+def location(path: Path | RemotePath | str) -> Path | RemotePath:
+    """Return a folder or file by its path or URL; `ParameterError` for a URL that no file system has."""
+    if isinstance(path, RemotePath) or not (isinstance(path, str) and is_remote(path)):
+        return path if isinstance(path, RemotePath) else Path(path)
+    if _CREDENTIALS.search(path):
+        raise ParameterError(
+            "a URL must hold no credentials, which would be written into runs; give them in the environment "
+            "(AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY)"
+        )
+    address, _, options = path.partition("?")
+    try:
+        system, inner = fs.FileSystem.from_uri(path)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise ParameterError(f"{path}: not a URL of a store: {one_line(error)}") from error
+    return RemotePath(system, inner.rstrip("/"), address.rstrip("/"), f"?{options}" if options else "")
+
+
+def local(path: Path | RemotePath) -> Path:
+    """Return a folder in which a store is changed; `ParameterError` for a remote one."""
+    if isinstance(path, RemotePath):
+        raise ParameterError(
+            f"{path} is on an object store, where stores are not changed: `tactogram data copy` it to a folder, change "
+            "that, and copy it to a new URL"
+        )
+    return path
+
+
+@dataclass(frozen=True)
+class RemotePath:
+    """A file or folder of ``system``; ``address`` is its URL without ``options``."""
+
+    system: fs.FileSystem
+    path: str
+    address: str
+    options: str = ""
+
+    def __str__(self) -> str:
+        """Return the URL, with which it is found again."""
+        return self.address + self.options
+
+    def __truediv__(self, name: str) -> RemotePath:
+        return RemotePath(self.system, f"{self.path}/{name}", f"{self.address}/{name}", self.options)
+
+    def is_file(self) -> bool:
+        """Return whether there is such a file; `DataError` if that is not known."""
+        with errors(self):
+            return bool(self.system.get_file_info(self.path).type == fs.FileType.File)
+
+    def size(self) -> int:
+        """Return the bytes of a file."""
+        with errors(self):
+            info = self.system.get_file_info(self.path)
+            if info.type != fs.FileType.File:
+                raise FileNotFoundError(self.path)
+            return int(info.size)
+
+    def open(self) -> Any:
+        """Return a ``pyarrow.NativeFile``, read at random."""
+        with errors(self):
+            return self.system.open_input_file(self.path)
+
+    def read_bytes(self) -> bytes:
+        """Return the content of a file."""
+        with errors(self), self.system.open_input_stream(self.path) as file:
+            return bytes(file.read())
+
+    @contextmanager
+    def writing(self) -> Iterator[Any]:
+        """Yield a stream; the file appears when the block ends, unless by an error."""
+        with errors(self):
+            stream = self.system.open_output_stream(self.path)
+            try:
+                yield stream
+            except BaseException:
+                stream.abort() if hasattr(stream, "abort") else None
+                raise
+            stream.close()
+
+
+@contextmanager
+def errors(path: RemotePath) -> Iterator[None]:
+    """Turn the errors of a file system into one line; a missing file stays a FileNotFoundError.
+
+    Raises
+    ------
+    DataError
+        Naming ``path``, what is wrong and what to do.
+    """
+    try:
+        yield
+    except FileNotFoundError:
+        bucket = path.path.partition("/")[0]
+        if not _exists(path.system, bucket):
+            raise DataError(f"{path}: there is no such bucket ({bucket})") from None
+        raise
+    except (OSError, pa.ArrowException) as error:
+        for pattern, reason in REASONS.items():
+            if re.search(pattern, str(error)):
+                raise DataError(f"{path}: {reason}") from error
+        raise DataError(f"{path}: {one_line(error)}") from error
+
+
+def _exists(system: fs.FileSystem, bucket: str) -> bool:
+    """Return whether there is a bucket; true if that cannot be found out."""
+    try:
+        return bool(system.get_file_info(bucket).type != fs.FileType.NotFound)
+    except (OSError, pa.ArrowException):
+        return True
+
+
+class RangeReader:
+    """Reads ranges of remote files: alone as they are, or more and more ahead where a file is read in order.
+
+    Safe for threads. Each ``key``, such as a column of a file, has its own order.
+    """
+
+    def __init__(self) -> None:
+        self._ranges: OrderedDict[tuple[str, str], tuple[int, bytes, int]] = OrderedDict()
+        self._files: dict[str, Any] = {}
+        self._lock = Lock()
+
+    def read(self, path: RemotePath, key: str, start: int, length: int) -> bytes:
+        """Return ``length`` bytes from ``start`` on, fewer at the end of the file."""
+        place = (path.path, key)
+        with self._lock:
+            begin, held, ahead = self._ranges.get(place, (0, b"", 0))
+            if begin <= start and start + length <= begin + len(held):
+                self._ranges.move_to_end(place)
+                return held[start - begin : start - begin + length]
+            follows = bool(held) and begin <= start <= begin + len(held) + max(length, ahead)
+            ahead = min(MOST_AHEAD, max(LEAST_AHEAD, 2 * ahead)) if follows else 0
+            file = self._files.get(path.path)
+        if file is None:
+            file = path.open()
+            with self._lock:
+                self._files[path.path] = file
+        with errors(path):
+            found = bytes(file.read_at(max(length, ahead), start))
+        with self._lock:
+            self._ranges[place] = (start, found, ahead)
+            self._ranges.move_to_end(place)
+            while len(self._ranges) > MOST_BUFFERS:
+                self._ranges.popitem(last=False)
+        return found[:length]

@@ -1,0 +1,85 @@
+"""Training of a small GAN in double precision, for test_processes.py; its processes import this by name."""
+
+import torch
+from torch import nn
+
+from tactogram.errors import RunError
+from tactogram.model import BatchShare
+from tactogram.nn.bare_and_fixed import bare, fixed
+from tactogram.nn.gradient_penalty import gradient_penalty
+from tactogram.training.processes import Processes
+
+STEPS, BATCH = 12, 8
+
+
+class Critic(nn.Module):
+    """Normalises over the batch; ``last`` scales the last row of a batch alone, ``unused`` nothing."""
+
+    def __init__(self):
+        super().__init__()
+        self.layers = nn.Sequential(
+            nn.Conv1d(3, 6, 3), nn.BatchNorm1d(6), nn.Tanh(), nn.Flatten(), nn.Linear(36, 1)
+        )
+        self.last, self.unused = nn.Parameter(torch.ones(1)), nn.Parameter(torch.ones(1))
+
+    def forward(self, x, *, last=False):
+        score = self.layers(x)[:, 0]
+        return torch.cat((score[:-1], score[-1:] * self.last)) if last else score
+
+
+def train(devices, progress=None, stop=None):
+    """Return the mean losses of each step, the weights, and the processes' agreements."""
+    from lightning_fabric import Fabric
+
+    from tactogram.training.averaging import AveragingStrategy
+
+    several = {"strategy": AveragingStrategy()} if devices > 1 else {}
+    fabric = Fabric(accelerator="cpu", devices=devices, **several)
+    fabric.launch()
+    processes, share = Processes(fabric), BatchShare.of_process(fabric)
+    draw = torch.Generator().manual_seed(1)
+    torch.manual_seed(processes.number)  # weights of the first process count
+    generator = nn.Sequential(nn.Linear(4, 24), nn.BatchNorm1d(24, momentum=None), nn.Unflatten(1, (3, 8)))
+    networks = [generator.double(), Critic().double()]
+    pairs = [fabric.setup(network, torch.optim.Adam(network.parameters(), lr=1e-2)) for network in networks]
+    (generator, for_generator), (critic, for_critic) = pairs
+    losses = []
+    for _ in range(STEPS):
+        real, noise, mixed = (
+            torch.randn(BATCH, *size, generator=draw).double() for size in ((3, 8), (4,), ())
+        )
+        real, noise, mixed = (x[share.places(range(BATCH), BATCH)] for x in (real, noise, mixed))
+        with torch.no_grad():
+            made = generator(noise)
+        penalty = gradient_penalty(bare(critic), real, made, mixed)
+        last = share.number == share.of - 1
+        loss = critic(made).mean() - critic(real, last=last).mean() + 10 * penalty
+        for_critic.zero_grad()
+        fabric.backward(loss)
+        nn.utils.clip_grad_norm_(critic.parameters(), 1.0)
+        for_critic.step()
+        with fixed(critic):
+            against = -critic(generator(noise)).mean()
+        for_generator.zero_grad()
+        fabric.backward(against)
+        for_generator.step()
+        losses.append(processes.mean({"critic": loss.item(), "generator": against.item()}))
+    weights = {k: v.tolist() for network in (generator, critic) for k, v in network.state_dict().items()}
+    return {"losses": losses, "weights": weights, **agreements(processes)}
+
+
+def agreements(processes):
+    """Return what the processes agree on, and whether states that differ are noticed."""
+    processes.check_alike({"same": [torch.ones(3)]}, "a stage")
+    try:
+        processes.check_alike({"own": torch.ones(3) * processes.number}, "a stage")
+        diverged = ""
+    except RunError as error:
+        diverged = str(error)
+    return {
+        "agreed": processes.agreed(processes.number),
+        "on_machine": processes.agreed_on_machine(lambda: processes.number),
+        "any": processes.any(processes.number == processes.count - 1),
+        "none": processes.any(False),
+        "diverged": diverged,
+    }
