@@ -79,7 +79,7 @@ def run(
     }
 
 
-def _measured(data: Path, out: Path, changes: dict[str, Any]) -> dict[str, Any]:
+def _measured(data: Path | str, out: Path, changes: dict[str, Any]) -> dict[str, Any]:
     """Return the figures of one fold, with the processor's time for all of it."""
     start = time.process_time()
     found = crossval("stroke_cnn", data, folds=4, only_folds=1, changes=changes, out=out)

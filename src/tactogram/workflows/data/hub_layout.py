@@ -15,6 +15,7 @@ from tactogram.datasets import Store
 from tactogram.datasets.store.layout import schema
 from tactogram.datasets.store.parquet import open_parquet
 from tactogram.datasets.store.photographs import COLUMNS as PHOTOGRAPH_COLUMNS
+from tactogram.datasets.store.remote import RemotePath
 from tactogram.signal.io.atomic import write_text
 
 PAIRS = {"ratings": ("word", "score"), "labels": ("name", "value")}
@@ -34,7 +35,7 @@ def write_hub_dataset(store: Store, folder: Path) -> dict[str, Any]:
     count = len(store.facts.shards)
     for number, stored in enumerate(store.facts.shards):
         file = folder / "data" / f"train-{number:05d}-of-{count:05d}.parquet"
-        with open_parquet(store.path / stored.file, stored) as shard, pq.ParquetWriter(file, wanted) as out:
+        with open_parquet(store.folder / stored.file, stored) as shard, pq.ParquetWriter(file, wanted) as out:
             for group in range(shard.num_row_groups):
                 out.write_table(_unified(shard.read_row_group(group), wanted))
     photographs = 0
@@ -45,7 +46,8 @@ def write_hub_dataset(store: Store, folder: Path) -> dict[str, Any]:
     if store.facts.ratings is not None:
         (folder / "ratings").mkdir()
         configs.append(("ratings", "ratings/*.parquet"))
-        table = pq.read_table(store.path / store.facts.ratings.file)
+        ratings = store.folder / store.facts.ratings.file
+        table = pq.read_table(ratings.open() if isinstance(ratings, RemotePath) else ratings)
         pq.write_table(table, folder / "ratings" / "train.parquet")
     write_text(folder / "README.md", _card(store, configs))
     return {"recordings": len(store), "photographs": photographs, "shards": count}
@@ -150,7 +152,7 @@ def _write_photographs(store: Store, file: Path) -> int:
 
 def _photographs(store: Store) -> Iterator[dict[str, Any]]:
     for stored in store.facts.images:
-        with open_parquet(store.path / stored.file, stored) as file:
+        with open_parquet(store.folder / stored.file, stored) as file:
             for group in range(file.num_row_groups):
                 yield from file.read_row_group(group, columns=PHOTOGRAPH_COLUMNS.names).to_pylist()
 
