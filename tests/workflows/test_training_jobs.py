@@ -103,9 +103,8 @@ def test_search_in_another_store(run, store, texture):
 
 
 def test_folds_are_by_recording_and_cover_everything(store, tmp_path, tiny):
-    figures = crossval(
-        "stroke_cnn", store, folds=2, recipe="tiny", changes=tiny, out=tmp_path / "cv", accelerator="cpu"
-    )
+    options = {"folds": 2, "recipe": "tiny", "changes": tiny, "accelerator": "cpu"}
+    figures = crossval("stroke_cnn", store, out=tmp_path / "cv", processes=1, **options)
     assert figures["recordings"] == 40
     assert figures["split"] == "2 folds by recording"
     assert len(figures["per_fold"]) == 2

@@ -33,14 +33,14 @@ def on_ray(
     """Yield the number of each task with its attempt, as they end; "" for ``address`` is a Ray of this machine."""
     with connected(address, processes) as ray:
         remote = ray.remote(num_cpus=1, max_retries=ATTEMPTS - 1, runtime_env={"env_vars": _environment()})
-        attempt = remote(_attempted_on_ray)
+        attempt, shared = remote(_attempted_on_ray), ray.put(function)
         todo = iter(range(len(tasks)))
         running: dict[Any, int] = {}
         try:
             while True:
                 room = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1))) - len(running)
                 for number in islice(todo, max(room, 0)):
-                    running[attempt.remote(function, tasks[number])] = number
+                    running[attempt.remote(shared, tasks[number])] = number
                 if not running:
                     break
                 for reference in ray.wait(list(running), num_returns=1)[0]:
@@ -71,6 +71,7 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
     quiet = {"logging_level": logging.ERROR, "log_to_driver": False}
     try:
         if address:
+            _reach(address)
             ray.init(address, **quiet)
         else:
             ray.init(
@@ -80,7 +81,7 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
                 object_store_memory=STORE_BYTES,
                 **quiet,
             )
-    except (ConnectionError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, RuntimeError) as error:
         raise ParameterError(
             f"on must be ray or the address of a Ray cluster that runs (`ray start --head` starts one); "
             f"{address or 'the local Ray'}: {one_line(error)}"
@@ -89,6 +90,13 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
         yield ray
     finally:
         ray.shutdown()
+
+
+def _reach(address: str) -> None:
+    """Raise an `OSError` unless something listens at HOST:PORT: Ray would try for minutes."""
+    host, _, port = address.rpartition("/")[2].rpartition(":")
+    if host and port.isdecimal():
+        socket.create_connection((host, int(port)), timeout=10).close()
 
 
 def _environment() -> dict[str, str]:
