@@ -8,7 +8,10 @@ import pytest
 import worker_chores as chores
 
 from tactogram.errors import ParameterError
+from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.workers import run_tasks
+from tactogram.workflows.workers.ray_cluster import connected
 
 pytest.importorskip("ray", reason="Ray, of the extra ray, is not installed")
 
@@ -28,13 +31,26 @@ def cluster():
     patch.undo()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def on(cluster):
-    return f"ray:{cluster.address}"
+    """An address to which this process is connected all the time: each connection starts workers of its own."""
+    with connected(cluster.address):
+        yield f"ray:{cluster.address}"
 
 
 def by_task(outcomes):
     return {outcome.task: outcome for outcome in outcomes}
+
+
+def test_an_address_without_a_cluster_is_refused():
+    with pytest.raises(ParameterError, match=r"`ray start --head` starts one.*127.0.0.1:9: .*refused"):
+        list(run_tasks(chores.refused, [0], on="ray:127.0.0.1:9"))
+
+
+def test_a_driver_that_was_killed_goes_on(cluster, tmp_path, killed_and_started_again):
+    done, again = killed_and_started_again(tmp_path, f"ray:{cluster.address}")
+    assert not done & again
+    assert len(list(tmp_path.glob("*.json"))) == 6
 
 
 def test_results_are_those_of_this_process_to_the_bit(on):
@@ -56,18 +72,25 @@ def test_a_bug_is_raised(on):
         list(run_tasks(chores.broken, [1, 2], on=on))
 
 
-def test_a_driver_that_was_killed_goes_on(on, tmp_path, killed_and_started_again):
-    done, again = killed_and_started_again(tmp_path, on)
-    assert not done & again
-    assert len(list(tmp_path.glob("*.json"))) == 6
+def test_a_simulated_store_has_the_same_hash(on, tmp_path):
+    options = {"random": 3, "seed": 2, "seconds": 0.2}
+    here = simulate_to_store("surfaces", tmp_path / "here", workers=1, **options)
+    there = simulate_to_store("surfaces", tmp_path / "there", on=on, **options)
+    assert there["sha256"] == here["sha256"]
+    assert "0 failed, 0 to do" in (tmp_path / "there-simulate-workers.html").read_text()
 
 
-def test_an_address_without_a_cluster_is_refused():
-    with pytest.raises(
-        ParameterError,
-        match="on must be ray or the address of a Ray cluster that runs .*127.0.0.1:9: Connection refused",
-    ):
-        list(run_tasks(chores.refused, [0], on="ray:127.0.0.1:9"))
+def test_cross_validation_has_the_same_figures(on, store, tmp_path):
+    options = {"recipe": "tiny", "folds": 2, "changes": {"config.steps": 10}, "accelerator": "cpu"}
+    here = crossval("stroke_cnn", store, out=tmp_path / "here", processes=1, **options)
+    there = crossval("stroke_cnn", store, out=tmp_path / "there", on=on, **options)
+    assert there | {"report": ""} == here | {"report": ""}
+    assert {file.name for file in (tmp_path / "there").iterdir()} == {
+        "crossval.json",
+        "confusion.png",
+        "report.html",
+        "workers.html",
+    }
 
 
 def test_a_node_that_is_killed_amid_work_costs_its_task_which_is_done_again(cluster, on, tmp_path):

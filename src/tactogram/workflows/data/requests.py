@@ -37,7 +37,8 @@ class SimulationRequest(Request):
     """A data set to simulate into a store that must not exist.
 
     With ``photographs`` the store has photographs of each surface, at places that do not overlap, for learning from
-    photographs, and its recordings have none of their own. The recordings are the same for any number of ``workers``, and on Ray.
+    photographs, and its recordings have none of their own. The recordings are the same for any number of ``workers``,
+    and on Ray.
     """
 
     set_name: Annotated[str, Argument(metavar="SET")]
