@@ -16,6 +16,7 @@ from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
 from tactogram.workflows.workers import Outcome, run_tasks
+from tactogram.workflows.workers.ordered import in_order
 from tactogram.workflows.workers.page import followed
 
 T = TypeVar("T")
@@ -121,20 +122,14 @@ def _made(
     if request.on:
         page, name = Path(f"{request.out}-{title}-workers.html"), _chunk_name
         outcomes = followed(outcomes, page, numbered, title=title, name=name, simulated=True)
-    yield from _counted(_in_order(outcomes), len(items), request.progress, title)
+    yield from _counted(_values(in_order(outcomes)), len(items), request.progress, title)
 
 
-def _in_order(outcomes: Iterable[Outcome[tuple[int, list[T]], list[R]]]) -> Iterator[R]:
-    """Yield the values of numbered chunks in the order of their numbers."""
-    waiting: dict[int, list[R]] = {}
-    following = 0
+def _values(outcomes: Iterable[Outcome[tuple[int, list[T]], list[R]]]) -> Iterator[R]:
     for outcome in outcomes:
-        if outcome.error is not None or outcome.value is None:
-            raise TactogramError(f"simulation: {outcome.error}")
-        waiting[outcome.task[0]] = outcome.value
-        while following in waiting:
-            yield from waiting.pop(following)
-            following += 1
+        if outcome.value is None:
+            raise TactogramError(f"simulation, {_chunk_name(outcome.task)}: {outcome.error}")
+        yield from outcome.value
 
 
 def _chunk_name(chunk: tuple[int, list[Any]]) -> str:

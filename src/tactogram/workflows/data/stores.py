@@ -19,10 +19,12 @@ from tactogram.datasets import (
 )
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset
+from tactogram.datasets.reading import Reader, read_all
 from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
+from tactogram.workflows.data.cluster_reading import read_on
 from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
@@ -50,13 +52,18 @@ def list_sets() -> dict[str, Any]:
 @takes(ImportRequest)
 def import_store(request: ImportRequest) -> dict[str, Any]:
     """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned."""
+    path = Path(request.path)
+    read: Reader = read_all
+    if request.on:
+        path, read = path.absolute(), partial(read_on, request.on, Path(f"{request.out}-workers.html"))
     return import_dataset(
         request.set_name,
-        Path(request.path),
+        path,
         Path(request.out),
         options=request.options,
         skip_bad=request.skip_bad,
         workers=request.workers,
+        read=read,
         progress=partial(request.progress, "reading"),
     )
 
