@@ -85,7 +85,7 @@ def train_plan(
     if first and run.finished:
         return run
     check_writable(folder, folder=True)
-    kind, examples, validation = _material(plan, progress, stop)
+    kind, examples, validation = training_material(plan, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
     chosen_by = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
@@ -127,7 +127,7 @@ def update_text(stages: Sequence[Stage]) -> str:
     return f"updates in all: {', '.join(totals)}" if totals else ""
 
 
-def _material(
+def training_material(
     plan: TrainingPlan, progress: ProgressCallback, stop: Callable[[], bool]
 ) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
     """Return the kind of all examples, and those for training and validation."""
