@@ -3,21 +3,21 @@
 from benchmarks import bench_workers
 
 
-def test_speed_is_reported_beside_that_of_a_plain_loop(monkeypatch):
-    for name, value in {"COUNTS": (1,), "STROKES": 2, "IDLE": 3, "ROUNDS": 1}.items():
+def test_each_engine_is_measured_in_every_round(monkeypatch):
+    for name, value in {"COUNTS": (1,), "STROKES": 1, "ROUNDS": 3}.items():
         monkeypatch.setattr(bench_workers, name, value)
-    monkeypatch.setattr(bench_workers, "measured", lambda on, count, todo: (7.0, 0.5 + count, 0.001))
+    rounds = iter([1.0, 10.0, 5.0, 2.0, 7.0, 6.0])
+    monkeypatch.setattr(bench_workers, "measured", lambda on, count, todo: {"speed-up": next(rounds)})
     rows = bench_workers.run()
-    assert [(row["on"], row["workers"]) for row in rows] == [("this process", 1), ("ray", 1)]
-    assert rows[0]["start-up, s"] == 1.5
-    assert rows[0]["overhead per task, ms"] == 1.0
+    assert [(row["on"], row["workers"], row["speed-up"]) for row in rows] == [
+        ("this process", 1, 5.0),
+        ("ray", 1, 7.0),
+    ]
 
 
-def test_times_are_those_of_the_first_and_the_last_outcome():
-    def outcomes():
-        yield 1
-        sum(range(10**6))
-        yield 2
-
-    first, last = bench_workers.times(outcomes())
-    assert 0 <= first < last
+def test_this_process_is_as_fast_as_a_loop_within_bounds(monkeypatch):
+    monkeypatch.setattr(bench_workers, "IDLE", 3)
+    todo = bench_workers.tasks("stroking9", seed=0, per_class=1, seconds=1.0, rate=500.0)[:3]
+    found = bench_workers.measured("", 1, todo)
+    assert found["speed-up"] > 0
+    assert found["processor time per stroke"] > 0

@@ -1,6 +1,7 @@
 """A sweep on a local Ray, and what is refused before Ray is started."""
 
 import json
+import tomllib
 
 import pytest
 
@@ -41,7 +42,8 @@ def test_the_best_trial_is_kept_as_a_run_that_can_be_used(store, space, tmp_path
     assert result["trials"][0] == max(finished, key=lambda one: one["value"])
     assert result["best"] == result["trials"][0]["changes"]
     assert result["validation"]["recording_accuracy"] == pytest.approx(result["trials"][0]["value"])
-    assert load_run(out / "best").run.data["recipe"]["config"]["steps"] == 36
+    assert load_run(out / "best").run.finished
+    assert tomllib.loads((out / "best" / "recipe.toml").read_text())["config"]["steps"] == 36
     assert "Simulated data" in (out / "sweep.html").read_text()
 
 

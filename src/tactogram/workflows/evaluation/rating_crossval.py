@@ -146,7 +146,7 @@ def _predicted(
 
 @dataclass(frozen=True)
 class _RatedData:
-    """What all parts share."""
+    """Request and data that all parts share."""
 
     request: CrossvalRequest
     kind: Kind

@@ -126,6 +126,7 @@ def _trials(request: TrainingRequest, space: SearchSpace, folder: Path, address:
                     metric=space.measure,
                     mode=space.goal,
                     num_samples=space.trials,
+                    reuse_actors=True,  # a process imports torch for longer than a small trial trains
                     search_alg=search.BasicVariantGenerator(random_state=space.seed),
                     scheduler=schedulers.ASHAScheduler(
                         time_attr="ninths", max_t=NINTHS, grace_period=1, reduction_factor=FACTOR

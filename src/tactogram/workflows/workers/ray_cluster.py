@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 import socket
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
@@ -22,6 +24,8 @@ STORE_BYTES = 200_000_000
 """Shared memory of a Ray that is started here: values are small, and containers have little of it."""
 WAITING = 4
 """Tasks per core that Ray holds at a time: enough to keep all cores busy, and few values that wait to be taken."""
+EVERY_S = 2.0
+"""Time after which the cluster is asked again how many cores it has: nodes come and go."""
 # Tasks see the node's GPUs, as processes of the local pool do: Ray would hide them from tasks that reserve none.
 _GPUS = {"RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0"}
 _DRIVER = {"RAY_usage_stats_enabled": "0", **_GPUS}
@@ -36,10 +40,13 @@ def on_ray(
         attempt, shared = remote(_attempted_on_ray), ray.put(function)
         todo = iter(range(len(tasks)))
         running: dict[Any, int] = {}
+        asked, most = -math.inf, 0
         try:
             while True:
-                room = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1))) - len(running)
-                for number in islice(todo, max(room, 0)):
+                if time.monotonic() > asked + EVERY_S:
+                    asked = time.monotonic()
+                    most = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1)))
+                for number in islice(todo, max(most - len(running), 0)):
                     running[attempt.remote(shared, tasks[number])] = number
                 if not running:
                     break
