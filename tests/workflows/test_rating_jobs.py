@@ -78,6 +78,14 @@ def test_crossval_by_item_is_better_than_a_constant_where_there_is_something_to_
     assert (tmp_path / "words.png").is_file()
 
 
+def test_processes_change_no_figure(store, tmp_path):
+    options = {"recipe": "tiny", "folds": 2, "repeats": 2}
+    here = crossval_ratings("rater", store, out=tmp_path / "here", processes=1, **options)
+    there = crossval_ratings("rater", store, out=tmp_path / "there", processes=2, **options)
+    assert there | {"report": ""} == here | {"report": ""}
+    assert "part 4/4" in (tmp_path / "there" / "workers.html").read_text()
+
+
 def test_crossval_by_rater_is_judged_by_people_who_were_not_trained_on(store, tmp_path):
     """Held against two people's mean and not six, it cannot come closer than their noise."""
     by_item = crossval_ratings(
