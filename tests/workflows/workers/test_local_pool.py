@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import sys
 import time
 
 import psutil
@@ -10,7 +11,7 @@ import pytest
 import torch
 import worker_chores as chores
 
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import MissingExtraError, ParameterError, TactogramError
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.kept import kept_values
 from tactogram.workflows.workers.page import followed
@@ -111,6 +112,12 @@ def test_the_page_names_what_failed_and_is_read_again_until_all_is_done(tmp_path
     assert "number must be 0 or 2, got 1" in page
     assert "local-0" in page
     assert 'http-equiv="refresh"' not in page
+
+
+def test_ray_that_is_not_installed_is_named_with_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'tactogram\[ray\]'"):
+        list(run_tasks(chores.refused, [0], on="ray"))
 
 
 @pytest.mark.parametrize(
