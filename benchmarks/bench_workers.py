@@ -15,14 +15,14 @@ from tactogram.datasets.examples import cores
 from tactogram.datasets.simulate import make, tasks
 from tactogram.workflows.workers import run_tasks
 
-COUNTS, STROKES, IDLE, ROUNDS = (1, 2, 4), 32, 200, 3
+COUNTS, STROKES, IDLE, ROUNDS = (1, 2, 4), 24, 200, 3
 
 
 QUIET = {"log_to_driver": False, "logging_level": "ERROR"}
 
 
 def run():
-    todo = tasks("stroking9", seed=0, per_class=8, seconds=20.0, rate=6000.0)[:STROKES]
+    todo = tasks("stroking9", seed=0, per_class=8, seconds=10.0, rate=6000.0)[:STROKES]
     stroke(todo[0])  # compiles
     found = {(on, count): [] for on in ("", "ray") for count in COUNTS}
     for _ in range(ROUNDS):

@@ -14,6 +14,7 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.evaluation.report import ReportSection, ReportTable, ReportText, write_report
 from tactogram.extras import imported
 from tactogram.model import CheckpointSelector, Stage
+from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
@@ -66,7 +67,9 @@ def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") 
         raise ParameterError("out must be a folder for a sweep, got none")
     space, folder = SearchSpace.load(Path(space_file)), Path(request.out).absolute()
     check_writable(folder, folder=True)
-    simulated = planned(request).store.simulated  # refuses what no trial could do
+    plan = planned(request)  # refuses what no trial could do
+    simulated = plan.store.simulated
+    trials_of = run_id({"space": space.model_dump(), "plan": plan.identity}, plan.store.sha256)
     shared = replace(
         request,
         data=absolute(request.data),
@@ -76,7 +79,7 @@ def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") 
         progress=silent,
         stop=never,
     )
-    trials = _trials(shared, space, folder, address)
+    trials = _trials(shared, space, folder / f"trials-{trials_of}", address)
     request.progress("trials", len(trials), space.trials)
     if not trials or not math.isfinite(trials[0]["value"]):
         errors = [one["error"] for one in trials if one["error"]]
@@ -105,7 +108,7 @@ def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") 
     return result
 
 
-def _trials(request: TrainingRequest, space: SearchSpace, folder: Path, address: str) -> list[dict[str, Any]]:
+def _trials(request: TrainingRequest, space: SearchSpace, place: Path, address: str) -> list[dict[str, Any]]:
     """Return the trials of a sweep, best first."""
     os.environ.setdefault("RAY_AIR_NEW_OUTPUT", "0")
     with connected(address):
@@ -115,7 +118,6 @@ def _trials(request: TrainingRequest, space: SearchSpace, folder: Path, address:
         trainable = tune.with_resources(
             tune.with_parameters(_trial, request=request, measure=space.measure, goal=space.goal), {"cpu": 1}
         )
-        place = folder / "tune"
         if tune.Tuner.can_restore(str(place)):
             tuner = tune.Tuner.restore(str(place), trainable=trainable, resume_unfinished=True)
         else:
@@ -134,7 +136,7 @@ def _trials(request: TrainingRequest, space: SearchSpace, folder: Path, address:
                 ),
                 run_config=tune.RunConfig(
                     name=place.name,
-                    storage_path=str(folder),
+                    storage_path=str(place.parent),
                     failure_config=tune.FailureConfig(max_failures=3),  # of workers and nodes
                     verbose=0,
                 ),

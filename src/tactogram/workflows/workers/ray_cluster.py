@@ -75,18 +75,22 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
     if ray.is_initialized():
         yield ray
         return
-    quiet = {"logging_level": logging.ERROR, "log_to_driver": False}
+    options: dict[str, Any] = {
+        "runtime_env": {"env_vars": _environment()},
+        "logging_level": logging.ERROR,
+        "log_to_driver": False,
+    }
     try:
         if address:
             _reach(address)
-            ray.init(address, **quiet)
+            ray.init(address, **options)
         else:
             ray.init(
                 "local",
                 num_cpus=processes if processes > 1 else cores(),
                 include_dashboard=False,
                 object_store_memory=STORE_BYTES,
-                **quiet,
+                **options,
             )
     except (OSError, ValueError, RuntimeError) as error:
         raise ParameterError(
