@@ -22,8 +22,8 @@ QUIET = {"log_to_driver": False, "logging_level": "ERROR"}
 
 
 def run():
-    todo = tasks("stroking9", seed=0, per_class=8, seconds=10.0, rate=6000.0)[:STROKES]
-    stroke(todo[0])  # compiles
+    todo = strokes()
+    stroke(todo[0])  # compiles, and makes the height field
     found = {(on, count): [] for on in ("", "ray") for count in COUNTS}
     for _ in range(ROUNDS):
         for (on, count), rounds in found.items():
@@ -33,6 +33,12 @@ def run():
         | {name: median(one[name] for one in rounds) for name in rounds[0]}
         for (on, count), rounds in found.items()
     ]
+
+
+def strokes():
+    """Return tasks on one surface, whose height field each worker makes once."""
+    todo = tasks("stroking9", seed=0, per_class=STROKES, seconds=10.0, rate=6000.0)
+    return [task for task in todo if (task.surface, task.contactor) == (todo[0].surface, todo[0].contactor)]
 
 
 def measured(on, count, todo):

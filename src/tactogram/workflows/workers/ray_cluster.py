@@ -92,7 +92,7 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
                 object_store_memory=STORE_BYTES,
                 **options,
             )
-    except (OSError, ValueError, RuntimeError) as error:
+    except Exception as error:  # Ray raises bare ones
         raise ParameterError(
             f"on must be ray or the address of a Ray cluster that runs (`ray start --head` starts one); "
             f"{address or 'the local Ray'}: {one_line(error)}"
