@@ -1,10 +1,10 @@
 """Workers: speed-up by 1, 2 and 4 of them over a plain loop, and the overhead per task, on processes and on Ray.
 
 The work is simulated strokes, one a task, each some tenths of a second on one thread. The speed-up is of tasks per
-second from the first result on, against a plain loop before it. Where others use the machine, too, more processes get
-more of it: the processor time per stroke, as a multiple of the loop's, shows what the workers themselves cost. Start-up
-is the time until the first result of a task that does nothing (Ray itself is already running); overhead is the time per
-task of 200 that do nothing. The median of three rounds, taken in turns.
+second once every worker has done one, against a plain loop before it. Where others use the machine, too, more
+processes get more of it: the processor time per stroke, as a multiple of the loop's, shows what the workers themselves
+cost. Start-up is the time until the first result of a task that does nothing (Ray itself is already running); overhead
+is the time per task of 200 that do nothing. The median of three rounds, taken in turns.
 """
 
 import time
@@ -15,7 +15,7 @@ from tactogram.datasets.examples import cores
 from tactogram.datasets.simulate import make, tasks
 from tactogram.workflows.workers import run_tasks
 
-COUNTS, STROKES, IDLE, ROUNDS = (1, 2, 4), 24, 200, 3
+COUNTS, STROKES, IDLE, ROUNDS = (1, 2, 4), 60, 200, 3
 
 
 QUIET = {"log_to_driver": False, "logging_level": "ERROR"}
@@ -44,24 +44,30 @@ def strokes():
 def measured(on, count, todo):
     """Return the figures of one engine and number of workers."""
     begun = time.perf_counter()
-    alone = sum(map(stroke, todo))
+    alone = sum(map(stroke, todo)) / len(todo)
     loop = len(todo) / (time.perf_counter() - begun)
     with ray_of(count) if on else nullcontext():
-        first, last, _ = times(run_tasks(nothing, range(IDLE), on=on, processes=count))
-        start, end, used = times(run_tasks(stroke, todo, on=on, processes=count))
+        idle = timed(run_tasks(nothing, range(IDLE), on=on, processes=count))
+        done = timed(run_tasks(stroke, todo, on=on, processes=count))
+    # Each worker compiles and makes the height field before its first stroke.
+    begun = max(
+        next(at for at, outcome in done if outcome.worker == name) for name in {o.worker for _, o in done}
+    )
+    after = [(at, outcome.value) for at, outcome in done if at > begun]
+    if not after:
+        raise RuntimeError("the last worker began after all else was done: more strokes are needed")
     return {
-        "speed-up": (len(todo) - count) / (end - start) / loop,
-        "processor time per stroke": sum(used[count:]) / (len(todo) - count) / (alone / len(todo)),
-        "start-up, s": first,
-        "overhead per task, ms": 1000 * (last - first) / (IDLE - 1),
+        "speed-up": len(after) / (after[-1][0] - begun) / loop,
+        "processor time per stroke": sum(used for _, used in after) / len(after) / alone,
+        "start-up, s": idle[0][0],
+        "overhead per task, ms": 1000 * (idle[-1][0] - idle[0][0]) / (len(idle) - 1),
     }
 
 
-def times(outcomes):
-    """Return the time of the first and of the last outcome, s, and the values."""
+def timed(outcomes):
+    """Return each outcome with its time, s."""
     begun = time.perf_counter()
-    ended = [(time.perf_counter() - begun, outcome.value) for outcome in outcomes]
-    return ended[0][0], ended[-1][0], [value for _, value in ended]
+    return [(time.perf_counter() - begun, outcome) for outcome in outcomes]
 
 
 @contextmanager
