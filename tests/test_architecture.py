@@ -1,6 +1,7 @@
 """What holds for the project as a whole."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -77,5 +78,5 @@ def test_every_dependency_is_pinned_and_has_its_reason():
         *project["dependencies"],
         *(d for extra in project["optional-dependencies"].values() for d in extra),
     ]
-    names = {text.split(">")[0].split("=")[0].lower() for text in needed}
+    names = {re.split("[\\[>=]", text)[0].lower() for text in needed}
     assert names <= pinned

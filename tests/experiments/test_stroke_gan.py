@@ -1,13 +1,14 @@
 """The experiments of the stroking GAN with a model that needs no training, on made-up strokes."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
 from tactogram.datasets import Recording, create_store, open_store
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.experiments import stroke_gan_figures, stroke_gan_mixing
 from tactogram.experiments.nine_textures import IN_RECORDINGS, materials_of
 from tactogram.experiments.reproduce import reproduce
@@ -126,3 +127,30 @@ def test_the_nine_textures_are_found_by_the_names_of_the_recordings(tmp_path):
     assert materials_of(store(names, "all")) == IN_RECORDINGS
     with pytest.raises(DataError, match="found none called tile or GreenTile"):
         materials_of(store([name for name in names if name != "GreenTile"], "some"))
+
+
+def test_independent_trainings_run_on_workers(folder, monkeypatch):
+    monkeypatch.setattr(stroke_gan_figures, "FIGURES", {"figure-7": ("carpet",)})
+    options = {"model": "ar_texture", "recipes": "quick,tiny"}
+    workers = reproduce("stroke_gan_figures", out=folder, options=options, processes=2)
+    page = (folder / "workers.html").read_text()
+    assert "2 of 2 tasks done, 0 failed, 0 to do" in page
+    assert "ar_texture-quick" in page
+    for name in ("ar_texture-quick", "ar_texture-tiny"):
+        shutil.rmtree(folder / name)
+    alone = reproduce("stroke_gan_figures", out=folder, options=options)
+    assert alone["trainings"] == workers["trainings"]
+
+
+def test_an_experiment_without_independent_trainings_refuses_workers(folder):
+    with pytest.raises(ParameterError, match="cross_modal has no independent trainings for workers"):
+        reproduce("cross_modal", out=folder, on="ray")
+
+
+def test_failed_trainings_are_named_after_the_others_have_finished(folder):
+    options = {"model": "ar_texture", "recipes": "tiny,none"}
+    with pytest.raises(
+        TactogramError, match="1 of 2 trainings failed; ar_texture-none: recipe of ar_texture must be"
+    ):
+        reproduce("stroke_gan_figures", out=folder, options=options, processes=1)
+    assert (folder / "ar_texture-tiny" / "model.json").is_file()

@@ -68,7 +68,7 @@ def run(store, tmp_path_factory):
 
 
 def test_crossval_by_item_is_better_than_a_constant_where_there_is_something_to_learn(store, tmp_path):
-    found = crossval_ratings("rater", store, recipe="tiny", folds=4, repeats=2, out=tmp_path)
+    found = crossval_ratings("rater", store, recipe="tiny", processes=1, folds=4, repeats=2, out=tmp_path)
     rough = found["per_word"]["rough"]
     assert rough["mae"] < 0.6 * rough["constant_mae"]
     assert rough["rank_correlation"] > 0.7
@@ -78,14 +78,24 @@ def test_crossval_by_item_is_better_than_a_constant_where_there_is_something_to_
     assert (tmp_path / "words.png").is_file()
 
 
+def test_processes_change_no_figure(store, tmp_path):
+    options = {"recipe": "tiny", "folds": 2, "repeats": 2}
+    here = crossval_ratings("rater", store, out=tmp_path / "here", processes=1, **options)
+    there = crossval_ratings("rater", store, out=tmp_path / "there", processes=2, **options)
+    assert there | {"report": ""} == here | {"report": ""}
+    assert "part 4/4" in (tmp_path / "there" / "workers.html").read_text()
+
+
 def test_crossval_by_rater_is_judged_by_people_who_were_not_trained_on(store, tmp_path):
     """Held against two people's mean and not six, it cannot come closer than their noise."""
     by_item = crossval_ratings(
-        "rater", store, recipe="tiny", folds=3, repeats=1, by="item", out=tmp_path / "i"
+        "rater", store, recipe="tiny", processes=1, folds=3, repeats=1, by="item", out=tmp_path / "i"
     )
-    both = crossval_ratings("rater", store, recipe="tiny", folds=3, repeats=1, by="both", out=tmp_path / "b")
+    both = crossval_ratings(
+        "rater", store, recipe="tiny", processes=1, folds=3, repeats=1, by="both", out=tmp_path / "b"
+    )
     by_rater = crossval_ratings(
-        "rater", store, recipe="tiny", folds=3, repeats=1, by="rater", out=tmp_path / "r"
+        "rater", store, recipe="tiny", processes=1, folds=3, repeats=1, by="rater", out=tmp_path / "r"
     )
     noise = 0.7 * np.sqrt(2 / np.pi / 2)
     assert by_rater["per_word"]["sticky"]["mae"] == pytest.approx(noise, rel=0.4)

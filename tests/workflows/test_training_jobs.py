@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tactogram.workflows.evaluation.crossval as crossval_module
 from tactogram.cli import main
 from tactogram.datasets import Split, add_recordings, create_store, open_store
 from tactogram.datasets.store.pending import part_folder
@@ -25,7 +26,7 @@ from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.plan import select
 from tactogram.workflows.training.resume import resume
 from tactogram.workflows.training.run_archive import export_run, import_run
-from tactogram.workflows.training.train import train
+from tactogram.workflows.training.train import run_training, train
 
 
 def test_a_run_holds_what_made_it(run, store, tiny):
@@ -103,14 +104,35 @@ def test_search_in_another_store(run, store, texture):
 
 
 def test_folds_are_by_recording_and_cover_everything(store, tmp_path, tiny):
-    figures = crossval(
-        "stroke_cnn", store, folds=2, recipe="tiny", changes=tiny, out=tmp_path / "cv", accelerator="cpu"
-    )
+    options = {"folds": 2, "recipe": "tiny", "changes": tiny, "accelerator": "cpu"}
+    figures = crossval("stroke_cnn", store, out=tmp_path / "cv", processes=1, **options)
     assert figures["recordings"] == 40
     assert figures["split"] == "2 folds by recording"
     assert len(figures["per_fold"]) == 2
     assert figures["recording_accuracy"] > 0.7
     assert {f.name for f in (tmp_path / "cv").iterdir()} == {"crossval.json", "confusion.png", "report.html"}
+
+
+def test_a_cross_validation_that_was_stopped_goes_on_after_its_finished_folds(
+    store, tmp_path, tiny, monkeypatch
+):
+    options = {"folds": 3, "recipe": "tiny", "changes": tiny, "accelerator": "cpu", "processes": 1}
+    whole = crossval("stroke_cnn", store, out=tmp_path / "whole", **options)
+    trained = []
+
+    def training(*args, task, **more):
+        trained.append(task)
+        if len(trained) == 2:
+            raise KeyboardInterrupt
+        run_training(*args, task=task, **more)
+
+    monkeypatch.setattr(crossval_module, "run_training", training)
+    with pytest.raises(KeyboardInterrupt):
+        crossval("stroke_cnn", store, out=tmp_path / "cv", **options)
+    again = crossval("stroke_cnn", store, out=tmp_path / "cv", **options)
+    assert trained == ["fold 1/3 ", "fold 2/3 ", "fold 2/3 ", "fold 3/3 "]
+    assert again | {"report": ""} == whole | {"report": ""}
+    assert not (tmp_path / "cv" / "folds").exists()
 
 
 def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path, recordings, tiny):

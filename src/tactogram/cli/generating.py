@@ -1,7 +1,7 @@
 """Verbs that generate signals and images."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,6 +11,7 @@ from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import MixRequest
 from tactogram.workflows.generation.requests import CloneRequest
 from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.worker_options import ON, PROCESSES
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,15 @@ class _GenerateRequest(Request):
     seconds: Annotated[float | None, Option("length (default: the model's own)")] = None
     seed: Annotated[int, Option()] = 0
     count: Annotated[int, Option("number of results")] = 1
+    conditions: Annotated[
+        str | None,
+        Option(
+            "a file for each row of this table, whose columns are options (TOML: [[condition]]); --out is a folder",
+            "CSV|TOML",
+        ),
+    ] = None
+    on: Annotated[str, ON] = ""
+    processes: Annotated[int | None, PROCESSES] = None
 
 
 def _generate(request: _GenerateRequest, show: Printer) -> None:
@@ -70,6 +80,11 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
 
     if request.material and request.mix:
         raise UsageError("argument --mix: not allowed with argument --material")
+    if request.conditions:
+        _generate_many(request, show)
+        return
+    if request.on or request.processes:
+        raise UsageError("--on and --processes are for --conditions")
     runs = [load_run(folder) for folder in request.runs]
     if len(runs) > 1 or request.rest or request.like or request.raters or needs_words(runs[0]):
         for name in (
@@ -118,6 +133,25 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     if "differ_by" in first:
         lines.append(f"they differ by {first['differ_by']}")
     show({"files": written}, "\n".join(lines))
+
+
+def _generate_many(request: _GenerateRequest, show: Printer) -> None:
+    from tactogram.workflows.generation.many import generate_many
+    from tactogram.workflows.progress import shown
+
+    taken = ("runs", "out", "conditions", "seconds", "seed", "on", "processes")
+    changed = [field.name for field in fields(request) if getattr(request, field.name) != field.default]
+    in_table = [name for name in changed if name not in taken]
+    if len(request.runs) > 1 or in_table:
+        names = ", ".join(f"--{name.replace('_', '-')}" for name in in_table) or "a second RUN"
+        raise UsageError(f"--conditions states all but --seconds and --seed: omit {names}")
+    options = {name: getattr(request, name) for name in taken if name not in ("runs", "out", "conditions")}
+    with shown() as progress:
+        written = generate_many(
+            request.runs[0], str(request.conditions), request.out, **options, progress=progress
+        )
+    index = Path(request.out) / "generated.json"
+    show({"files": written, "index": str(index)}, f"{len(written)} files in {request.out}\nindex: {index}")
 
 
 def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Printer) -> None:

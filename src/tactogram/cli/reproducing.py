@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from tactogram.cli.printing import Printer, columns, text_of
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.worker_options import ON
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,13 @@ class _ReproduceRequest(Request):
         Option(
             "folder for its results (default runs/EXPERIMENT); results of an interrupted or smaller run are reused",
             "DIR",
+        ),
+    ] = None
+    on: Annotated[str, ON] = ""
+    processes: Annotated[
+        int | None,
+        Option(
+            "processes for independent trainings (default: one after the other, on all cores)", "N", least=1
         ),
     ] = None
 

@@ -1,6 +1,6 @@
 """Verbs that train and evaluate models, and pack runs."""
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, fields
 from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, accuracies, columns, lines_of, text_of
@@ -8,7 +8,13 @@ from tactogram.cli.stopping import catch_stop_signals
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import EvaluationRequest
 from tactogram.workflows.request import Argument, Option, Request
-from tactogram.workflows.training.requests import CrossvalRequest, ExportRequest, TrainingOptions
+from tactogram.workflows.training.requests import (
+    CrossvalRequest,
+    ExportRequest,
+    TrainingOptions,
+    TrainingRequest,
+)
+from tactogram.workflows.worker_options import SWEEP_ON
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,11 @@ class _TrainRequest(TrainingOptions):
         ),
     ] = 1
     nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
+    sweep: Annotated[
+        str | None,
+        Option("train with values drawn from this space, and keep the best run; needs --out and Ray", "TOML"),
+    ] = None
+    on: Annotated[str, SWEEP_ON] = "ray"
 
 
 @dataclass(frozen=True)
@@ -51,12 +62,16 @@ def _train(request: _TrainRequest, show: Printer) -> None:
         _refuse_settings(request)
     elif not (request.model and request.data):
         raise UsageError("needs MODEL and --data DIR, or --resume RUN to continue a run")
+    if request.sweep:
+        _sweep(request, show)
+        return
     with catch_stop_signals() as stop, shown() as progress:
         values = vars(request) | {"progress": progress, "stop": stop}
         if request.resume:
             names = ("data", "accelerator", "devices", "nodes", "model_folders", "progress", "stop")
             run = resume(request.resume, **{name: values[name] for name in names})
         else:
+            values = {name: value for name, value in values.items() if name not in ("sweep", "on")}
             run = train(**values | {"resume": request.resume is not None})
     if not is_first_process():
         return
@@ -67,6 +82,22 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     if validation:
         lines.append("validation: " + ", ".join(f"{name} {value:.3f}" for name, value in validation.items()))
     show(result, "\n".join([*lines, *(f"note: {note}" for note in notes)]))
+
+
+def _sweep(request: _TrainRequest, show: Printer) -> None:
+    from tactogram.workflows.progress import shown
+    from tactogram.workflows.training.sweep import sweep
+
+    if request.resume is not None:
+        raise UsageError("--sweep goes on by itself with the same --out: omit --resume")
+    with shown() as progress:
+        values = vars(request) | {"progress": progress, "resume": False}
+        of_training = {
+            field.name: values[field.name] for field in fields(TrainingRequest) if field.name in values
+        }
+        result = sweep(TrainingRequest(**of_training), str(request.sweep), on=request.on)
+    best = ", ".join(f"{key}={value}" for key, value in result["best"].items())
+    show(result, f"run: {result['run']}\nbest of {len(result['trials'])}: {best}\nreport: {result['report']}")
 
 
 def _refuse_settings(request: _TrainRequest) -> None:

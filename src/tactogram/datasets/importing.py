@@ -10,7 +10,7 @@ from typing import Any, Self
 
 from tactogram.datasets.importer import ImportedPhotograph, Importer, ImportItem, importer
 from tactogram.datasets.ratings.ratings import Ratings, item_of
-from tactogram.datasets.reading import read_all
+from tactogram.datasets.reading import Reader, read_all
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.photographs import Photograph, read_photograph
@@ -28,6 +28,7 @@ def import_dataset(
     options: Mapping[str, Any] | None = None,
     skip_bad: bool = False,
     workers: int | None = None,
+    read: Reader = read_all,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Read the data set in ``path`` into a store at ``out``.
@@ -46,6 +47,8 @@ def import_dataset(
         Report unreadable files and continue; otherwise the first one stops the import.
     workers : int, optional
         Processes that read; by default one per core.
+    read : callable
+        Reads the items.
     progress : callable, optional
         Called with the number of items read and the total.
 
@@ -79,7 +82,7 @@ def import_dataset(
     stale = clear_stale_parts(out)
     total = len(items) + len(pictures)
     report = progress or (lambda done, total: None)
-    readings = read_all(set_name, items, workers, lambda done, _: report(done, total))
+    readings = read(set_name, items, workers, lambda done, _: report(done, total))
     target: _StoreComparison | StoreWriter
     if out.exists():
         target = _StoreComparison(open_store(out), path)

@@ -18,6 +18,11 @@ from tactogram.datasets.importer import ImportItem, importer
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError, TactogramError
 
+Reader = Callable[
+    [str, Sequence[ImportItem], int | None, Callable[[int, int], None]],
+    Generator[tuple[ImportItem, list[Recording] | str]],
+]
+"""A function like `read_all`."""
 PATIENCE_S = 2.0
 """What starting processes costs: less is read before they would be ready."""
 
@@ -39,7 +44,7 @@ def read_all(
     while done < len(items) and (
         workers == 1 or (workers is None and (cores() == 1 or monotonic() - started < PATIENCE_S))
     ):
-        yield items[done], _read(importer_name, items[done])
+        yield items[done], read_item(importer_name, items[done])
         done += 1
         progress(done, len(items))
     if done == len(items):
@@ -51,7 +56,7 @@ def read_all(
         rest = iter(items[done:])
         while done < len(items):
             for item in islice(rest, 3 * workers - len(pending)):
-                pending.append((item, pool.submit(_read, importer_name, item)))
+                pending.append((item, pool.submit(read_item, importer_name, item)))
             item, future = pending.popleft()
             try:
                 yield item, future.result()
@@ -66,7 +71,8 @@ def read_all(
         pool.shutdown(cancel_futures=True)
 
 
-def _read(importer_name: str, item: ImportItem) -> list[Recording] | str:
+def read_item(importer_name: str, item: ImportItem) -> list[Recording] | str:
+    """Return the recordings of an item, or one line on what is wrong with it."""
     try:
         for path in item.paths:
             if not path.is_file():

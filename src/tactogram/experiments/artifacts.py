@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets import Store, open_store
-from tactogram.errors import DataError
+from tactogram.errors import DataError, TactogramError
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.train import train
+from tactogram.workflows.workers import absolute, run_tasks
+from tactogram.workflows.workers.kept import PAGE
+from tactogram.workflows.workers.page import followed
 
 
 def find_or_simulate(
@@ -40,6 +44,56 @@ def trained_run(model: str, store: Store, run: Path, *, progress: ProgressCallba
     """Return ``run`` after training it, or continuing it if it exists; ``options`` are those of `train`."""
     train(model, store.path, out=run, resume=(run / "recipe.toml").exists(), progress=progress, **options)
     return run
+
+
+@dataclass(frozen=True)
+class Training:
+    """A training that depends on no other of its experiment; ``options`` are those of `train`."""
+
+    model: str
+    store: Path | str
+    run: Path
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def train_all(
+    trainings: Sequence[Training],
+    folder: Path,
+    *,
+    on: str = "",
+    processes: int | None = None,
+    progress: ProgressCallback,
+) -> None:
+    """Carry out trainings on workers, each on one thread; `PAGE` in ``folder`` shows their progress.
+
+    Without ``on`` and ``processes`` nothing happens: `trained_run` trains each as it is needed. On a cluster all nodes
+    share the folder.
+
+    Raises
+    ------
+    TactogramError
+        If trainings failed, once all others are finished; it names the first.
+    """
+    if not on and processes is None:
+        return
+    sent = [
+        Training(one.model, Path(absolute(one.store)), Path(absolute(one.run)), one.options)
+        for one in trainings
+    ]
+    outcomes = run_tasks(_trained, sent, on=on, name=_run_name, processes=processes or 1, progress=progress)
+    shown = followed(outcomes, folder / PAGE, sent, title="trainings", name=_run_name)
+    failed = [f"{_run_name(one.task)}: {one.error}" for one in shown if one.error is not None]
+    if failed:
+        raise TactogramError(f"{len(failed)} of {len(sent)} trainings failed; {failed[0]}")
+
+
+def _run_name(training: Training) -> str:
+    return training.run.name
+
+
+def _trained(training: Training) -> None:
+    store = open_store(training.store)
+    trained_run(training.model, store, training.run, **training.options, progress=silent)
 
 
 def cached_result(

@@ -23,7 +23,7 @@ from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.evaluation.measures.geometry_score import geometry_score
 from tactogram.evaluation.pictures.figures import COLOURS
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import cached_result, find_or_simulate, trained_run
+from tactogram.experiments.artifacts import Training, cached_result, find_or_simulate, train_all, trained_run
 from tactogram.experiments.picture_cells import spread, text_of
 from tactogram.features.registered_pairs import FrictionBatch
 from tactogram.model import Example
@@ -79,6 +79,8 @@ def run(
     fabrics: str = "",
     ablations: str = ",".join(ABLATIONS),
     trainings: int = 3,
+    on: str = "",
+    processes: int | None = None,
 ) -> dict[str, Any]:
     """Return figures of FrictGAN, of its ablations and of texture-free models; draw Figure 3 and the mixes.
 
@@ -94,26 +96,32 @@ def run(
         Names of `ABLATIONS`, separated by commas; may be empty.
     trainings : int
         Seeds of each model.
+    on, processes
+        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "fabrics", given=data, progress=progress)
     names = fabrics_of(store, fabrics)
     methods: dict[str, list[dict[str, Any]]] = {}
-    for method in (PROPOSED, *_listed(ablations, tuple(ABLATIONS), "ablations")):
-        changes = ABLATIONS.get(method, {})
-        for seed in range(trainings):
-            run = folder / "runs" / f"{method.replace(' ', '-')}-{seed}"
-            trained_run(
-                "frictgan",
-                store,
-                run,
-                recipe="paper" if paper else "quick",
-                changes={**changes, "seed": seed},
-                where={"material": "|".join(names)},
-                split="all",
-                progress=progress,
-            )
-            for name in (method, *(MODELS if method == PROPOSED else ())):
-                methods.setdefault(name, []).append(_cell(folder, run, name, seed))
+    runs = {
+        (method, seed): Training(
+            "frictgan",
+            store.path,
+            folder / "runs" / f"{method.replace(' ', '-')}-{seed}",
+            {
+                "recipe": "paper" if paper else "quick",
+                "changes": {**ABLATIONS.get(method, {}), "seed": seed},
+                "where": {"material": "|".join(names)},
+                "split": "all",
+            },
+        )
+        for method in (PROPOSED, *_listed(ablations, tuple(ABLATIONS), "ablations"))
+        for seed in range(trainings)
+    }
+    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
+    for (method, seed), training in runs.items():
+        run = trained_run(training.model, store, training.run, **training.options, progress=progress)
+        for name in (method, *(MODELS if method == PROPOSED else ())):
+            methods.setdefault(name, []).append(_cell(folder, run, name, seed))
     learner, examples = _loaded(folder / "runs" / "frictgan-0")
     windows = fabric_windows(learner, examples, "test")
     said = f"{store.name}, {learner.config.protocol}"

@@ -26,6 +26,8 @@ def reproduce(
     recipe: str = "bench",
     out: Path | str | None = None,
     options: Mapping[str, Any] | None = None,
+    on: str = "",
+    processes: int | None = None,
     package: str = "tactogram.experiments",
     progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
@@ -43,6 +45,10 @@ def reproduce(
         Folder of its artifacts; default ``runs/NAME``. Data and finished runs in it are used again.
     options : mapping, optional
         Keyword arguments of the experiment's ``run``, such as ``{"model": "ar_texture"}``.
+    on : str
+        ``ray`` or ``ray:ADDRESS``: where the experiment's independent trainings run, see `run_tasks`.
+    processes : int, optional
+        Of this machine, for these trainings, each on one thread; by default one training after the other, on all cores.
     package : str
         Package of the experiments.
 
@@ -74,11 +80,15 @@ def reproduce(
             raise ParameterError(
                 f"option of {name} must be one of {', '.join(available) or 'none'}, got {key!r}"
             )
+    workers: dict[str, Any] = {"on": on} if on else {}
+    workers |= {} if processes is None else {"processes": processes}
+    if workers and "on" not in available:
+        raise ParameterError(f"{name} has no independent trainings for workers: omit `on` and `processes`")
     folder = Path(out) if out else Path("runs") / name
     check_writable(folder, folder=True)
     folder.mkdir(parents=True, exist_ok=True)
     given = dict(options or {}) | ({"data": data} if data else {})
-    result: dict[str, Any] = run(folder, paper=recipe == "paper", progress=progress, **given)
+    result: dict[str, Any] = run(folder, paper=recipe == "paper", progress=progress, **given, **workers)
     header = {
         "experiment": name,
         "recipe": recipe,

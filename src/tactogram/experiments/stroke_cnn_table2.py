@@ -23,10 +23,19 @@ BENCH_FOLDS = 2
 BENCH = {"config.window": 200, "config.batch_size": 32, "config.steps": 300, "config.hop": 0.5}
 
 
-def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = "") -> dict[str, Any]:
+def run(
+    folder: Path,
+    *,
+    paper: bool,
+    progress: ProgressCallback,
+    data: str = "",
+    on: str = "",
+    processes: int | None = None,
+) -> dict[str, Any]:
     """Return accuracy per speed and mixed, in %, mean and spread over folds.
 
     ``data`` is a store with contactors and speeds, by default simulated; those of the speeds that it has are compared.
+    ``on`` and ``processes`` are those of `crossval`.
     """
     store = find_or_simulate(folder / "data", "stroking30", given=data, progress=progress)
     speeds = {f"{info.speed_mm_s:g}" for info in store.index if info.speed_mm_s is not None} | {"mixed"}
@@ -39,7 +48,14 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = ""
             continue
         where = {} if speed == "mixed" else {"speed_mm_s": speed}
         found = crossval(
-            "stroke_cnn", store.path, where=where, out=folder / f"speed-{speed}", **options, progress=progress
+            "stroke_cnn",
+            store.path,
+            where=where,
+            out=folder / f"speed-{speed}",
+            **options,
+            on=on,
+            processes=processes,
+            progress=progress,
         )
         windows = [100 * fold["window_accuracy"] for fold in found["per_fold"]]
         rows[speed] = {

@@ -18,7 +18,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import find_or_simulate, kind_of, trained_run
+from tactogram.experiments.artifacts import Training, find_or_simulate, kind_of, train_all, trained_run
 from tactogram.experiments.nine_textures import materials_of
 from tactogram.signal import Image, Signal
 from tactogram.training.run import Run
@@ -44,6 +44,8 @@ def run(
     recipes: str = "",
     steps: str = "",
     batch_size: int = 0,
+    on: str = "",
+    processes: int | None = None,
 ) -> dict[str, Any]:
     """Return the figures' files, and each texture's distance between generated and recorded strokes.
 
@@ -61,6 +63,8 @@ def run(
         Numbers of steps, separated by commas, each trained with each recipe; default: the recipe's.
     batch_size : int
         Signals per update; 0 for the recipe's.
+    on, processes
+        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "stroking9", given=data, progress=progress)
     materials = materials_of(store)
@@ -76,8 +80,14 @@ def run(
     files: dict[str, str] = {}
     found: dict[str, dict[str, Any]] = {}
     real: dict[str, list[Signal]] = {}
+    runs = {
+        name: Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
+        for name, (recipe, changes) in trainings.items()
+    }
+    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
     for name, (recipe, changes) in trainings.items():
-        out = trained_run(model, store, folder / name, recipe=recipe, changes=changes, progress=progress)
+        training = runs[name]
+        out = trained_run(training.model, store, training.run, **training.options, progress=progress)
         real = real or {texture: recorded(out, material) for texture, material in materials.items()}
         made = {texture: _signals(out, materials[texture], strokes) for texture, strokes in real.items()}
         drawn = _draw(folder, name, real, made, kind_of(store))

@@ -17,7 +17,7 @@ from statistics import mean, stdev
 from typing import Any
 
 from tactogram.evaluation.mixing.placement import IndistinctEndsError
-from tactogram.experiments.artifacts import find_or_simulate, kind_of, trained_run
+from tactogram.experiments.artifacts import Training, find_or_simulate, kind_of, train_all, trained_run
 from tactogram.experiments.nine_textures import materials_of
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.progress import ProgressCallback
@@ -64,6 +64,8 @@ def run(
     batch_size: int = 0,
     trainings: int = 3,
     baselines: str = "ar_texture,replay",
+    on: str = "",
+    processes: int | None = None,
 ) -> dict[str, Any]:
     """Return for every pair the positions of the steps, whether they are monotone, and where Tile takes over.
 
@@ -83,6 +85,8 @@ def run(
         Number of seeds, each with its own split.
     baselines : str
         Models to compare with, separated by commas, trained once each; may be empty.
+    on, processes
+        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "stroking9", given=data, progress=progress)
     materials = materials_of(store)
@@ -94,13 +98,23 @@ def run(
         name: range(1) for name in baselines.split(",") if name and name not in chosen
     }
     recipes = {name: (recipe if name in chosen else "") or default for name in lines}
+    runs = {
+        (name, seed): Training(
+            name,
+            store.path,
+            folder / f"{name}-{seed}",
+            {"recipe": recipes[name], "changes": {"seed": seed} | (changed if name in chosen else {})},
+        )
+        for name, seeds in lines.items()
+        for seed in seeds
+    }
+    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
     models: dict[str, Any] = {}
     for name, seeds in lines.items():
         found: dict[str, list[dict[str, Any]]] = {}
         for seed in seeds:
-            out = folder / f"{name}-{seed}"
-            changes = {"seed": seed} | (changed if name in chosen else {})
-            trained_run(name, store, out, recipe=recipes[name], changes=changes, progress=progress)
+            training = runs[name, seed]
+            out = trained_run(training.model, store, training.run, **training.options, progress=progress)
             pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
             for other, mode in pairs:
                 place = folder / "ladders" / f"{name}-{seed}" / f"{other}-{mode}"

@@ -18,7 +18,7 @@ from tactogram.datasets.simulate.raters import draw_people, score_vibrations
 from tactogram.errors import ParameterError
 from tactogram.evaluation.checkpoint_selection import SelectionRule, choose, smoothed
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, reproduction
-from tactogram.experiments.artifacts import find_or_simulate, trained_run
+from tactogram.experiments.artifacts import Training, find_or_simulate, train_all, trained_run
 from tactogram.experiments.image_cells import plates_of
 from tactogram.experiments.ultrasonic_cgan_figure7 import GROUPS, PEOPLE, SIMULATED_RATERS, chosen_groups
 from tactogram.models.ultrasonic_cgan import Config
@@ -43,6 +43,8 @@ def run(
     groups: str = "A,B,C,D,E",
     iterations: int = 0,
     finished: bool = False,
+    on: str = "",
+    processes: int | None = None,
 ) -> dict[str, Any]:
     """Return the outcome of each cluster's training by both rules, of each group, and the errors of its signals.
 
@@ -58,6 +60,8 @@ def run(
         Of each training; 0 for the recipe's.
     finished : bool
         Report the runs that are finished, and train none.
+    on, processes
+        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
     plates = plates_of(store)
@@ -71,17 +75,21 @@ def run(
     changes |= {"config.iterations": iterations} if iterations else {}
     clusters: dict[tuple[str, ...], dict[str, Any]] = {}
     made: dict[tuple[str, ...], WordGenerationResult] = {}
+    runs: dict[tuple[str, ...], Training] = {}
     for plates_in in dict.fromkeys(one for held in members.values() for one in held):
-        out = (
-            folder / "runs" / ("plates-" + "-".join(name.removeprefix("plate") for name in plates_in) + "-0")
-        )
-        if finished and not (out / "model.json").is_file():
-            continue
         others = [name for name in plates.names if name not in plates_in]
-        trained_run(
-            "ultrasonic_cgan", store, out, recipe=recipe, split="all", progress=progress, changes=changes,
-            where={"material": "!" + "|".join(others)} if others else None,
-        )  # fmt: skip
+        where = {"material": "!" + "|".join(others)} if others else None
+        runs[plates_in] = Training(
+            "ultrasonic_cgan",
+            store.path,
+            folder / "runs" / ("plates-" + "-".join(name.removeprefix("plate") for name in plates_in) + "-0"),
+            {"recipe": recipe, "split": "all", "changes": changes, "where": where},
+        )
+    if finished:
+        runs = {name: one for name, one in runs.items() if (one.run / "model.json").is_file()}
+    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
+    for plates_in, training in runs.items():
+        out = trained_run(training.model, store, training.run, **training.options, progress=progress)
         clusters[plates_in] = _outcome(out) | {
             "plates": list(plates_in),
             "figure": (out / "figures/spectra.png").relative_to(folder).as_posix(),

@@ -23,6 +23,7 @@ EXTRAS = {
     "daq": "National Instruments devices",
     "dwf": "Digilent Analog Discovery",
     "studio": "studio and studies in the browser",
+    "ray": "tasks on several machines, sweeps",
     "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.signal_options import SignalOptions
+from tactogram.workflows.worker_options import ON
 
 _WORKERS = Option("processes (default: all cores)", least=1)
 
@@ -28,6 +29,7 @@ class ImportRequest(Request):
         Option("facts that the files do not state, e.g. rate=1000", "KEY=VALUE", "--set"),
     ] = None
     workers: Annotated[int | None, _WORKERS] = None
+    on: Annotated[str, ON] = ""
     progress: ProgressCallback = silent
 
 
@@ -36,7 +38,8 @@ class SimulationRequest(Request):
     """A data set to simulate into a store that must not exist.
 
     With ``photographs`` the store has photographs of each surface, at places that do not overlap, for learning from
-    photographs, and its recordings have none of their own. The recordings are the same for any number of ``workers``.
+    photographs, and its recordings have none of their own. The recordings are the same for any number of ``workers``,
+    and on Ray.
     """
 
     set_name: Annotated[str, Argument(metavar="SET")]
@@ -63,6 +66,7 @@ class SimulationRequest(Request):
         None
     )
     workers: Annotated[int | None, _WORKERS] = None
+    on: Annotated[str, ON] = ""
     progress: ProgressCallback = silent
 
 

@@ -1,22 +1,23 @@
-"""Simulation of a store of recordings, on all cores."""
+"""Simulation of a store of recordings, on all cores or on Ray."""
 
 from __future__ import annotations
 
-import multiprocessing
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tactogram.datasets import Recording, create_store
+from tactogram.datasets import create_store
 from tactogram.datasets.examples import cores
 from tactogram.datasets.simulate import RecordingTask, make, study, surface_photographs, tasks
+from tactogram.errors import TactogramError
 from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
+from tactogram.workflows.workers import Outcome, run_tasks
+from tactogram.workflows.workers.ordered import in_order
+from tactogram.workflows.workers.page import followed
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -60,7 +61,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         raters=raters,
         signals=signals,
         random=random,
-        each=partial(_each, workers=request.workers or cores(), progress=request.progress),
+        each=lambda function, surfaces: _made(function, surfaces, _pieces(surfaces), "rate", request),
     )
     given = {
         "per-class": per_class,
@@ -82,7 +83,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
     )
     store = create_store(
         Path(request.out),
-        chain(_made(todo, request.workers or cores(), request.progress), rated.recordings if rated else ()),
+        chain(_made(make, todo, _by_surface(todo), "simulate", request), rated.recordings if rated else ()),
         name=f"{set_name} (simulated)",
         licence="CC0-1.0",
         source=command,
@@ -104,52 +105,58 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
     return report
 
 
-def _made(todo: list[RecordingTask], workers: int, progress: ProgressCallback) -> Iterator[Recording]:
-    if workers == 1 or len(todo) < 2 * workers:
-        yield from _counted(map(make, todo), len(todo), progress)
+def _made(
+    function: Callable[[T], R],
+    items: Sequence[T],
+    chunks: Iterable[list[T]],
+    title: str,
+    request: SimulationRequest,
+) -> Iterator[R]:
+    """Yield ``function`` of each item, in order; a worker makes a chunk of them at a time."""
+    workers = request.workers or cores()
+    if not request.on and (workers == 1 or len(items) < 2 * workers):
+        yield from _counted(map(function, items), len(items), request.progress, title)
         return
-    yield from _counted(_in_order(todo, workers), len(todo), progress)
+    numbered = list(enumerate(chunks))
+    outcomes = run_tasks(partial(_all, function), numbered, on=request.on, processes=workers)
+    if request.on:
+        page, name = Path(f"{request.out}-{title}-workers.html"), _chunk_name
+        outcomes = followed(outcomes, page, numbered, title=title, name=name, simulated=True)
+    yield from _counted(_values(in_order(outcomes)), len(items), request.progress, title)
 
 
-def _in_order(todo: list[RecordingTask], workers: int) -> Iterator[Recording]:
-    """Yield recordings in the order of ``todo``, with few waiting at a time.
+def _values(outcomes: Iterable[Outcome[tuple[int, list[T]], list[R]]]) -> Iterator[R]:
+    for outcome in outcomes:
+        if outcome.value is None:
+            raise TactogramError(f"simulation, {_chunk_name(outcome.task)}: {outcome.error}")
+        yield from outcome.value
 
-    A process makes some recordings of one surface at a time, since its height field costs more than a stroke. An
-    executor, not a pool: it reports a process that dies, where a pool waits for ever.
+
+def _chunk_name(chunk: tuple[int, list[Any]]) -> str:
+    return f"chunk {chunk[0] + 1}, {len(chunk[1])} items"
+
+
+def _all(function: Callable[[T], R], chunk: tuple[int, list[T]]) -> list[R]:
+    return [function(item) for item in chunk[1]]
+
+
+def _by_surface(todo: Iterable[RecordingTask]) -> Iterator[list[RecordingTask]]:
+    """Yield runs of up to `CHUNK` recordings that one contactor makes of one surface.
+
+    A process makes some recordings of one surface at a time, since its height field costs more than a stroke.
     """
-    chunks = _chunks(todo)
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as executor:
-        waiting = deque(executor.submit(_make_all, chunk) for chunk in islice(chunks, 2 * workers))
-        while waiting:
-            yield from waiting.popleft().result()
-            waiting.extend(executor.submit(_make_all, chunk) for chunk in islice(chunks, 1))
-
-
-def _each(
-    function: Callable[[T], R], items: list[T], *, workers: int, progress: ProgressCallback
-) -> Iterator[R]:
-    """Yield ``function`` of each item, in order."""
-    if workers == 1 or len(items) < 2 * workers:
-        yield from _counted(map(function, items), len(items), progress, "rate")
-        return
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as executor:
-        yield from _counted(executor.map(function, items, chunksize=CHUNK), len(items), progress, "rate")
-
-
-def _chunks(todo: Iterable[RecordingTask]) -> Iterator[list[RecordingTask]]:
-    """Yield runs of up to `CHUNK` recordings that one contactor makes of one surface."""
     for _, same in groupby(todo, key=lambda task: (task.surface, task.contactor)):
-        while chunk := list(islice(same, CHUNK)):
-            yield chunk
+        yield from _pieces(same)
 
 
-def _make_all(chunk: list[RecordingTask]) -> list[Recording]:
-    return [make(task) for task in chunk]
+def _pieces(items: Iterable[T]) -> Iterator[list[T]]:
+    """Yield runs of up to `CHUNK` items."""
+    rest = iter(items)
+    while chunk := list(islice(rest, CHUNK)):
+        yield chunk
 
 
-def _counted(
-    results: Iterable[R], total: int, progress: ProgressCallback, stage: str = "simulate"
-) -> Iterator[R]:
+def _counted(results: Iterable[R], total: int, progress: ProgressCallback, stage: str) -> Iterator[R]:
     for done, result in enumerate(results, start=1):
         yield result
         progress(stage, done, total)

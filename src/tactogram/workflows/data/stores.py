@@ -20,12 +20,14 @@ from tactogram.datasets import (
 )
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset
+from tactogram.datasets.reading import Reader, read_all
 from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import is_remote
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
+from tactogram.workflows.data.cluster_reading import read_on
 from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
@@ -67,13 +69,18 @@ def import_store(request: ImportRequest) -> dict[str, Any]:
 
 
 def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
+    path = Path(request.path)
+    read: Reader = read_all
+    if request.on:
+        path, read = path.absolute(), partial(read_on, request.on, Path(f"{out}-workers.html"))
     return import_dataset(
         request.set_name,
-        Path(request.path),
+        path,
         out,
         options=request.options,
         skip_bad=request.skip_bad,
         workers=request.workers,
+        read=read,
         progress=partial(request.progress, "reading"),
     )
 

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import json
 import operator
+import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial, reduce
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, cast
+
+import numpy as np
 
 from tactogram.datasets import Examples, Split, contiguous_blocks, kfold, signal_kind
 from tactogram.datasets.scratch import scratch
@@ -18,11 +23,14 @@ from tactogram.evaluation.classification import ClassificationResult, evaluate_c
 from tactogram.evaluation.figures import confusion_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Classifier, window_of
+from tactogram.recipe import run_id
 from tactogram.workflows.evaluation.crossval_setup import CrossvalSetup, write_results
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.plan import labelled, make_split
 from tactogram.workflows.training.requests import CrossvalRequest
 from tactogram.workflows.training.train import run_training
+from tactogram.workflows.workers.kept import kept_values
 
 CONFUSION = "Share of the windows of each true class (row) that were answered so (column), as in Table I of the paper."
 
@@ -35,6 +43,8 @@ def crossval(request: CrossvalRequest) -> dict[str, Any]:
     it has fewer, as in the three long takes of Saga et al., each recording is divided into ``folds``
     contiguous blocks with a gap of one window between training and test: the closest fair reading of their
     "divided into ten parts". With ``split`` ``last=N`` there is one test, on the last N recordings of each material.
+    Each fold runs on one thread, so that ``on`` and ``processes`` change no figure; one that is done is kept in the
+    folder until all are, and a cross-validation that was killed goes on when it is started again.
 
     Returns
     -------
@@ -56,7 +66,7 @@ def crossval(request: CrossvalRequest) -> dict[str, Any]:
         described += f"; only {len(run_splits)} of the {len(splits)} folds were run"
     description = setup.description(described, label=request.label)
     folder = setup.folder(description)
-    results, rate = _evaluated_folds(setup, run_splits)
+    results, rate = _evaluated_folds(setup, run_splits, folder)
     result = reduce(operator.add, results)
     store = setup.store
     figures: dict[str, Any] = {
@@ -77,25 +87,79 @@ def crossval(request: CrossvalRequest) -> dict[str, Any]:
     return figures
 
 
+@dataclass(frozen=True)
+class _Fold:
+    """A fold for a worker."""
+
+    request: CrossvalRequest
+    parts: Split
+    number: int
+    total: int
+    prepared: Path
+    """Folder of prepared signals, for those on this machine."""
+
+    @property
+    def name(self) -> str:
+        return f"fold {self.number}/{self.total}"
+
+
 def _evaluated_folds(
-    setup: CrossvalSetup, splits: Sequence[Split]
+    setup: CrossvalSetup, splits: Sequence[Split], folder: Path
 ) -> tuple[list[ClassificationResult], float]:
-    """Return the results of classifiers trained and tested on each split, and their rate, Hz."""
-    results: list[ClassificationResult] = []
-    recipe, store, progress = setup.recipe, setup.store, setup.request.progress
+    """Return the results of classifiers trained and tested on each split, and their rate, Hz.
+
+    Until the last one is done, those that are stay in ``folder``, for a cross-validation that is started again.
+    """
+    request, kept = setup.request, folder / "folds"
+    processes = setup.processes(len(splits))
+    sent = setup.request_for_workers()
+    facts = {"model": request.model, "label": request.label, **setup.recipe.resolved(setup.config)}
+    ids = [run_id(facts | {"parts": parts.as_dict()}, setup.store.sha256) for parts in splits]
     with scratch() as prepared:
-        cut = partial(Examples, store, prepare=recipe.prepare, label=setup.request.label, cache_dir=prepared)
-        for number, parts in enumerate(splits, start=1):
-            examples = cut((*parts.train, *parts.validation))
-            examples.prepare_all(progress=partial(progress, f"prepare {number}/{len(splits)}"))
-            kind = signal_kind(examples, simulated=store.simulated)
-            learner = setup.learner(kind, seed=recipe.seed)
-            if not isinstance(learner, Classifier):
-                raise ParameterError(f"{setup.facts.name} is not a classifier: crossval needs one")
-            task = f"fold {number}/{len(splits)} " if len(splits) > 1 else ""
-            run_training(learner, examples, recipe, task=task, progress=progress)
-            results.append(evaluate_classifier(learner, cut(parts.test)))
-    return results, kind.rate
+        folds = [_Fold(sent, parts, n, len(splits), prepared) for n, parts in enumerate(splits, start=1)]
+        alone = processes == 1 and not request.on
+        values = kept_values(
+            partial(_fold_value, progress=request.progress) if alone else _fold_value,
+            folds,
+            [kept / f"{id}.json" for id in ids],
+            folder=folder,
+            title="cross-validation",
+            name=attrgetter("name"),
+            on=request.on,
+            processes=processes,
+            simulated=setup.store.simulated,
+            progress=silent if len(folds) == 1 else request.progress,
+        )
+    shutil.rmtree(kept)
+    counts = [
+        {name: np.array(value[name], np.int64) for name in ("windows", "recordings")} for value in values
+    ]
+    materials = [tuple(value["materials"]) for value in values]
+    results = [ClassificationResult(of, **found) for of, found in zip(materials, counts, strict=True)]
+    return results, values[-1]["rate_hz"]
+
+
+def _fold_value(fold: _Fold, progress: ProgressCallback = silent) -> dict[str, Any]:
+    """Return the counts of a classifier that is trained and tested on a split, as JSON types."""
+    setup = CrossvalSetup.of(fold.request, task="classification")
+    recipe, store, parts = setup.recipe, setup.store, fold.parts
+    cache = fold.prepared if fold.prepared.is_dir() else None
+    cut = partial(Examples, store, prepare=recipe.prepare, label=fold.request.label, cache_dir=cache)
+    examples = cut((*parts.train, *parts.validation))
+    examples.prepare_all(progress=partial(progress, f"prepare {fold.number}/{fold.total}"))
+    kind = signal_kind(examples, simulated=store.simulated)
+    learner = setup.learner(kind, seed=recipe.seed)
+    if not isinstance(learner, Classifier):
+        raise ParameterError(f"{setup.facts.name} is not a classifier: crossval needs one")
+    task = f"{fold.name} " if fold.total > 1 else ""
+    run_training(learner, examples, recipe, task=task, progress=progress)
+    result = evaluate_classifier(learner, cut(parts.test))
+    return {
+        "materials": list(result.materials),
+        "windows": result.windows.tolist(),
+        "recordings": result.recordings.tolist(),
+        "rate_hz": kind.rate,
+    }
 
 
 def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from tactogram import models
 from tactogram.datasets import RecordingInfo, Store, open_store
+from tactogram.datasets.examples import cores
 from tactogram.errors import ParameterError
 from tactogram.evaluation.report import save_figure
 from tactogram.model import Kind, Learner
@@ -19,8 +20,10 @@ from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
+from tactogram.workflows.progress import silent
 from tactogram.workflows.training.plan import select
 from tactogram.workflows.training.requests import CrossvalRequest
+from tactogram.workflows.workers import absolute
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,6 +69,24 @@ class CrossvalSetup:
         folder = Path(self.request.out) if self.request.out else folder
         check_writable(folder, folder=True)
         return folder
+
+    def processes(self, folds: int) -> int:
+        """Return the number of processes for so many folds: as requested, by default one per core, on a GPU one."""
+        if self.request.processes is not None or self.request.on:
+            return self.request.processes or 1
+        device = make_fabric(self.recipe.training, accelerator=self.request.accelerator).device.type
+        return min(cores(), folds) if device == "cpu" else 1
+
+    def request_for_workers(self) -> CrossvalRequest:
+        """Return the request as a worker in another folder can carry it out."""
+        request = self.request
+        return replace(
+            request,
+            data=absolute(request.data),
+            recipe=absolute(request.recipe) if request.recipe.endswith(".toml") else request.recipe,
+            model_folders=[absolute(folder) for folder in request.model_folders],
+            progress=silent,
+        )
 
     def learner(self, kind: Kind, *, seed: int) -> Learner:
         """Return an untrained model of a kind of examples on its device."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, cast, get_args
 
@@ -17,11 +19,13 @@ from tactogram.evaluation.ratings.figures import prediction_figure
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, ImageExample, ItemRatings, Kind, Predictor, feature_description
+from tactogram.recipe import run_id
 from tactogram.workflows.evaluation.crossval_setup import CrossvalSetup, write_results
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.requests import CrossvalRequest
 from tactogram.workflows.training.train import run_training
+from tactogram.workflows.workers.kept import kept_values
 
 HeldOut = Literal["item", "rater", "both"]
 ITEM_NAMES = ("item", "recording", "material")
@@ -72,7 +76,8 @@ def crossval_ratings(request: CrossvalRequest) -> dict[str, Any]:
     items = tuple(sorted({str(e.item) for e in examples}))
     ratings = rated.ratings.select(items=items)
     parts = _all_parts(held_out, items, ratings.raters, folds, repeats=repeats, seed=recipe.seed)
-    found, described_by = _predicted(setup, rated.kind(examples), examples, ratings, parts, held_out)
+    data = _RatedData(setup.request_for_workers(), rated.kind(examples), examples, ratings)
+    found, described_by = _predicted(setup, data, parts, held_out, folder)
     figures: dict[str, Any] = {
         **found.as_dict(seed=recipe.seed),
         **description,
@@ -115,39 +120,89 @@ def _all_parts(
 
 
 def _predicted(
-    setup: CrossvalSetup,
-    kind: Kind,
-    examples: Sequence[Rateable],
-    ratings: Ratings,
-    parts: Sequence[Part],
-    held_out: HeldOut,
+    setup: CrossvalSetup, data: _RatedData, parts: Sequence[Part], held_out: HeldOut, folder: Path
 ) -> tuple[PredictedRatings, str | None]:
     """Return the predictions of each part by a model trained on the rest, and a description of its features.
 
     A repetition is a row; where raters are held out each part is one, for all items are predicted in each.
     """
-    items, described_by = ratings.items, None
+    values = _part_values(setup, data, parts, folder)
+    ratings = data.ratings
     rows = len(parts) if held_out == "rater" else parts[-1][0] + 1
-    scores, truth, constant = (np.full((rows, len(items), len(ratings.words)), np.nan) for _ in range(3))
-    place = {item: number for number, item in enumerate(items)}
-    for number, (repeat, unseen_items, unseen_people) in enumerate(parts):
-        setup.request.progress("crossval", number + 1, len(parts))
-        known = _known(examples, unseen_items, unseen_people)
-        learner = setup.learner(kind, seed=setup.recipe.seed + repeat)
-        learner.stages(known)
-        run_training(learner, known, setup.recipe)
-        if not isinstance(learner, Predictor):
-            raise ParameterError(f"{setup.facts.name} is no predictor of ratings")
-        described_by = feature_description(learner)
+    found = {
+        name: np.full((rows, len(ratings.items), len(ratings.words)), np.nan)
+        for name in ("scores", "constant", "truth")
+    }
+    place = {item: number for number, item in enumerate(ratings.items)}
+    for number, ((repeat, unseen_items, _), value) in enumerate(zip(parts, values, strict=True)):
         row = number if held_out == "rater" else repeat
-        unseen = sorted(unseen_items or items)
-        at = [place[item] for item in unseen]
-        people = ratings.select(raters=sorted(unseen_people)) if unseen_people else ratings
-        scores[row, at] = predicted_scores(learner, examples, unseen)
-        truth[row, at] = _rows(people, unseen)
-        means = {str(e.item): e.rated.means for e in known if e.rated is not None}
-        constant[row, at] = ratings.scale.from_unit(np.nanmean(np.array(list(means.values())), axis=0))
-    return PredictedRatings(ratings.words, items, scores, constant, truth, ratings.cube), described_by
+        at = [place[item] for item in sorted(unseen_items or ratings.items)]
+        for name, array in found.items():
+            array[row, at] = value[name]
+    return PredictedRatings(ratings.words, ratings.items, **found, cube=ratings.cube), values[-1][
+        "described_by"
+    ]
+
+
+@dataclass(frozen=True)
+class _RatedData:
+    """Request and data that all parts share."""
+
+    request: CrossvalRequest
+    kind: Kind
+    examples: Sequence[Rateable]
+    ratings: Ratings
+
+
+def _part_values(
+    setup: CrossvalSetup, data: _RatedData, parts: Sequence[Part], folder: Path
+) -> list[dict[str, Any]]:
+    """Return `_part_value` of each part; those that are done stay in ``folder`` until all are."""
+    request, kept = setup.request, folder / "folds"
+    facts = {
+        "model": request.model,
+        "where": dict(request.where or {}),
+        **setup.recipe.resolved(setup.config),
+    }
+    held_out = [[part[0], *map(sorted, part[1:])] for part in parts]
+    ids = [run_id(facts | {"held_out": one}, setup.store.sha256) for one in held_out]
+    values = kept_values(
+        partial(_part_value, data=data),
+        list(enumerate(parts, start=1)),
+        [kept / f"{id}.json" for id in ids],
+        folder=folder,
+        title="crossval",
+        name=lambda part: f"part {part[0]}/{len(parts)}",
+        on=request.on,
+        processes=setup.processes(len(parts)),
+        simulated=setup.store.simulated,
+        progress=request.progress,
+    )
+    shutil.rmtree(kept)
+    return values
+
+
+def _part_value(numbered: tuple[int, Part], *, data: _RatedData) -> dict[str, Any]:
+    """Return the scores predicted of a part's items, their truth and a constant guess, as JSON types."""
+    _, (repeat, unseen_items, unseen_people) = numbered
+    ratings = data.ratings
+    setup = CrossvalSetup.of(data.request, task="prediction")
+    examples = _known(data.examples, unseen_items, unseen_people)
+    learner = setup.learner(data.kind, seed=setup.recipe.seed + repeat)
+    learner.stages(examples)
+    run_training(learner, examples, setup.recipe)
+    if not isinstance(learner, Predictor):
+        raise ParameterError(f"{setup.facts.name} is no predictor of ratings")
+    unseen = sorted(unseen_items or ratings.items)
+    people = ratings.select(raters=sorted(unseen_people)) if unseen_people else ratings
+    means = {str(e.item): e.rated.means for e in examples if e.rated is not None}
+    constant = ratings.scale.from_unit(np.nanmean(np.array(list(means.values())), axis=0))
+    return {
+        "scores": predicted_scores(learner, data.examples, unseen).tolist(),
+        "truth": _rows(people, unseen).tolist(),
+        "constant": np.broadcast_to(constant, (len(unseen), len(ratings.words))).tolist(),
+        "described_by": feature_description(learner),
+    }
 
 
 def words_table(figures: Mapping[str, Any], *, caption: str = "") -> ReportTable:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.worker_options import ON, PROCESSES
 
 if TYPE_CHECKING:
     from tactogram.datasets import Label
@@ -97,6 +98,8 @@ class CrossvalRequest(TrainingOptions):
     folds: Annotated[int, Option(least=2)] = 10
     only_folds: Annotated[int | None, Option("run only the first N of them", "N", least=1)] = None
     repeats: Annotated[int, Option("for a predictor of ratings: how often folds are redrawn", least=1)] = 3
+    on: Annotated[str, ON] = ""
+    processes: Annotated[int | None, PROCESSES] = None
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,7 @@ def train_plan(
         check_writable(folder, folder=True)
     else:
         progress = silent
-    kind, examples, validation = _material(plan, processes, progress, stop)
+    kind, examples, validation = training_material(plan, processes, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
     if processes.count > 1 and not isinstance(learner, SharedLearner):
@@ -189,7 +189,7 @@ def update_text(stages: Sequence[Stage]) -> str:
     return f"updates in all: {', '.join(totals)}" if totals else ""
 
 
-def _material(
+def training_material(
     plan: TrainingPlan, processes: Processes, progress: ProgressCallback, stop: Callable[[], bool]
 ) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
     """Return the kind of all examples, and those for training and validation."""

@@ -1,5 +1,8 @@
-"""Tasks on several processes of this machine, or on Ray."""
+"""Tasks on several processes of this machine, or on Ray.
+
+Starting a worker imports this package: `kept` and `page`, which need more, are imported by their own names.
+"""
 
 from tactogram.workflows.workers.outcome import Outcome as Outcome
-from tactogram.workflows.workers.page import followed as followed
+from tactogram.workflows.workers.tasks import absolute as absolute
 from tactogram.workflows.workers.tasks import run_tasks as run_tasks

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import logging
+import math
 import os
 import socket
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
@@ -22,6 +24,8 @@ STORE_BYTES = 200_000_000
 """Shared memory of a Ray that is started here: values are small, and containers have little of it."""
 WAITING = 4
 """Tasks per core that Ray holds at a time: enough to keep all cores busy, and few values that wait to be taken."""
+EVERY_S = 2.0
+"""Time after which the cluster is asked again how many cores it has: nodes come and go."""
 # Tasks see the node's GPUs, as processes of the local pool do: Ray would hide them from tasks that reserve none.
 _GPUS = {"RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0"}
 _DRIVER = {"RAY_usage_stats_enabled": "0", **_GPUS}
@@ -33,14 +37,17 @@ def on_ray(
     """Yield the number of each task with its attempt, as they end; "" for ``address`` is a Ray of this machine."""
     with connected(address, processes) as ray:
         remote = ray.remote(num_cpus=1, max_retries=ATTEMPTS - 1, runtime_env={"env_vars": _environment()})
-        attempt = remote(_attempted_on_ray)
+        attempt, shared = remote(_attempted_on_ray), ray.put(function)
         todo = iter(range(len(tasks)))
         running: dict[Any, int] = {}
+        asked, most = -math.inf, 0
         try:
             while True:
-                room = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1))) - len(running)
-                for number in islice(todo, max(room, 0)):
-                    running[attempt.remote(function, tasks[number])] = number
+                if time.monotonic() > asked + EVERY_S:
+                    asked = time.monotonic()
+                    most = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1)))
+                for number in islice(todo, max(most - len(running), 0)):
+                    running[attempt.remote(shared, tasks[number])] = number
                 if not running:
                     break
                 for reference in ray.wait(list(running), num_returns=1)[0]:
@@ -68,19 +75,24 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
     if ray.is_initialized():
         yield ray
         return
-    quiet = {"logging_level": logging.ERROR, "log_to_driver": False}
+    options: dict[str, Any] = {
+        "runtime_env": {"env_vars": _environment()},
+        "logging_level": logging.ERROR,
+        "log_to_driver": False,
+    }
     try:
         if address:
-            ray.init(address, **quiet)
+            _reach(address)
+            ray.init(address, **options)
         else:
             ray.init(
                 "local",
                 num_cpus=processes if processes > 1 else cores(),
                 include_dashboard=False,
                 object_store_memory=STORE_BYTES,
-                **quiet,
+                **options,
             )
-    except (ConnectionError, ValueError, RuntimeError) as error:
+    except Exception as error:  # Ray raises bare ones
         raise ParameterError(
             f"on must be ray or the address of a Ray cluster that runs (`ray start --head` starts one); "
             f"{address or 'the local Ray'}: {one_line(error)}"
@@ -89,6 +101,13 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
         yield ray
     finally:
         ray.shutdown()
+
+
+def _reach(address: str) -> None:
+    """Raise an `OSError` unless something listens at HOST:PORT: Ray would try for minutes."""
+    host, _, port = address.rpartition("/")[2].rpartition(":")
+    if host and port.isdecimal():
+        socket.create_connection((host, int(port)), timeout=10).close()
 
 
 def _environment() -> dict[str, str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TypeVar
 
 from tactogram.errors import ParameterError
@@ -78,3 +79,8 @@ def _outcomes(
         task, done = tasks[number], done + 1
         progress("tasks", done, len(tasks), name(task))
         yield Outcome(task, attempt.value, attempt.error, attempt.seconds, attempt.worker)
+
+
+def absolute(place: Path | str) -> str:
+    """Return a path as workers in other folders find it; an address such as ``s3://store`` stays as it is."""
+    return str(place) if "://" in str(place) else str(Path(place).absolute())

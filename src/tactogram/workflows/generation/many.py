@@ -1,0 +1,211 @@
+"""Signals and images for every condition of a table, on several processes or machines."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from tactogram.datasets.examples import cores
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.recipe import run_id
+from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io.writable import check_writable
+from tactogram.text_files import read_table, read_toml
+from tactogram.validation import validated
+from tactogram.workflows.generation.generate import generate_files, suffixes_for
+from tactogram.workflows.generation.word_scores import needs_words, some_words
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.workers import absolute
+from tactogram.workflows.workers.kept import kept_values
+
+CHUNK = 16
+"""Conditions of a task: loading a run costs more than a signal."""
+FILES = ("image", "vibration", "motion")
+
+
+class ConditionRow(BaseModel):
+    """A row of the table: the options of ``tactogram generate`` of the same names."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    file: str = ""
+    material: str | None = None
+    mix: Mapping[str, float] | None = None
+    text: str | None = None
+    words: Mapping[str, float] | None = None
+    speed: float | None = None
+    force: float | None = None
+    motion: str | None = None
+    image: str | None = None
+    vibration: str | None = None
+    vibration_speed: float | None = None
+    vibration_force: float | None = None
+    seconds: float | None = None
+    seed: int | None = Field(default=None, ge=0)
+
+    @field_validator("mix", "words", mode="before")
+    @classmethod
+    def _weights(cls, value: Any) -> Any:
+        """Read ``cork=0.6,tile=0.4``, as a cell of a CSV file has it."""
+        if not isinstance(value, str):
+            return value
+        pairs = [pair.rpartition("=") for pair in value.split(",")]
+        return {name.strip(): weight for name, _, weight in pairs}
+
+    @property
+    def condition(self) -> dict[str, Any]:
+        """The condition of `generate`, but for words and files."""
+        values = {
+            "material": {self.material: 1.0} if self.material else self.mix,
+            "text": self.text,
+            "speed_mm_s": self.speed,
+            "force_n": self.force,
+            "vibration_speed_mm_s": self.vibration_speed,
+            "vibration_force_n": self.vibration_force,
+        }
+        return {name: value for name, value in values.items() if value is not None}
+
+
+def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
+    """Return the rows of a CSV file with a heading, or of ``[[condition]]`` in a TOML file.
+
+    Those without ``file`` are named by their number; paths in the table are relative to it.
+
+    Raises
+    ------
+    ParameterError
+        If a row is not a `ConditionRow`.
+    DataError
+        If the file has no row, two rows for one file, or material and mix in one.
+    """
+    if path.suffix.lower() == ".toml":
+        found = read_toml(path).get("condition", [])
+        numbered = list(enumerate(found if isinstance(found, list) else [found], start=1))
+    else:
+        numbered = [
+            (number, {name: cell for name, cell in cells.items() if cell})
+            for number, cells in read_table(path)
+        ]
+    if not numbered:
+        raise DataError(f"{path}: must have a condition in each row (TOML: [[condition]]), found none")
+    width, rows = len(str(len(numbered))), []
+    for place, (number, values) in enumerate(numbered, start=1):
+        row = validated(ConditionRow, values, where=f"{path}: row {number}")
+        if row.material and row.mix:
+            raise DataError(f"{path}: row {number}: must have material or mix, got both")
+        files = {name: absolute(path.parent / given) for name in FILES if (given := getattr(row, name))}
+        if files.get("motion") and row.motion == "simulated":
+            del files["motion"]
+        rows.append(row.model_copy(update={"file": row.file or f"{place:0{width}}{suffix}", **files}))
+    if len({row.file for row in rows}) < len(rows):
+        raise DataError(f"{path}: every row must have a file of its own")
+    return rows
+
+
+@dataclass(frozen=True)
+class _Chunk:
+    run: str
+    out: str
+    rows: Sequence[ConditionRow]
+
+    @property
+    def name(self) -> str:
+        first, last = self.rows[0].file, self.rows[-1].file
+        return first if len(self.rows) == 1 else f"{first} to {last}"
+
+
+def generate_many(
+    run: Path | str,
+    conditions: Path | str,
+    out: Path | str,
+    *,
+    seconds: float | None = None,
+    seed: int = 0,
+    on: str = "",
+    processes: int | None = None,
+    progress: ProgressCallback = silent,
+) -> list[dict[str, Any]]:
+    """Write a file per condition of a table into the folder ``out``, each as `generate_files` alone would.
+
+    ``seconds`` and ``seed`` are those of the rows that have none. A call that was killed goes on when it is made again.
+    On a cluster, ``run`` and ``out`` are in a folder that all nodes share.
+
+    Returns
+    -------
+    list of dict
+        As `generate_files`, in the order of the table; also in ``generated.json`` in ``out``.
+
+    Raises
+    ------
+    DataError, ParameterError
+        As `read_conditions`; if the run needs scores of all its words; or a condition is not for its model.
+    """
+    loaded, folder = load_run(run), Path(out)
+    if needs_words(loaded):
+        raise ParameterError(
+            f"conditions must not be for a model that needs scores of words, as {loaded.run.name}"
+        )
+    check_writable(folder, folder=True)
+    rows = read_conditions(Path(conditions), suffix=suffixes_for(loaded.facts.gives)[0])
+    rows = [
+        row.model_copy(
+            update={"seconds": row.seconds or seconds, "seed": seed if row.seed is None else row.seed}
+        )
+        for row in rows
+    ]
+    kept = folder / "made"
+    chunks = [
+        _Chunk(
+            absolute(run) if Path(run).exists() else str(run), absolute(folder), rows[first : first + CHUNK]
+        )
+        for first in range(0, len(rows), CHUNK)
+    ]
+    identity = {"run": loaded.run.data["run_id"]}
+    ids = [run_id(identity | {"rows": [row.model_dump() for row in chunk.rows]}, "") for chunk in chunks]
+    values = kept_values(
+        _made,
+        chunks,
+        [kept / f"{id}.json" for id in ids],
+        folder=folder,
+        title="generate",
+        name=lambda chunk: chunk.name,
+        on=on,
+        processes=processes or min(cores(), len(chunks)),
+        simulated=loaded.simulated,
+        progress=progress,
+    )
+    files: list[dict[str, Any]] = [file for value in values for file in value["files"]]
+    write_text(folder / "generated.json", json.dumps(files, indent=1) + "\n")
+    shutil.rmtree(kept)
+    return files
+
+
+def _made(chunk: _Chunk) -> dict[str, Any]:
+    """Write the files of some rows; return their facts."""
+    loaded, files = load_run(chunk.run), []
+    for row in chunk.rows:
+        condition = row.condition | ({"words": some_words(loaded, row.words)} if row.words else {})
+        write = partial(
+            generate_files,
+            loaded,
+            condition,
+            Path(chunk.out) / row.file,
+            seconds=row.seconds,
+            seed=row.seed or 0,
+            photograph=row.image,
+            recording=row.vibration,
+            motion=row.motion,
+        )
+        try:
+            files += write()
+        except TactogramError as error:
+            raise ParameterError(f"{row.file}: {error}") from error
+    return {"files": files}

@@ -1,0 +1,234 @@
+"""Sweep over a recipe's values by Ray Tune; trials that fall behind are stopped early, and the best one is trained."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.evaluation.report import ReportSection, ReportTable, ReportText, write_report
+from tactogram.extras import imported
+from tactogram.model import CheckpointSelector, Stage
+from tactogram.recipe import run_id
+from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io.writable import check_writable
+from tactogram.training.device import make_fabric
+from tactogram.training.loop import TrainingPosition, fit
+from tactogram.training.processes import Processes
+from tactogram.workflows.progress import silent
+from tactogram.workflows.training.plan import planned
+from tactogram.workflows.training.requests import TrainingRequest, never
+from tactogram.workflows.training.search_space import Dimension, SearchSpace
+from tactogram.workflows.training.train import train, training_material
+from tactogram.workflows.workers import absolute
+from tactogram.workflows.workers.outcome import one_thread
+from tactogram.workflows.workers.ray_cluster import connected
+
+NINTHS, FACTOR = 9, 3
+"""A trial is validated after 1/9, 1/3 and all of its steps, and the best third goes on (Li et al. 2020, ASHA)."""
+
+
+def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") -> dict[str, Any]:
+    """Train a model with drawn values of its recipe, and keep the best run.
+
+    A sweep that was killed goes on when it is started again with the same ``out``.
+
+    Parameters
+    ----------
+    request : TrainingRequest
+        What all trials share; ``out`` is the folder of the sweep.
+    space_file : path
+        A `SearchSpace`.
+    on : str
+        ``ray`` or ``ray:ADDRESS``.
+
+    Returns
+    -------
+    dict
+        ``run`` (of the best values), ``best`` (values by key), ``measure``, ``goal``, ``validation`` (of that run),
+        ``report``, and ``trials``, best first: ``changes``, ``value``, ``ninths`` (of the steps), ``seconds``,
+        ``error``. The folder has ``sweep.json``, ``sweep.html`` and the run, ``best``.
+
+    Raises
+    ------
+    ParameterError
+        If the space is wrong, no trial has a value of its measure, or ``out`` is missing or cannot be written to.
+    MissingExtraError
+        If Ray is not installed.
+    """
+    engine, _, address = on.partition(":")
+    if engine != "ray":
+        raise ParameterError(f"on must be ray or ray:ADDRESS for a sweep, got {on!r}")
+    if request.out is None:
+        raise ParameterError("out must be a folder for a sweep, got none")
+    space, folder = SearchSpace.load(Path(space_file)), Path(request.out).absolute()
+    check_writable(folder, folder=True)
+    plan = planned(request)  # refuses what no trial could do
+    simulated = plan.store.simulated
+    trials_of = run_id({"space": space.model_dump(), "plan": plan.identity}, plan.store.sha256)
+    shared = replace(
+        request,
+        data=absolute(request.data),
+        recipe=absolute(request.recipe) if request.recipe.endswith(".toml") else request.recipe,
+        model_folders=[absolute(one) for one in request.model_folders],
+        out=None,
+        progress=silent,
+        stop=never,
+    )
+    trials = _trials(shared, space, folder / f"trials-{trials_of}", address)
+    request.progress("trials", len(trials), space.trials)
+    if not trials or not math.isfinite(trials[0]["value"]):
+        errors = [one["error"] for one in trials if one["error"]]
+        raise ParameterError(
+            f"no trial has a value of {space.measure}: {errors[0] if errors else 'none ran'}"
+        )
+    best = trials[0]["changes"]
+    run = train(
+        **{
+            **vars(request),
+            "changes": dict(request.changes or {}) | best,
+            "out": folder / "best",
+            "resume": (folder / "best" / "recipe.toml").exists(),
+        }
+    )
+    result: dict[str, Any] = {
+        "run": str(run.folder),
+        "best": best,
+        "measure": space.measure,
+        "goal": space.goal,
+        "validation": run.facts()["validation"],
+        "trials": [one | {"value": one["value"] if math.isfinite(one["value"]) else None} for one in trials],
+    }
+    result["report"] = str(_report(folder / "sweep.html", request.model, result, simulated=simulated))
+    write_text(folder / "sweep.json", json.dumps(result, indent=1) + "\n")
+    return result
+
+
+def _trials(request: TrainingRequest, space: SearchSpace, place: Path, address: str) -> list[dict[str, Any]]:
+    """Return the trials of a sweep, best first."""
+    os.environ.setdefault("RAY_AIR_NEW_OUTPUT", "0")
+    with connected(address):
+        tune: Any = imported("ray.tune", extra="ray", what="a sweep")
+        schedulers: Any = imported("ray.tune.schedulers", extra="ray", what="a sweep")
+        search: Any = imported("ray.tune.search", extra="ray", what="a sweep")
+        trainable = tune.with_resources(
+            tune.with_parameters(_trial, request=request, measure=space.measure, goal=space.goal), {"cpu": 1}
+        )
+        if tune.Tuner.can_restore(str(place)):
+            tuner = tune.Tuner.restore(str(place), trainable=trainable, resume_unfinished=True)
+        else:
+            tuner = tune.Tuner(
+                trainable,
+                param_space={key: _domain(tune, one) for key, one in space.vary.items()},
+                tune_config=tune.TuneConfig(
+                    metric=space.measure,
+                    mode=space.goal,
+                    num_samples=space.trials,
+                    reuse_actors=True,  # a process imports torch for longer than a small trial trains
+                    search_alg=search.BasicVariantGenerator(random_state=space.seed),
+                    scheduler=schedulers.ASHAScheduler(
+                        time_attr="ninths", max_t=NINTHS, grace_period=1, reduction_factor=FACTOR
+                    ),
+                ),
+                run_config=tune.RunConfig(
+                    name=place.name,
+                    storage_path=str(place.parent),
+                    failure_config=tune.FailureConfig(max_failures=3),  # of workers and nodes
+                    verbose=0,
+                ),
+            )
+        found = [
+            {
+                "changes": dict(one.config or {}),
+                "value": float((one.metrics or {}).get(space.measure, _worst(space.goal))),
+                "ninths": int((one.metrics or {}).get("ninths", 0)),
+                "seconds": round(float((one.metrics or {}).get("time_total_s", 0.0)), 2),
+                "error": (one.metrics or {}).get("error") or (str(one.error) if one.error else None),
+            }
+            for one in tuner.fit()
+        ]
+    sign = -1 if space.goal == "max" else 1
+    # Those that ran to the end first: a trial that was stopped was behind the others of its age.
+    return sorted(found, key=lambda one: (one["ninths"] < NINTHS, sign * one["value"]))
+
+
+def _domain(tune: Any, dimension: Dimension) -> Any:
+    if dimension.choices:
+        return tune.choice(list(dimension.choices))
+    low, high = dimension.low, dimension.high
+    if dimension.integer and low is not None and high is not None:
+        draw = tune.lograndint if dimension.log else tune.randint
+        return draw(int(low), int(high) + 1)
+    return (tune.loguniform if dimension.log else tune.uniform)(low, high)
+
+
+def _worst(goal: str) -> float:
+    return -math.inf if goal == "max" else math.inf
+
+
+def _trial(changes: Mapping[str, Any], *, request: TrainingRequest, measure: str, goal: str) -> None:
+    """Train with some values, and report the validation; a `TactogramError` is reported as the worst value."""
+    from ray import tune
+
+    with one_thread():
+        try:
+            _train_and_report(
+                replace(request, changes=dict(request.changes or {}) | dict(changes)), measure, tune
+            )
+        except TactogramError as error:
+            tune.report({measure: _worst(goal), "ninths": NINTHS, "error": str(error)})
+
+
+def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None:
+    plan = planned(request)
+    kind, examples, validation = training_material(plan, Processes(), silent, never)
+    learner = plan.facts.build(plan.config, kind, seed=plan.recipe.seed)
+    learner.setup(make_fabric(plan.recipe.training, accelerator=request.accelerator))
+    if isinstance(learner, CheckpointSelector):
+        learner.set_validation(validation)
+    steps = [stage.steps for stage in learner.stages(examples)]
+    due = {math.ceil(sum(steps) * ninths / NINTHS): ninths for ninths in (1, FACTOR, NINTHS)}
+
+    def on_step(position: TrainingPosition, stage: Stage, losses: dict[str, float]) -> None:
+        done = sum(steps[: position.stage]) + position.step
+        if done in due:
+            found = learner.validate(validation)
+            if measure not in found:
+                raise ParameterError(f"measure must be one of {', '.join(found) or 'none'}, got {measure!r}")
+            tune.report({measure: found[measure], "ninths": due[done]})
+
+    fit(learner, examples, seed=plan.recipe.seed, on_step=on_step)
+
+
+def _report(path: Path, model: str, result: Mapping[str, Any], *, simulated: bool) -> Path:
+    keys = list(result["best"])
+    rows = [
+        (
+            *(one["changes"].get(key) for key in keys),
+            one["value"],
+            f"{one['ninths']}/{NINTHS}",
+            one["seconds"],
+            one["error"],
+        )
+        for one in result["trials"]
+    ]
+    header = (*keys, result["measure"], "of the steps", "seconds", "error")
+    kept = ", ".join(
+        f"{key} = {value:.4g}" if isinstance(value, float) else f"{key} = {value}"
+        for key, value in result["best"].items()
+    )
+    return write_report(
+        path,
+        title=f"Sweep: {model}",
+        summary=f"{len(rows)} trials; the best run, {result['run']}, has {kept}.",
+        simulated=simulated,
+        sections=[
+            ReportSection("Trials", [ReportTable(header, rows, "Best first; early stopping by ASHA.")]),
+            ReportSection("Validation of the best run", [ReportText(json.dumps(result["validation"]))]),
+        ],
+    )

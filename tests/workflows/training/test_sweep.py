@@ -1,0 +1,83 @@
+"""A sweep on a local Ray, and what is refused before Ray is started."""
+
+import json
+import tomllib
+
+import pytest
+
+from tactogram.cli import main
+from tactogram.errors import ParameterError
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.requests import TrainingRequest
+from tactogram.workflows.training.search_space import SearchSpace
+from tactogram.workflows.training.sweep import sweep
+
+SPACE = """measure = "recording_accuracy"
+goal = "max"
+trials = 3
+seed = 1
+[vary]
+"config.learning_rate" = { low = 1e-9, high = 3e-3, log = true }
+"config.batch_size" = { choices = [16] }
+"""
+
+
+@pytest.fixture
+def space(tmp_path):
+    path = tmp_path / "space.toml"
+    path.write_text(SPACE)
+    return path
+
+
+def test_the_best_trial_is_kept_as_a_run_that_can_be_used(store, space, tmp_path, capsys):
+    pytest.importorskip("ray", reason="Ray, of the extra ray, is not installed")
+    out = tmp_path / "out"
+    told = ["train", "stroke_cnn", "--data", str(store), "--recipe", "tiny", "--set", "config.steps=36"]
+    assert main([*told, "--accelerator", "cpu", "--out", str(out), "--sweep", str(space), "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result == json.loads((out / "sweep.json").read_text())
+    assert len(result["trials"]) == 3
+    assert {one["changes"]["config.batch_size"] for one in result["trials"]} == {16}
+    finished = [one for one in result["trials"] if one["ninths"] == 9]
+    assert result["trials"][0] == max(finished, key=lambda one: one["value"])
+    assert result["best"] == result["trials"][0]["changes"]
+    assert result["validation"]["recording_accuracy"] == pytest.approx(result["trials"][0]["value"])
+    assert load_run(out / "best").run.finished
+    assert tomllib.loads((out / "best" / "recipe.toml").read_text())["config"]["steps"] == 36
+    assert "Simulated data" in (out / "sweep.html").read_text()
+
+
+def test_a_range_or_choices_are_drawn_from():
+    space = SearchSpace.model_validate(
+        {
+            "measure": "m",
+            "goal": "min",
+            "vary": {"a": {"choices": [1, "x"]}, "b": {"low": 1, "high": 9, "integer": True}},
+        }
+    )
+    assert space.vary["a"].choices == (1, "x")
+    assert (space.vary["b"].low, space.vary["b"].high, space.trials) == (1, 9, 16)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("choices = [16]", "low = 1", "vary.config.batch_size: must have choices, or low and high"),
+        ("choices = [16]", "low = 3, high = 2", "low must be < high, got 3 and 2"),
+        ("low = 1e-9", "low = -1", "low must be > 0 with log, got -1"),
+        ("choices = [16]", "low = 1.5, high = 3, integer = true", "must be whole with integer"),
+        ('goal = "max"', 'goal = "best"', "goal: must be 'max' or 'min'"),
+        ("seed = 1", "sed = 1", "unknown key 'sed'; known here: goal, measure"),
+    ],
+)
+def test_a_wrong_space_is_refused(space, old, new, message):
+    space.write_text(SPACE.replace(old, new))
+    with pytest.raises(ParameterError, match=message):
+        SearchSpace.load(space)
+
+
+def test_a_sweep_needs_ray_and_a_folder(store, space):
+    with pytest.raises(ParameterError, match="on must be ray or ray:ADDRESS for a sweep, got ''"):
+        sweep(TrainingRequest("stroke_cnn", store), space, on="")
+    with pytest.raises(ParameterError, match="out must be a folder for a sweep"):
+        sweep(TrainingRequest("stroke_cnn", store), space)

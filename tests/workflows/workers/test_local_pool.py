@@ -1,0 +1,133 @@
+"""Tasks on processes of this machine."""
+
+import os
+import re
+import signal
+import sys
+import time
+
+import psutil
+import pytest
+import torch
+import worker_chores as chores
+
+from tactogram.errors import MissingExtraError, ParameterError, TactogramError
+from tactogram.workflows.workers import run_tasks
+from tactogram.workflows.workers.kept import kept_values
+from tactogram.workflows.workers.page import followed
+
+
+def by_task(outcomes):
+    return {outcome.task: outcome for outcome in outcomes}
+
+
+def test_results_are_the_same_to_the_bit_in_this_process_and_in_others():
+    threads = torch.get_num_threads()
+    here = by_task(run_tasks(chores.trained, [1, 2, 3]))
+    elsewhere = by_task(run_tasks(chores.trained, [1, 2, 3], processes=2))
+    assert {task: outcome.value for task, outcome in here.items()} == {
+        task: outcome.value for task, outcome in elsewhere.items()
+    }
+    assert here[1].value[1] == 1
+    assert torch.get_num_threads() == threads
+    assert {outcome.worker for outcome in here.values()} == {"local-0"}
+    assert {outcome.worker for outcome in elsewhere.values()} == {"local-0", "local-1"}
+
+
+def test_an_error_is_an_outcome_of_its_task_alone():
+    seen = []
+    found = by_task(run_tasks(chores.refused, [0, 1, 2], progress=lambda *args: seen.append(args)))
+    assert [found[n].value for n in (0, 1, 2)] == [0, None, 2]
+    assert [found[n].error for n in (0, 1, 2)] == [None, "number must be 0 or 2, got 1", None]
+    assert seen == [("tasks", n + 1, 3, str(n)) for n in range(3)]
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_bug_is_raised(processes):
+    with pytest.raises(ZeroDivisionError, match="is a bug"):
+        list(run_tasks(chores.broken, [1, 2], processes=processes))
+
+
+def test_a_killed_process_costs_its_task_which_is_done_again(tmp_path):
+    files = [str(tmp_path / name) for name in ("a", "deadly-b", "c", "deadly-d", "e")]
+    found = by_task(run_tasks(chores.deadly_once, files, processes=2))
+    assert {outcome.value for outcome in found.values()} == {"a", "deadly-b", "c", "deadly-d", "e"}
+
+
+def test_a_task_that_kills_every_process_fails_and_the_others_do_not():
+    found = by_task(run_tasks(chores.always_deadly, [0, 1], processes=2))
+    assert found[0].value == 0
+    assert found[1].error.startswith("4 workers died while they did it")
+
+
+def test_processes_end_when_the_driver_takes_no_more(tmp_path):
+    outcomes = run_tasks(chores.waits, [(str(tmp_path), "a"), (str(tmp_path), "b")], processes=2)
+    before = set(psutil.Process().children(recursive=True))
+    with pytest.raises(KeyboardInterrupt):
+        interrupted(outcomes, tmp_path)
+    del outcomes
+    running = {int(re.search(r"\.(\d+)\.", f.name)[1]) for f in tmp_path.glob("*.started")}
+    assert running
+    assert not running & {p.pid for p in psutil.Process().children(recursive=True)} - before
+
+
+def interrupted(outcomes, folder):
+    """Take outcomes until a task runs, then press Ctrl-C."""
+    from threading import Thread
+
+    def press():
+        while not list(folder.glob("*.started")):
+            time.sleep(0.05)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    Thread(target=press, daemon=True).start()
+    list(outcomes)
+
+
+def test_a_driver_that_was_killed_goes_on(tmp_path, killed_and_started_again):
+    done, again = killed_and_started_again(tmp_path, "")
+    assert not done & again
+    assert len(list(tmp_path.glob("*.json"))) == 6
+    page = (tmp_path / "workers.html").read_text()
+    assert "6 of 6 tasks done, 0 failed, 0 to do" in page
+    assert page.count("done before") == len(done)
+
+
+def test_failed_task_is_named_and_the_others_are_kept(tmp_path):
+    files = [tmp_path / f"{n}.json" for n in range(3)]
+    with pytest.raises(TactogramError, match="task 1: number must be 0 or 2, got 1"):
+        kept_values(chores.refused, [0, 1, 2], files, folder=tmp_path, title="t", name=lambda n: f"task {n}")
+    assert [file.is_file() for file in files] == [True, False, False]
+
+
+def test_the_page_names_what_failed_and_is_read_again_until_all_is_done(tmp_path):
+    outcomes = followed(run_tasks(chores.refused, [0, 1, 2]), tmp_path / "p.html", [0, 1, 2], title="Chores")
+    next(outcomes)
+    page = (tmp_path / "p.html").read_text()
+    assert "0 of 3 tasks done, 0 failed, 3 to do" in page
+    assert 'http-equiv="refresh"' in page
+    list(outcomes)
+    page = (tmp_path / "p.html").read_text()
+    assert "2 of 3 tasks done, 1 failed, 0 to do" in page
+    assert "number must be 0 or 2, got 1" in page
+    assert "local-0" in page
+    assert 'http-equiv="refresh"' not in page
+
+
+def test_ray_that_is_not_installed_is_named_with_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'tactogram\[ray\]'"):
+        list(run_tasks(chores.refused, [0], on="ray"))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"on": "dask"}, "on must be ray or ray:ADDRESS, got 'dask'"),
+        ({"on": "ray:"}, "on must be ray or ray:ADDRESS"),
+        ({"processes": 0}, "processes must be at least 1, got 0"),
+    ],
+)
+def test_what_cannot_be_is_refused_at_once(options, message):
+    with pytest.raises(ParameterError, match=message):
+        run_tasks(chores.refused, [0], **options)
