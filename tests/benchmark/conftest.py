@@ -1,17 +1,31 @@
-"""Small simulated stores, and tasks on them."""
+"""Small stores of noise, and tasks on them."""
 
 import hashlib
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 from tactogram.benchmark.data import open_task
 from tactogram.benchmark.kinds import generation
 from tactogram.benchmark.task import find_task
-from tactogram.datasets import Segment, Split, item_of, split_last
-from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram.datasets import (
+    SEVEN_POINT,
+    Ratings,
+    Recording,
+    Segment,
+    Split,
+    create_store,
+    item_of,
+    split_last,
+)
+from tactogram.signal import Signal
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings
+
+MATERIALS = tuple(f"material-{number}" for number in range(6))
+RATE = 1000.0
 
 
 class Tasks:
@@ -29,7 +43,7 @@ class Tasks:
         (self.folder / f"{name}.toml").write_text(
             f'title = "{name}"\nkind = "{kind}"\nsplit = "{path.name}"\nsplit_sha256 = "{sha}"\n{head}'
             f'[data]\nname = "{store.name}"\nsha256 = "{store.sha256}"\nwhat = "tiny"\n'
-            f"[data.simulate]\nset_name = {store.set_name!r}\n{more}"
+            f'[data.simulate]\nset_name = "stroking9"\n{more}'
         )
         return self.open(name)
 
@@ -38,15 +52,50 @@ class Tasks:
         return open_task(find_task(name, [self.folder]), self.work)
 
 
-def simulated(folder, set_name, **options):
-    """Return a simulated store, with the name of its set."""
-    from tactogram.datasets import open_store
+def noise(rng, place, seconds, axes=1):
+    """Return noise in a band and at a level of one material's own."""
+    low = 30 + 50 * place
+    white = rng.standard_normal((axes, round(seconds * RATE) + 200))
+    shaped = sosfilt(butter(2, (low, low + 60), "bandpass", fs=RATE, output="sos"), white)[:, 200:]
+    return Signal((2.0**place * shaped).astype(np.float32), RATE, "m/s^2", "xyz"[:axes])
 
-    path = folder / "work" / "stores" / set_name
-    simulate_to_store(set_name, path, workers=1, **options)
-    store = open_store(path)
-    store.set_name = set_name
-    return store
+
+def strokes(path):
+    """Return a store of five recordings of each material."""
+    rng = np.random.default_rng(0)
+    made = (
+        Recording(
+            streams={"acceleration": noise(rng, place, 2.0)},
+            material=name,
+            labels={"recording": str(take)},
+            simulated=True,
+        )
+        for place, name in enumerate(MATERIALS)
+        for take in range(5)
+    )
+    return create_store(path, made, name="noise (simulated)", licence="CC0-1.0", simulated=True)
+
+
+def rated_strokes(path):
+    """Return a store of sixteen rated surfaces, louder ones rougher."""
+    rng = np.random.default_rng(1)
+    places = np.linspace(0, 5, 16)
+    names = [f"surface-{number:02}" for number in range(len(places))]
+    made = (
+        Recording(streams={"acceleration": noise(rng, place, 1.0)}, material=name, simulated=True)
+        for name, place in zip(names, places, strict=True)
+    )
+    rows = [
+        (rater, name, word, float(np.clip(round(1 + sign * place + rng.normal(0, 0.3)), 1, 7)))
+        for rater in ("a", "b")
+        for name, place in zip(names, places, strict=True)
+        for word, sign in (("rough", 1.0), ("dry", 0.5))
+    ]
+    raters, items, words, scores = zip(*rows, strict=True)
+    ratings = Ratings(raters, items, words, np.array(scores), SEVEN_POINT)
+    return create_store(
+        path, made, name="rated (simulated)", licence="CC0-1.0", simulated=True, ratings=ratings
+    )
 
 
 def without(split, store, names, count):
@@ -82,22 +131,20 @@ def quick_classifier():
 
 @pytest.fixture(scope="session")
 def tasks(tmp_path_factory):
-    """Give tasks of each kind on small simulated stores."""
-    folder = tmp_path_factory.mktemp("benchmark")
-    made = Tasks(folder)
-    strokes = simulated(folder, "stroking9", seed=3, per_class=5, seconds=2.0)
-    last = split_last(strokes.index, 2, validation=1)
-    names = sorted({info.material for info in strokes.index})
+    """Give tasks of each kind on small stores."""
+    made = Tasks(tmp_path_factory.mktemp("benchmark"))
+    held, rated = strokes(made.work / "stores" / "noise"), rated_strokes(made.work / "stores" / "rated")
+    last = split_last(held.index, 2, validation=1)
     cheap = '[recipes.stroke_cnn]\nchanges = { "config.steps" = 30 }\n'
-    made.write("name", "classification", strokes, last, more=cheap)
-    unknown = without(last, strokes, names[:3], 9)
-    made.write("none", "rejection", strokes, unknown, more=cheap)
-    made.write("retrieve", "retrieval", strokes, unknown, more=cheap)
-    made.write("generate", "generation", strokes, last)
-    pairs = f"[options]\npairs = [[{names[0]!r}, {names[-1]!r}]]\nsteps = 3\nsignals = 2\nseconds = 1.0\n"
-    made.write("mix", "mixing", strokes, last, more=pairs)
-    rated = simulated(folder, "surfaces", seed=3, random=16, per_class=2, seconds=1.0)
-    alone = '[prepare]\naxes = "dft321"\n'
-    made.write("rate", "rating", rated, by_item(rated), more=alone)
-    made.write("words", "words", rated, by_item(rated), more=alone, head='label = "item"\n')
+    made.write("name", "classification", held, last, more=cheap)
+    unknown = without(last, held, MATERIALS[:3], 9)
+    made.write("none", "rejection", held, unknown, more=cheap)
+    made.write("retrieve", "retrieval", held, unknown, more=cheap)
+    made.write("generate", "generation", held, last)
+    ends = (
+        f"[options]\npairs = [[{MATERIALS[0]!r}, {MATERIALS[-1]!r}]]\nsteps = 3\nsignals = 2\nseconds = 1.0\n"
+    )
+    made.write("mix", "mixing", held, last, more=ends)
+    made.write("rate", "rating", rated, by_item(rated))
+    made.write("words", "words", rated, by_item(rated), head='label = "item"\n')
     return made

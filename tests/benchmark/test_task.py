@@ -47,7 +47,11 @@ def test_other_simulated_data_is_refused(copied, tmp_path):
     (folder / "name.toml").write_text("\n".join(lines).replace('split_sha256 = "0', 'split_sha256 = "'))
     task = find_task("name", [folder])
     small = task.model_copy(
-        update={"data": task.data.model_copy(update={"simulate": {"set_name": "fabrics", "per_class": 1}})}
+        update={
+            "data": task.data.model_copy(
+                update={"simulate": {"set_name": "surfaces", "random": 1, "per_class": 1, "seconds": 0.5}}
+            )
+        }
     )
     with pytest.raises(DataError, match="simulated data must have SHA-256 0"):
         open_task(small, tmp_path / "work")

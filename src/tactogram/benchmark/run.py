@@ -24,6 +24,7 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.workers import run_tasks
+from tactogram.workflows.workers.page import followed
 
 SEEDS = 3
 
@@ -104,7 +105,8 @@ def run_benchmark(
     Returns
     -------
     dict
-        ``results`` (number of files written), ``kept``, ``failed`` and ``skipped``: a line each; ``out``.
+        ``results`` (number of files written), ``kept``, ``failed`` and ``skipped``: a line each; ``out``, which also
+        has ``workers.html``, a page of what is done, where and in what time.
 
     Raises
     ------
@@ -148,18 +150,22 @@ def run_benchmark(
         )
     todo = [cell for cell in cells if again or not _is_done(cell, known[cell.task])]
     todo.sort(key=lambda cell: cell.seed)  # interrupted, it leaves every model with as many seeds
+    kept = [cell.name for cell in cells if cell not in todo]
     failed, written = [], 0
     outcomes = run_tasks(
         answer_cell, todo, on=on, processes=processes, name=lambda cell: cell.name, progress=progress
     )
-    for outcome in outcomes:
+    page = followed(
+        outcomes, place / "workers.html", todo, title="Benchmark", name=lambda cell: cell.name, before=kept
+    )
+    for outcome in page:
         problem = outcome.error or outcome.value
         written += not outcome.error
         if problem:
             failed.append(f"{outcome.task.name}: {problem}")
     return {
         "results": written,
-        "kept": len(cells) - len(todo),
+        "kept": len(kept),
         "failed": failed,
         "skipped": skipped,
         "out": str(place),

@@ -8,6 +8,7 @@ from typing import Annotated
 from tactogram.cli.printing import Printer, columns, lines_of
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.worker_options import ON
 
 WORK = "runs/benchmark"
 
@@ -39,9 +40,7 @@ class _RunRequest(_Places):
         ),
     ] = 1e6
     again: Annotated[bool, Option("measure again what is there")] = False
-    on: Annotated[
-        str, Option("ray, or ray:ADDRESS of a cluster (default: this machine)", "ray[:ADDRESS]")
-    ] = ""
+    on: Annotated[str, ON] = ""
     processes: Annotated[int, Option("processes on this machine", least=1)] = 1
 
 

@@ -50,6 +50,8 @@ from tactogram.workflows.training.loaded_run import LoadedRun
 
 SHOWN = 3
 """Materials of which one answer is kept for the page."""
+SEPARATES = 1.25
+"""Ratio of ceiling to floor from which on a measure separates materials: below, its span is mostly chance."""
 SPARE_SAMPLES = 2
 """Asked beyond what is compared: resampling may round them away."""
 
@@ -278,14 +280,14 @@ def _condition(compared: _Compared, example: Example, stroke: Example | None, pl
 def _distance(result: GenerationResult) -> Figure:
     """Return the mean over measures of where signals lie between floor (0) and ceiling (1), by material.
 
-    Each measure of two sets of signals counts in units of its own span, from the mean floor to the mean ceiling over
-    materials; nearer than the floor counts as the floor.
+    Each measure of two sets of signals that separates the materials counts in units of its own span, from the mean
+    floor to the mean ceiling over materials; nearer than the floor counts as the floor.
     """
     parts: dict[str, list[float]] = {material: [] for material in result.materials}
     for name in signal_measures():
         overall = result.overall.get(name)
         floor, ceiling = (overall.get(FLOOR), overall.get(CEILING)) if overall else (None, None)
-        if floor is None or ceiling is None or ceiling <= floor:
+        if floor is None or ceiling is None or ceiling <= SEPARATES * floor:
             continue
         for material, row in result.values[name].items():
             value, own = row.get(MODEL), row.get(FLOOR)
