@@ -70,6 +70,10 @@ def test_a_result_of_another_version_of_the_task_is_refused(results, tasks):
         ParameterError, match=r"task_sha256 must be .*another version of the task; run it again"
     ):
         check_result(result.model_copy(update={"task_sha256": 64 * "0"}), known, where="x.json")
+    with pytest.raises(
+        ParameterError, match="judge must be 1, the version of classification, got 2; run it again"
+    ):
+        check_result(result.model_copy(update={"judge": 2}), known, where="x.json")
     with pytest.raises(ParameterError, match="task must be one of"):
         check_result(result.model_copy(update={"task": "nome"}), known, where="x.json")
 

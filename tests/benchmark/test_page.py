@@ -32,7 +32,7 @@ def result(task, model, value, *, seed=0, copying=False):
     return BenchmarkResult(
         task=task.name, task_sha256=task.sha256, model=model, entry="model", seed=seed, recipe="quick",
         data={"name": task.data.name, "sha256": task.data.sha256, "simulated": task.data.simulated},
-        split_sha256=task.split_sha256, code="0", device="CPU", finished="now",
+        split_sha256=task.split_sha256, judge=1, code="0", device="CPU", finished="now",
         figures={"distance": main, "training_correlation": near},
     )  # fmt: skip
 

@@ -13,7 +13,7 @@ def result(model, values, *, seed=0, better="lower", failed=""):
     main = {"value": float(np.mean(values)), "better": better, "title": "error", "by_item": by_item}
     return BenchmarkResult(
         task="t", task_sha256="", model=model, entry="model", seed=seed,
-        data={"name": "d", "sha256": "", "simulated": True}, split_sha256="", code="", device="", finished="",
+        data={"name": "d", "sha256": "", "simulated": True}, split_sha256="", judge=1, code="", device="", finished="",
         figures={} if failed else {"error": main}, failed=failed,
     )  # fmt: skip
 

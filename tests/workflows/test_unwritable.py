@@ -56,7 +56,7 @@ def test_a_file_where_a_folder_is_needed_is_refused(words, tmp_path, capsys):
 
 
 def test_a_training_does_not_prepare_what_it_could_not_keep(store, monkeypatch):
-    monkeypatch.setattr(training, "_material", lambda *_: pytest.fail("recordings were prepared"))
+    monkeypatch.setattr(training, "training_material", lambda *_: pytest.fail("recordings were prepared"))
     with pytest.raises(ParameterError, match="cannot be written"):
         training.train("stroke_cnn", store, recipe="tiny", out=NOWHERE, accelerator="cpu")
 
@@ -65,7 +65,7 @@ def test_the_default_folder_is_looked_at_too(store, tmp_path, monkeypatch):
     (tmp_path / "runs").touch()
     monkeypatch.chdir(tmp_path)
     for module, name, begin in (
-        (training, "_material", training.train),
+        (training, "training_material", training.train),
         (crossval, "run_training", crossval.crossval),
     ):
         monkeypatch.setattr(module, name, lambda *_, **__: pytest.fail("trained all the same"))

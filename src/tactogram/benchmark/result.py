@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.task import BenchmarkTask
-from tactogram.benchmark.task_kind import Judgement
+from tactogram.benchmark.task_kind import Judgement, kind_of
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import read_json
@@ -84,6 +84,8 @@ class BenchmarkResult(BaseModel):
     """The recipe with every value."""
     data: ResultData
     split_sha256: str
+    judge: int = Field(ge=1)
+    """Version of the kind of task that judged it."""
     code: str
     """Version of the package that measured it, and revision of its source where it is a checkout."""
     device: str
@@ -161,6 +163,7 @@ def result_of(
         seed=seed,
         data=ResultData(name=opened.store.name, sha256=opened.store.sha256, simulated=opened.store.simulated),
         split_sha256=opened.task.split_sha256,
+        judge=kind_of(opened.task.kind).version,
         code=code_revision(),
         device=device(),
         finished=datetime.now(UTC).isoformat(timespec="seconds"),
@@ -191,6 +194,10 @@ def check_result(result: BenchmarkResult, tasks: Mapping[str, BenchmarkTask], *,
                 f"{where}: {name} must be {expected[:12]}… as in {task.file.name}, got {got[:12]}…: it was measured on "
                 "another version of the task; run it again"
             )
+    if result.judge != (version := kind_of(task.kind).version):
+        raise ParameterError(
+            f"{where}: judge must be {version}, the version of {task.kind}, got {result.judge}; run it again"
+        )
 
 
 def read_results(folders: Iterable[Path]) -> list[BenchmarkResult]:

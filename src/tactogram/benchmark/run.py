@@ -262,4 +262,5 @@ def _is_done(cell: BenchmarkCell, task: BenchmarkTask) -> bool:
         result = BenchmarkResult.load(cell.file)
     except TactogramError:
         return False
-    return result.task_sha256 == task.sha256 and not result.failed
+    current = result.task_sha256 == task.sha256 and result.judge == kind_of(task.kind).version
+    return current and not result.failed

@@ -48,7 +48,8 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
     found = []
     for task in sorted(tasks.values(), key=order):
         name = task.name
-        held = [r for r in results if r.task == name and r.task_sha256 == task.sha256]
+        version = kind_of(task.kind).version
+        held = [r for r in results if r.task == name and r.task_sha256 == task.sha256 and r.judge == version]
         ranked = rank_models(held)
         known = {entry.model for entry in ranked}
         failed = {r.model: r for r in held if r.failed and r.model not in known}

@@ -62,6 +62,8 @@ class TaskKind(ABC):
 
     name: str
     """Of its module."""
+    version: int = 1
+    """Of its questions and figures: a change of either makes it another, and earlier results invalid."""
     rank: int = 100
     """Place of its tasks in tables, the smallest first."""
     given: str

@@ -89,7 +89,8 @@ def run(
         runs = {name: one for name, one in runs.items() if (one.run / "model.json").is_file()}
     train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
     for plates_in, training in runs.items():
-        out = trained_run(training.model, store, training.run, **training.options, progress=progress)
+        out = training.run
+        trained_run(training.model, store, out, **training.options, progress=progress)
         clusters[plates_in] = _outcome(out) | {
             "plates": list(plates_in),
             "figure": (out / "figures/spectra.png").relative_to(folder).as_posix(),

@@ -64,7 +64,7 @@ def test_two_processes_never_train_one_run(unfinished):
 
 
 def test_a_run_in_work_is_refused_before_anything_is_prepared(unfinished, monkeypatch):
-    monkeypatch.setattr("tactogram.workflows.training.train._material", None)  # would be called
+    monkeypatch.setattr("tactogram.workflows.training.train.training_material", None)  # would be called
     with run_lock(unfinished.folder), pytest.raises(RunError, match="another process trains here at present"):
         resume(unfinished.folder, accelerator="cpu")
 
