@@ -112,7 +112,8 @@ def test_the_table_ranks_every_task(results, tasks):
     assert all(1 <= best <= worst <= 2 for best, worst in ranks)
 
 
-def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys):
+def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("TACTOGRAM_TASKS", "")  # the command adds its folders to it
     file = str(results / "rate" / "constant_guess-0.json")
     assert main(["benchmark", "check", file, "--tasks", str(tasks.folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["ok"]

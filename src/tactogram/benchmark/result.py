@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import json
-import math
 import subprocess
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, Self
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.task import BenchmarkTask
-from tactogram.benchmark.task_kind import Judgement, kind_of
+from tactogram.benchmark.task_kind import Figure, Judgement, kind_of
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import read_json
@@ -28,32 +25,6 @@ FORMAT: Literal["tactogram-benchmark-result"] = "tactogram-benchmark-result"
 VERSION: Literal[1] = 1
 Entry = Literal["model", "baseline", "outside"]
 """A model of this package or a folder of models; a baseline of the kind of task; or answers from a file."""
-
-
-class ResultFigure(BaseModel):
-    """A figure of a result: see `tactogram.benchmark.task_kind.Figure`."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    value: float
-    better: Literal["lower", "higher"]
-    title: str
-    unit: str = ""
-    floor: float | None = None
-    ceiling: float | None = None
-    low: float | None = None
-    high: float | None = None
-    by_item: dict[str, float] = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if self.low is not None and self.high is not None and not self.low <= self.high:
-            raise ValueError(f"low must be at most high, got {self.low:g} and {self.high:g}")
-        if self.by_item and not math.isclose(
-            float(np.mean(list(self.by_item.values()))), self.value, rel_tol=1e-6, abs_tol=1e-9
-        ):
-            raise ValueError("value must be the mean of by_item")
-        return self
 
 
 class ResultData(BaseModel):
@@ -94,7 +65,7 @@ class BenchmarkResult(BaseModel):
     answering_s: float | None = Field(default=None, ge=0)
     finished: str
     """UTC."""
-    figures: dict[str, ResultFigure] = Field(default_factory=dict)
+    figures: dict[str, Figure] = Field(default_factory=dict)
     """The main one first."""
     notes: tuple[str, ...] = ()
     failed: str = ""
@@ -114,7 +85,7 @@ class BenchmarkResult(BaseModel):
         return next(iter(self.figures))
 
     @property
-    def main(self) -> ResultFigure:
+    def main(self) -> Figure:
         """The main figure."""
         return self.figures[self.main_name]
 
@@ -154,7 +125,6 @@ def result_of(
     **facts: Any,
 ) -> BenchmarkResult:
     """Return the result of a judgement now; ``facts`` are further fields of `BenchmarkResult`."""
-    figures = {name: asdict(figure) for name, figure in judgement.figures.items()} if judgement else {}
     return BenchmarkResult(
         task=opened.task.name,
         task_sha256=opened.task.sha256,
@@ -167,7 +137,7 @@ def result_of(
         code=code_revision(),
         device=device(),
         finished=datetime.now(UTC).isoformat(timespec="seconds"),
-        figures={name: ResultFigure(**_plain(values)) for name, values in figures.items()},
+        figures=dict(judgement.figures) if judgement else {},
         notes=judgement.notes if judgement else (),
         **facts,
     )
@@ -241,11 +211,3 @@ def code_revision() -> str:
     except (OSError, subprocess.CalledProcessError):
         return found
     return f"{found}+{revision.stdout.decode().strip()}{'.changed' if changed.stdout.strip() else ''}"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _plain(inner) for key, inner in value.items()}
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value

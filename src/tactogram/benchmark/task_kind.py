@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
+import numpy as np
 from numpy.typing import NDArray
+from pydantic import ConfigDict, model_validator
+from pydantic.dataclasses import dataclass as checked_dataclass
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
@@ -24,9 +28,9 @@ TASK_KINDS = PluginGroup(
 """Modules with a ``KIND``, a `TaskKind`."""
 
 
-@dataclass(frozen=True)
+@checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
 class Figure:
-    """One figure of an answered task."""
+    """One figure of an answered task, as results keep it."""
 
     value: float
     better: Literal["lower", "higher"]
@@ -41,6 +45,16 @@ class Figure:
     high: float | None = None
     by_item: Mapping[str, float] = field(default_factory=dict)
     """Of the main figure: parts whose mean is ``value``, by which models are compared."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.low is not None and self.high is not None and not self.low <= self.high:
+            raise ValueError(f"low must be at most high, got {self.low:g} and {self.high:g}")
+        if self.by_item and not math.isclose(
+            float(np.mean(list(self.by_item.values()))), self.value, rel_tol=1e-6, abs_tol=1e-9
+        ):
+            raise ValueError("value must be the mean of by_item")
+        return self
 
 
 @dataclass(frozen=True)
