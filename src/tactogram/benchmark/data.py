@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from tactogram.benchmark.task import BenchmarkTask
-from tactogram.datasets import Examples, Split, Store, label_of, open_store, signal_kind
+from tactogram.datasets import Examples, Split, Store, label_of, open_store, part_examples, signal_kind
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.plugins import further_folders
@@ -34,14 +34,9 @@ class OpenTask:
 
     def examples(self, part: str) -> Examples:
         """Return the examples of ``train``, ``validation`` or ``test``, prepared once for all tasks."""
-        photographs = self.split.photographs.get(part, ()) if self.split.photographs else None
-        return Examples(
-            self.store,
-            self.split.parts[part],
-            self.task.prepare,
-            label=self.task.label,
-            photographs=photographs,
-            cache_dir=self.folder / "prepared",
+        cache = self.folder / "prepared"
+        return part_examples(
+            self.store, self.split, part, self.task.prepare, label=self.task.label, cache_dir=cache
         )
 
     @cached_property

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.benchmark.data import OpenTask
-from tactogram.benchmark.questions import check_answers, load_answers
+from tactogram.benchmark.questions import check_answers
 from tactogram.benchmark.rated_items import rated_examples, ratings_of
 from tactogram.benchmark.result import BenchmarkResult, result_of
 from tactogram.benchmark.shown import save_shown
 from tactogram.benchmark.task_kind import kind_of
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError
 from tactogram.model import ImageExample
 from tactogram.signal import Image, Signal
+from tactogram.signal.io.arrays import load_arrays
 from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.text_files import read_json
@@ -121,7 +122,7 @@ def score_answers(
     questions, form = kind.questions(opened), kind.form(opened)
     results = []
     for seed, file in sorted(files.items()):
-        answers = load_answers(file)
+        answers = load_arrays(file)
         check_answers(form, questions, answers, where=str(file))
         judgement = kind.judge(
             opened, {question.id: answers[question.id] for question in questions}, progress
@@ -179,15 +180,3 @@ def _save(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
     named: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
     with atomic_write(path) as part:
         np.savez(part, **named)
-
-
-def check_file(path: Path) -> BenchmarkResult:
-    """Return the result in a file; errors as of `BenchmarkResult.load`, and `DataError` if there is none."""
-    if not path.is_file():
-        raise DataError(f"{path}: expected the file of a result, found none")
-    try:
-        return BenchmarkResult.load(path)
-    except ParameterError as error:
-        raise ParameterError(
-            f"{error}; a result is written by `benchmark run` or `benchmark score`"
-        ) from error

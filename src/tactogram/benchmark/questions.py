@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -12,8 +11,6 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition
-from tactogram.signal.io.arrays import load_arrays
-from tactogram.signal.io.atomic import atomic_write
 
 Answers = Mapping[str, NDArray[Any]]
 """An array per question: see `AnswerForm`."""
@@ -64,15 +61,3 @@ def check_answers(form: AnswerForm, questions: Sequence[Question], answers: Answ
             raise ParameterError(
                 f"{where}: answer to {question.id!r} must be {form.text}, got shape {answer.shape}"
             )
-
-
-def save_answers(path: Path, answers: Answers) -> None:
-    """Write answers as a compressed ``.npz`` with one array per question."""
-    arrays: dict[str, Any] = {key: np.asarray(value) for key, value in answers.items()}
-    with atomic_write(path) as part:
-        np.savez_compressed(part, **arrays)
-
-
-def load_answers(path: Path) -> dict[str, NDArray[Any]]:
-    """Read a file of `save_answers`, or of ``numpy.savez``; a `DataError` if it is none."""
-    return load_arrays(path)

@@ -24,6 +24,7 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.workers import run_tasks
+from tactogram.workflows.workers.kept import PAGE
 from tactogram.workflows.workers.page import followed
 
 SEEDS = 3
@@ -155,9 +156,7 @@ def run_benchmark(
     outcomes = run_tasks(
         answer_cell, todo, on=on, processes=processes, name=lambda cell: cell.name, progress=progress
     )
-    page = followed(
-        outcomes, place / "workers.html", todo, title="Benchmark", name=lambda cell: cell.name, before=kept
-    )
+    page = followed(outcomes, place / PAGE, todo, title="Benchmark", name=lambda cell: cell.name, before=kept)
     for outcome in page:
         problem = outcome.error or outcome.value
         written += not outcome.error

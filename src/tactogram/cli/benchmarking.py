@@ -1,5 +1,6 @@
 """Verbs of the benchmark: list, run, table, check, questions, score."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
@@ -32,13 +33,13 @@ class _RunRequest(_Places):
     recipe: Annotated[str, Option("recipe of every model (default: the task's)", "NAME|FILE")] = ""
     out: Annotated[str | None, Option("folder of the results (default FOLDER/results)", "DIR")] = None
     longest: Annotated[
-        float,
+        float | None,
         Option(
             "longest training in minutes; a longer one is stopped, and continued the next time",
             "MIN",
             above=0,
         ),
-    ] = 1e6
+    ] = None
     again: Annotated[bool, Option("measure again what is there")] = False
     on: Annotated[str, ON] = ""
     processes: Annotated[int, Option("processes on this machine", least=1)] = 1
@@ -95,7 +96,7 @@ def _run(request: _RunRequest, show: Printer) -> int:
             folder=request.folder,
             out=request.out,
             recipe=request.recipe,
-            longest_min=request.longest,
+            longest_min=request.longest or math.inf,
             again=request.again,
             on=request.on,
             processes=request.processes,
@@ -117,11 +118,10 @@ def _table(request: _TableRequest, show: Printer) -> None:
 
 
 def _check(request: _CheckRequest, show: Printer) -> None:
-    from tactogram.benchmark.outside import check_file
-    from tactogram.benchmark.result import check_result
+    from tactogram.benchmark.result import BenchmarkResult, check_result
     from tactogram.benchmark.task import available_tasks
 
-    result = check_file(Path(request.file))
+    result = BenchmarkResult.load(Path(request.file))
     check_result(result, available_tasks(), where=request.file)
     facts = {
         "task": result.task,

@@ -1,6 +1,7 @@
 """Data sets: recordings, the store, splits that cannot leak, the simulator."""
 
 from tactogram.datasets.examples import Examples as Examples
+from tactogram.datasets.examples import part_examples as part_examples
 from tactogram.datasets.examples import require_photographs as require_photographs
 from tactogram.datasets.examples import signal_kind as signal_kind
 from tactogram.datasets.labels import Label as Label

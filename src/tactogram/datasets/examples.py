@@ -26,7 +26,7 @@ from tactogram.datasets.splits.part_photographs import (
     cut_out,
     materials_without_recordings,
 )
-from tactogram.datasets.splits.split import Region, Segment
+from tactogram.datasets.splits.split import Region, Segment, Split
 from tactogram.datasets.store.store import Store
 from tactogram.errors import ParameterError
 from tactogram.model import Example, ItemRatings, SignalKind
@@ -174,6 +174,22 @@ class Examples(Sequence[Example]):
         with _READING_HEADERS:
             mapped = np.load(self._cache / f"{name}.npy", mmap_mode="r", allow_pickle=False)
         return Signal(mapped, kind["rate"], kind["unit"], tuple(kind["axes"]), kind["domain"])
+
+
+def part_examples(
+    store: Store,
+    split: Split,
+    part: str,
+    prepare: Preparation,
+    *,
+    label: Label,
+    cache_dir: Path | None = None,
+) -> Examples:
+    """Return one part of ``split``, with its photographs if these were split, too."""
+    photographs = split.photographs.get(part, ()) if split.photographs else None
+    return Examples(
+        store, split.parts[part], prepare, label=label, photographs=photographs, cache_dir=cache_dir
+    )
 
 
 def require_photographs(examples: Sequence[Example]) -> None:

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from torch import Tensor
 
-from tactogram.datasets import Store
+from tactogram.datasets import Store, part_examples
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.evaluation.measures.geometry_score import geometry_score
 from tactogram.evaluation.pictures.figures import COLOURS
@@ -31,7 +31,7 @@ from tactogram.models.frictgan.fabric_evaluation import compare_fabrics, fabric_
 from tactogram.models.frictgan.learner import FrictGANLearner
 from tactogram.models.frictgan.texture_free import MODELS
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import load_run, part_examples, test_part
+from tactogram.workflows.training.loaded_run import load_run, test_part
 
 PUBLISHED = (0.006, 0.005, 0.014, 0.005, 0.005)
 """Sec. 4: mean squared error of the fabrics of Figure 3, from top to bottom; "averagely 0.035" is their sum."""

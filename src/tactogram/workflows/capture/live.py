@@ -11,12 +11,13 @@ from tactogram.capture import open_source
 from tactogram.capture.live.recognition import Classification, Latencies, classify_windows
 from tactogram.capture.session.feed import Feed
 from tactogram.capture.stream.monitor import TappedSource
+from tactogram.datasets import part_examples
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import window_of
 from tactogram.signal import Signal
 from tactogram.workflows.capture.requests import LiveRequest
 from tactogram.workflows.request import takes
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.surface_index import SurfaceIndex, prediction_limit
 
 CONTEXT_S = 0.5

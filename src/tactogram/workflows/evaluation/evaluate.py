@@ -10,7 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Examples, Segment, Split, label_of, open_store, whole_photographs
+from tactogram.datasets import (
+    Examples,
+    Segment,
+    Split,
+    label_of,
+    open_store,
+    part_examples,
+    whole_photographs,
+)
 from tactogram.errors import LeakError, ParameterError, RunError
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure, losses_figure
@@ -28,7 +36,7 @@ from tactogram.workflows.evaluation.word_images import evaluate_images, generate
 from tactogram.workflows.evaluation.word_signals import evaluate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run, part_examples, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.surface_index import SurfaceIndex, calibration_text
 
 

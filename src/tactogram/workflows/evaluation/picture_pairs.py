@@ -9,13 +9,13 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from tactogram.datasets import Examples
+from tactogram.datasets import Examples, part_examples
 from tactogram.errors import ParameterError
 from tactogram.features.photo_pairs import WeakPairs
 from tactogram.model import PictureGenerator
 from tactogram.training.seeds import torch_seeded
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun, part_examples, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, test_part
 
 MOST_PAIRS = 256
 """Pairs of the test part that are evaluated, evenly spread over it."""

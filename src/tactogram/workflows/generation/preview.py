@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Split, Store, label_of, signal_kind
+from tactogram.datasets import Split, Store, label_of, part_examples, signal_kind
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Condition, Generator, ImageKind, Kind, RatedGenerator
 from tactogram.signal import Image
 from tactogram.training.run import Run
 from tactogram.workflows.generation.generate import generate, run_provenance, write_made
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run, model_of, part_examples, test_part
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, model_of, test_part
 from tactogram.workflows.training.rated_examples import RatingData
 
 SAMPLE_S = 2.0

@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from tactogram import models
-from tactogram.datasets import Examples, Label, Split, Store, open_store
+from tactogram.datasets import Split, Store, open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Classifier, Embedder, Generator, ImageKind, Kind, Predictor, SignalKind
 from tactogram.recipe import Preparation, Recipe
@@ -152,22 +152,6 @@ def model_of(run: Run, model_folders: Sequence[Path] = ()) -> models.ModelInfo:
             *(path for path in recorded if path.is_absolute() and path.is_dir()),
         )
     return models.find(name, model_folders)
-
-
-def part_examples(
-    store: Store,
-    split: Split,
-    part: str,
-    prepare: Preparation,
-    *,
-    label: Label,
-    cache_dir: Path | None = None,
-) -> Examples:
-    """Return one part of ``split``, with its photographs if these were split, too."""
-    photographs = split.photographs.get(part, ()) if split.photographs else None
-    return Examples(
-        store, split.parts[part], prepare, label=label, photographs=photographs, cache_dir=cache_dir
-    )
 
 
 def test_part(run: Run) -> tuple[Store, Split]:

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import require_photographs, signal_kind
+from tactogram.datasets import part_examples, require_photographs, signal_kind
 from tactogram.datasets.scratch import scratch_of
 from tactogram.errors import ParameterError, StoppedError
 from tactogram.model import (
@@ -34,7 +34,6 @@ from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.launch import in_processes
-from tactogram.workflows.training.loaded_run import part_examples
 from tactogram.workflows.training.plan import TrainingPlan, planned
 from tactogram.workflows.training.requests import TrainingRequest, never
 from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
