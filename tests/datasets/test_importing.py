@@ -1,6 +1,7 @@
 """What an import promises: all or nothing, the same data once, and a name for every broken file."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from tactogram.datasets import add_recordings, open_store
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importers import biotac_slide
 from tactogram.datasets.importing import import_dataset
+from tactogram.datasets.store import writer
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
@@ -260,12 +262,13 @@ import pandas  # by pyarrow on its first use: here once, not in each child
 import pyarrow.parquet as pq
 from tactogram.datasets import add_recordings, open_store
 from tactogram.datasets.importers import biotac_slide
-from tactogram.datasets.store import shard_writing
+from tactogram.datasets.store import shard_writing, writer
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset
 
 kind, source, folder = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
 shard_writing.GROUP_ROWS, shard_writing.SHARD_ROWS = 2, 6
+writer.KEPT_S = 0 if kind == "keep" else writer.KEPT_S
 importers()
 
 def add(out):
@@ -331,6 +334,52 @@ def test_killed_at_any_step_there_is_nothing_or_the_old_store_or_the_new(source,
         assert os.listdir(halfway) != []
         assert import_dataset("biotac_slide", source, halfway / "s")["stale_parts"] == []
         assert os.listdir(halfway) == ["s"]
+
+
+def test_killed_at_any_step_an_import_goes_on_from_its_last_checkpoint(source, tmp_path, monkeypatch):
+    shutil.copy(source / "mat01.npz", source / "mat05.npz")  # duplicates are listed once
+    with (source / "materials.csv").open("a") as names:
+        names.write("5,Material 1,M5\n")
+    expected = import_dataset("biotac_slide", source, tmp_path / "s")
+    subprocess.run([sys.executable, "-c", KILLED_AT_EACH_STEP, "keep", source, tmp_path], check=True)
+    monkeypatch.setattr(writer, "KEPT_S", 0)
+    read = []
+
+    def counting(item):
+        read.append(item.name)
+        return real(item)
+
+    real = biotac_slide.read
+    monkeypatch.setattr(biotac_slide, "read", counting)
+    reads = []
+    for folder in sorted(tmp_path.glob("step*"), key=lambda p: int(p.name[4:])):
+        if (folder / "s").exists():
+            continue
+        read.clear()
+        report = import_dataset("biotac_slide", source, folder / "s", workers=1)
+        assert os.listdir(folder) == ["s"]
+        assert problems(open_store(folder / "s")) == []
+        for fact in ("sha256", "recordings", "photographs", "duplicates", "skipped"):
+            assert report[fact] == expected[fact]
+        reads.append(len(read))
+    assert set(reads) == {0, 1, 2, 3, 4, 5}
+
+
+def test_a_changed_file_makes_an_interrupted_import_begin_anew(source, tmp_path, monkeypatch):
+    monkeypatch.setattr(writer, "KEPT_S", 0)
+
+    def interrupted(done, total):
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        import_dataset("biotac_slide", source, tmp_path / "s", workers=1, progress=interrupted)
+    (part,) = tmp_path.glob("s.part-*")
+    with pytest.raises(DataError, match="unfinished; repeat the import"):
+        open_store(part)
+    write_material(source, 1, recordings=2)
+    assert import_dataset("biotac_slide", source, tmp_path / "s", workers=1)["recordings"] == 11
+    assert left_in(tmp_path, source) == ["s"]
 
 
 def test_parts_of_running_imports_are_named_and_left(tmp_path):

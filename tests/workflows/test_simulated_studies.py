@@ -8,6 +8,7 @@ from tactogram.datasets import item_of, open_store
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate import metal_plates, sets, studies
 from tactogram.datasets.simulate.studies import study
+from tactogram.datasets.store import writer
 from tactogram.errors import ParameterError
 from tactogram.workflows.data.simulate import simulate_to_store
 
@@ -95,3 +96,30 @@ def test_what_makes_no_sense_is_refused_and_leaves_nothing(options, said, tmp_pa
     with pytest.raises(ParameterError, match=said):
         simulate_to_store(out=tmp_path / "store", seed=0, **options)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("when", [("rate", 1), ("simulate", 2)])
+def test_an_interrupted_simulation_goes_on_to_the_same_store(when, tmp_path, monkeypatch):
+    monkeypatch.setattr(writer, "KEPT_S", 0)
+    request = {"set_name": "surfaces", "random": 2, "per_class": 2, "seconds": 0.2, "raters": 2, "workers": 1}
+    whole = simulate_to_store(out=tmp_path / "whole", **request)
+    made = []
+
+    def interrupted(stage, done, total, note=""):
+        if (stage, done) == when:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate_to_store(out=tmp_path / "store", progress=interrupted, **request)
+    (left,) = tmp_path.glob("store.part-*") if when[0] == "simulate" else [None]
+    if left is not None:  # as of a process that has ended
+        left.rename(left.with_name(f"{left.name.rpartition('-')[0]}-{2**22 + 1}"))
+    again = simulate_to_store(
+        out=tmp_path / "store",
+        progress=lambda stage, done, total, note="": made.append((stage, done)),
+        **request,
+    )
+    assert again == whole | {"store": str(tmp_path / "store")}
+    assert min(done for stage, done in made if stage == "simulate") == (3 if when[0] == "simulate" else 1)
+    assert [done for stage, done in made if stage == "rate"] == ([] if when[0] == "simulate" else [2])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["store", "whole"]

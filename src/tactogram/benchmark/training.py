@@ -12,6 +12,7 @@ from tactogram.benchmark.task import TaskRecipe
 from tactogram.models import ModelInfo
 from tactogram.recipe import Recipe
 from tactogram.signal.io.locks import lock
+from tactogram.training.run import Run
 from tactogram.validation import with_changes
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
@@ -64,7 +65,7 @@ def trained_for(
     with _alone(place):
         if not (place / "model.safetensors").is_file():
             begun = (place / "recipe.toml").is_file()
-            train_plan(plan, place, resume=begun, accelerator="auto", progress=progress, stop=stop)
+            train_plan(plan, Run(place), resume=begun, accelerator="auto", progress=progress, stop=stop)
     return load_run(place, model_folders=model_folders)
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Self
 
@@ -33,7 +35,8 @@ def import_dataset(
 ) -> dict[str, Any]:
     """Read the data set in ``path`` into a store at ``out``.
 
-    An existing store at ``out`` is compared with the files instead, and left as it is if its content is the same.
+    An existing store at ``out`` is compared with the files instead, and left as it is if its content is the same. An
+    import that was killed goes on, on the same machine, from at most `KEPT_S` before.
 
     Parameters
     ----------
@@ -79,26 +82,34 @@ def import_dataset(
     if not items and not pictures:
         raise DataError(f"{path}: nothing to import as {set_name!r}; {source.TITLE} was not found there")
     ratings: Ratings | None = _optional(source, "ratings", path, {})
-    stale = clear_stale_parts(out)
     total = len(items) + len(pictures)
     report = progress or (lambda done, total: None)
-    readings = read(set_name, items, workers, lambda done, _: report(done, total))
     target: _StoreComparison | StoreWriter
     if out.exists():
         target = _StoreComparison(open_store(out), path)
     else:
-        target = new_store(out, name=set_name, licence=source.LICENCE, source=source.TITLE, simulated=False)
+        target = new_store(
+            out,
+            name=set_name,
+            licence=source.LICENCE,
+            source=source.TITLE,
+            simulated=False,
+            job=_job(set_name, path, options, items),
+        )
+    stale = clear_stale_parts(out)
+    before = target.tasks_done
+    readings = read(set_name, items[before:], workers, lambda done, _: report(before + done, total))
     sink = _ImportSink(target, skip_bad=skip_bad)
     with closing(readings), target:
-        for item, result in readings:
+        for done, (item, result) in enumerate(readings, before + 1):
             sink.add_item(item, result)
+            target.keep(done)
         for done, picture in enumerate(pictures, len(items) + 1):
             sink.add_picture(picture)
             report(done, total)
         if ratings is not None and (rated := target.items & set(ratings.items)):
             target.ratings = ratings.select(items=sorted(rated))
         if isinstance(target, StoreWriter):
-            target.skipped.extend(sink.skipped)
             target.publish(out)
         else:
             target.finish()
@@ -115,9 +126,21 @@ def import_dataset(
         "simulated": store.simulated,
         "licence": store.licence,
         "duplicates": target.duplicates,
-        "skipped": sink.skipped,
+        "skipped": target.skipped,
         "stale_parts": [str(part) for part in stale],
     } | ({"unverified": source.UNVERIFIED} if hasattr(source, "UNVERIFIED") else {})
+
+
+def _job(set_name: str, path: Path, options: Mapping[str, Any], items: Sequence[ImportItem]) -> str:
+    """Return the identity of an import: version, folder, options, and sizes and times of the files."""
+    digest = hashlib.sha256()
+    digest.update(
+        repr((version("tactogram"), set_name, str(path.resolve()), sorted(options.items()))).encode()
+    )
+    for item in items:
+        found = [file.stat() for file in item.paths if file.is_file()]
+        digest.update(repr((item.name, [(f.st_size, f.st_mtime_ns) for f in found])).encode(errors="replace"))
+    return digest.hexdigest()
 
 
 def _check_options(set_name: str, source: Importer, options: Mapping[str, Any]) -> None:
@@ -144,7 +167,6 @@ class _ImportSink:
 
     def __init__(self, target: _StoreComparison | StoreWriter, *, skip_bad: bool) -> None:
         self.target, self.skip_bad = target, skip_bad
-        self.skipped: list[dict[str, str]] = []
         self._photographs: dict[Path, Photograph | None] = {}
 
     def add_item(self, item: ImportItem, result: list[Recording] | str) -> None:
@@ -184,7 +206,9 @@ class _ImportSink:
     def _skip(self, source: str, reason: str) -> None:
         if not self.skip_bad:
             raise DataError(f"{reason}; skip_bad leaves it out")
-        self.skipped.append({"source": printable(source), "reason": printable(reason)})
+        skipped = {"source": printable(source), "reason": printable(reason)}
+        if skipped not in self.target.skipped:
+            self.target.skipped.append(skipped)
 
 
 class _StoreMismatchError(DataError):
@@ -197,8 +221,10 @@ class _StoreComparison:
     def __init__(self, store: Store, path: Path) -> None:
         self.store, self.path = store, path
         self.duplicates: list[dict[str, str]] = []
+        self.skipped: list[dict[str, str]] = []
         self.ratings: Ratings | None = None
         self.items: set[str] = set()
+        self.tasks_done = 0
         self._recordings: dict[str, str] = {}
         self._photographs: set[tuple[str, str]] = set()
 
@@ -224,6 +250,9 @@ class _StoreComparison:
         if photograph.key not in self.store.facts.photographs.get(material, {}):
             raise self._mismatch(f"{source} is another or new")
         self.items.add(material)
+
+    def keep(self, done: int) -> None:
+        pass
 
     def finish(self) -> None:
         stored = sum(len(sources) for sources in self.store.facts.photographs.values())

@@ -58,18 +58,29 @@ class Run:
         """Refuse a folder that contains a run, or a file in its place."""
         if (self.folder / "recipe.toml").exists():
             state = "is finished" if self.finished else "has begun; resume it"
-            raise RunError(
-                f"{self.folder}: contains a run, which {state}, choose another folder or delete it"
-            )
+            raise RunError(f"{self.place}: contains a run, which {state}, choose another folder or delete it")
         if self.folder.exists() and not self.folder.is_dir():
-            raise RunError(f"{self.folder}: is a file; choose a folder")
+            raise RunError(f"{self.place}: is a file; choose a folder")
 
     @classmethod
     def open(cls, folder: Path) -> Self:
         """Return the run in ``folder``; refuses a folder without one."""
-        if not (folder / "recipe.toml").is_file():
-            raise RunError(f"{folder}: not a run: expected a folder that `tactogram train` made")
-        return cls(folder)
+        run = cls(folder)
+        run.check_begun()
+        return run
+
+    def check_begun(self) -> None:
+        """Refuse a folder without a run."""
+        if not (self.folder / "recipe.toml").is_file():
+            raise RunError(f"{self.place}: not a run: expected a folder that `tactogram train` made")
+
+    @property
+    def place(self) -> str:
+        """Where the run is, for messages and commands: the folder, or a URL."""
+        return str(self.folder)
+
+    def publish(self) -> None:
+        """Make what was written to the folder known where the run is; nothing to do unless that is a URL."""
 
     @property
     def name(self) -> str:
@@ -163,12 +174,12 @@ class Run:
             If the training is not finished, or the run is of a later version.
         """
         if not self.finished:
-            raise RunError(f"{self.folder}: the training is not finished; resume it")
+            raise RunError(f"{self.place}: the training is not finished; resume it")
         facts = self.read_json("model.json")
         if not isinstance(facts.get("version"), int):
             raise RunError(f"{self.folder / 'model.json'}: has no version; it is damaged")
         if facts["version"] > VERSION:
-            raise RunError(f"{self.folder}: of a later version (format {facts['version']}, known {VERSION})")
+            raise RunError(f"{self.place}: of a later version (format {facts['version']}, known {VERSION})")
         return facts
 
     def kind(self) -> Kind:

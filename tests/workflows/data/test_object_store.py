@@ -1,5 +1,6 @@
 """Stores on an object store: an S3-like server (moto, in an environment of its own) on loopback."""
 
+import gc
 import json
 import os
 import pickle
@@ -21,10 +22,11 @@ from tactogram.datasets.store import shard_writing
 from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import RangeReader, location
 from tactogram.datasets.store.store import problems
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, RunError, StoppedError
 from tactogram.signal import Image, Signal
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.training.launch import free_port
+from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 
 SERVER = Path(sys.prefix) / "s3" / "bin" / "moto_server"  # by `make install`
@@ -183,6 +185,39 @@ def test_a_training_reads_it_and_the_run_names_its_url(store, tiny, tmp_path):
     assert runs[0].data["path"] == "s3://bucket/textures"
     assert runs[0].data["run_id"] == runs[1].data["run_id"]
     assert runs[0].metrics() == runs[1].metrics()
+
+
+def test_a_run_goes_on_there_after_a_kill_and_is_used_from_there(store, tiny, tmp_path, capsys):
+    url, changes = "s3://bucket/runs/first", {**tiny, "config.steps": 4, "training.checkpoint_every": 1}
+    options = {"recipe": "tiny", "changes": changes, "accelerator": "cpu"}
+    whole = train("stroke_cnn", store, out=tmp_path / "whole", **options)
+    begun = location(url)
+    with pytest.raises(StoppedError, match=f"--resume {url}"):
+        train("stroke_cnn", store, out=url, stop=lambda: len(begun.files()) > 0, **options)
+    assert "checkpoint.safetensors" in begun.files()
+    with pytest.raises(RunError, match=f"{url}: contains a run, which has begun"):
+        train("stroke_cnn", store, out=url, **options)
+    assert main(["train", "--resume", url]) == 0
+    assert f"run: {url}\n" in capsys.readouterr().out
+    assert "checkpoint.safetensors" not in begun.files()
+
+    again = load_run(url)
+    assert again.run.name == "first"
+    assert again.run.metrics() == whole.metrics()
+    weights = "model.safetensors"
+    assert (again.run.folder / weights).read_bytes() == (whole.folder / weights).read_bytes()
+    copy = again.run.folder
+    assert pickle.loads(pickle.dumps(again.run)).place == url  # noqa: S301: our own
+    del again
+    gc.collect()
+    assert not copy.exists()
+
+    assert main(["evaluate", url]) == 0
+    assert {"evaluation.json", "report.html"} <= begun.files().keys()
+    assert main(["train", "--resume", "s3://bucket/nowhere"]) == 1
+    assert capsys.readouterr().err.endswith(
+        "s3://bucket/nowhere: not a run: expected a folder that `tactogram train` made\n"
+    )
 
 
 def test_an_import_goes_there(tmp_path, server):

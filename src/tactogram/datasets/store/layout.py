@@ -91,6 +91,16 @@ class StoredFile:
 
 
 @dataclass(frozen=True)
+class UnfinishedJob:
+    """An import or simulation that has not added all of its recordings yet."""
+
+    job: str
+    """Identity: what is read or simulated, and by which version."""
+    done: int
+    """Number of its tasks whose recordings are in the store."""
+
+
+@dataclass(frozen=True)
 class StoreInfo:
     """Content of ``dataset.json``."""
 
@@ -112,6 +122,8 @@ class StoreInfo:
     """Hash of the ratings themselves rather than the file."""
     catalogue: StoredFile | None = None
     """Catalogue of a copied store (`tactogram.datasets.store.catalogue`)."""
+    unfinished: UnfinishedJob | None = None
+    """Job that has yet to finish the store; None for a complete one."""
 
     @property
     def files(self) -> tuple[StoredFile, ...]:
@@ -126,8 +138,10 @@ class StoreInfo:
 
     def text(self) -> str:
         """Return the content of ``dataset.json``."""
-        head = {"format": FORMAT, "version": VERSION, "recordings": self.rows}
-        return json.dumps(head | asdict(self), indent=1, ensure_ascii=False) + "\n"
+        values = {"format": FORMAT, "version": VERSION, "recordings": self.rows} | asdict(self)
+        if self.unfinished is None:
+            del values["unfinished"]
+        return json.dumps(values, indent=1, ensure_ascii=False) + "\n"
 
     @classmethod
     def load(cls, folder: Path | RemotePath) -> StoreInfo:
@@ -159,6 +173,8 @@ class StoreInfo:
             values.setdefault("catalogue", None)  # in stores written before it
             for kind in ("ratings", "catalogue"):
                 values[kind] = None if values[kind] is None else StoredFile(**values[kind])
+            begun = values.get("unfinished")
+            values["unfinished"] = None if begun is None else UnfinishedJob(**begun)
             return cls(**{f.name: values[f.name] for f in fields(cls)})
         except (KeyError, TypeError, AttributeError) as error:
             raise DataError(f"{path} lacks or misspells {error}; import the data again") from error

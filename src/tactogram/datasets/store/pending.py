@@ -28,6 +28,33 @@ def part_folder(path: Path) -> Path:
     return path.with_name(f"{path.name}.part-{host_name()}-{os.getpid()}")
 
 
+def adopt_part(path: Path, job: str) -> StoreInfo | None:
+    """Take over the part folder in which an ended process of this machine began ``job`` for ``path``.
+
+    It becomes this process's own, with only the files of its last checkpoint, whose content is returned; None if there
+    is no such folder.
+    """
+    own = part_folder(path)
+    for part in sorted(path.parent.glob(f"{path.name}.part-{host_name()}-*")):
+        process = part.name.rpartition("-")[2]
+        if part != own and not (process.isdigit() and not psutil.pid_exists(int(process))):
+            continue
+        try:
+            facts = StoreInfo.load(part)
+        except DataError:
+            continue
+        if facts.unfinished is None or facts.unfinished.job != job:
+            continue
+        with suppress(OSError):  # another process may take it over, too
+            part.rename(own)
+            named = {file.file for file in facts.files} | {facts.ids, FACTS}
+            for file in own.iterdir():
+                if file.name not in named:
+                    file.unlink()
+            return facts
+    return None
+
+
 def clear_stale_parts(path: Path) -> list[Path]:
     """Remove part folders of ``path`` whose process has ended; return those of unknown state."""
     left = []

@@ -94,6 +94,23 @@ class RemotePath:
         with errors(self):
             return bool(self.system.get_file_info(self.path).type == fs.FileType.File)
 
+    def files(self) -> dict[str, int]:
+        """Return the bytes of each file below a folder, by its name relative to it; empty if there is no folder."""
+        with errors(self):
+            found = self.system.get_file_info(
+                fs.FileSelector(self.path, allow_not_found=True, recursive=True)
+            )
+        return {
+            info.path.removeprefix(f"{self.path}/"): int(info.size)
+            for info in found
+            if info.type == fs.FileType.File
+        }
+
+    def delete(self) -> None:
+        """Delete a file."""
+        with errors(self):
+            self.system.delete_file(self.path)
+
     def size(self) -> int:
         """Return the bytes of a file."""
         with errors(self):

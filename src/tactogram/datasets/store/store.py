@@ -30,7 +30,7 @@ from tactogram.datasets.store.parquet import MissingFileError
 from tactogram.datasets.store.photographs import Photograph, PhotographFiles, image_key
 from tactogram.datasets.store.remote import RangeReader, RemotePath, location
 from tactogram.datasets.store.shard_reading import Shard
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 
 P = ParamSpec("P")
@@ -43,9 +43,12 @@ def open_store(path: Path | str) -> Store:
     Raises
     ------
     DataError
-        If it is not a store, is one of an unknown format version, or cannot be reached.
+        If it is not a store, is an unfinished one or of an unknown format version, or cannot be reached.
     """
-    return Store(location(path))
+    store = Store(location(path))
+    if store.facts.unfinished is not None:
+        raise DataError(f"{path}: unfinished; repeat the import or simulation that was making it")
+    return store
 
 
 def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate[Store, P], T]:

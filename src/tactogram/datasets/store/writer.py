@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +18,7 @@ from tactogram.datasets.store.layout import (
     ID_TABLE,
     StoredFile,
     StoreInfo,
+    UnfinishedJob,
     check_utf8,
     facts_hash,
     store_hash,
@@ -31,16 +33,26 @@ from tactogram.errors import DataError
 from tactogram.signal import Image
 from tactogram.signal.io.atomic import atomic_write, to_disk
 
+KEPT_S = 60.0
+"""Seconds between checkpoints: what a killed job does again."""
+
 
 class StoreWriter:
     """Writes recordings one by one into shards, besides those of ``store``, whose content is ``facts``.
 
-    Leaving its ``with`` block without `publish` or `finish` removes everything that was written. With ``durable`` the
-    files survive a power cut (`tactogram.datasets.store.appending`).
+    Leaving its ``with`` block without `publish` or `finish` removes everything that was written, unless there is a
+    checkpoint (`keep`) of ``job``. With ``durable`` the files survive a power cut
+    (`tactogram.datasets.store.appending`).
     """
 
     def __init__(
-        self, folder: Path | RemotePath, facts: StoreInfo, store: Store | None, *, durable: bool = False
+        self,
+        folder: Path | RemotePath,
+        facts: StoreInfo,
+        store: Store | None,
+        *,
+        durable: bool = False,
+        job: str = "",
     ) -> None:
         folder = local(folder)
         self.folder, self.facts = folder, facts
@@ -62,6 +74,10 @@ class StoreWriter:
         self._seen: dict[str, tuple[str | None, str]] = {}
         self._simulated = facts.simulated
         self._done = False
+        self._job = job
+        self.tasks_done = facts.unfinished.done if facts.unfinished else 0
+        """Tasks of the job whose recordings are in the folder already."""
+        self._kept_at = time.monotonic()
 
     def __enter__(self) -> Self:
         return self
@@ -71,7 +87,7 @@ class StoreWriter:
     ) -> None:
         self._shards.abandon()
         self._pictures.abandon()
-        if not self._done:
+        if not self._done and self.facts.unfinished is None:
             self._files.remove()
         self._files.forget_notes()
 
@@ -136,11 +152,25 @@ class StoreWriter:
         stored = [] if self._store is None else [item_of(info) for info in self._store.index]
         return frozenset({*self._items, *self.photographs, *(item for item in stored if item)})
 
+    def keep(self, done: int) -> None:
+        """Make a checkpoint after ``done`` tasks of the job, unless the last one is younger than `KEPT_S`.
+
+        The same job goes on after it (`tactogram.datasets.store.writing.new_store`), however this process ends.
+        """
+        if self._job and self.added and time.monotonic() - self._kept_at >= KEPT_S:
+            self._save(UnfinishedJob(self._job, done))
+            self._kept_at = time.monotonic()
+
     def finish(self) -> StoreInfo:
         """Close all files and write ``dataset.json``, which makes the folder a store.
 
         A `DataError` if there is nothing to write, an unknown item was rated, or the store was changed meanwhile.
         """
+        facts = self._save(None)
+        self._done = True
+        return facts
+
+    def _save(self, unfinished: UnfinishedJob | None) -> StoreInfo:
         self._shards.close()
         self._pictures.close()
         if not self._shards.shards and not self.photographs:
@@ -169,6 +199,7 @@ class StoreWriter:
             ratings=rated,
             ratings_sha256=rated_hash,
             catalogue=None,
+            unfinished=unfinished,
         )
         if self._store is not None:
             await_replaced(self.folder)
@@ -181,19 +212,20 @@ class StoreWriter:
                 self._files.to_disk()
         if self._files.durable:
             to_disk(self.folder)
-        self._done = True
-        if self._store is not None and self.facts.ids != ids_file:
+        if self.facts.ids not in ("", ids_file):
             (self.folder / self.facts.ids).unlink(missing_ok=True)
         if self.facts.ratings is not None and self.facts.ratings != rated:
             (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
         if self.facts.catalogue is not None:
             (self.folder / self.facts.catalogue.file).unlink(missing_ok=True)
+        self.facts = facts
         return facts
 
     def publish(self, path: Path) -> StoreInfo:
         """Finish and rename the folder to ``path``; `DataError` if that fails."""
         facts = self.finish()
         self._done = False
+        self._files.forget_notes()
         try:
             self.folder.rename(path)
         except OSError as error:

@@ -9,7 +9,7 @@ from pathlib import Path
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.layout import StoreInfo
-from tactogram.datasets.store.pending import part_folder
+from tactogram.datasets.store.pending import adopt_part, part_folder
 from tactogram.datasets.store.store import Store, open_store
 from tactogram.datasets.store.writer import StoreWriter
 from tactogram.errors import DataError, ParameterError
@@ -51,8 +51,7 @@ def create_store(
         item was rated.
     """
     path = Path(path)
-    if path.exists():
-        raise DataError(f"{path} must not exist yet; choose another folder, or add to the store")
+    check_new(path)
     with new_store(path, name=name, licence=licence, source=source, simulated=simulated) as writer:
         for recording in recordings:
             writer.add(recording)
@@ -61,6 +60,12 @@ def create_store(
         writer.ratings = ratings
         writer.publish(path)
     return open_store(path)
+
+
+def check_new(path: Path) -> None:
+    """Raise a `DataError` if there is a file or folder at the path of a new store."""
+    if path.exists():
+        raise DataError(f"{path} must not exist yet; choose another folder, or add to the store")
 
 
 def add_recordings(
@@ -111,9 +116,19 @@ def add_ratings(store: Store, ratings: Ratings, *, replace: bool = False) -> Sto
 
 
 def new_store(
-    path: Path, *, name: str, licence: str, source: str, simulated: bool, durable: bool = False
+    path: Path,
+    *,
+    name: str,
+    licence: str,
+    source: str,
+    simulated: bool,
+    durable: bool = False,
+    job: str = "",
 ) -> StoreWriter:
     """Return a writer into a part folder beside ``path``.
+
+    ``job`` identifies what is written, and by which version: if a process of this machine was killed in the same job
+    after a checkpoint (`StoreWriter.keep`), the writer goes on from there, after ``tasks_done`` tasks.
 
     Raises
     ------
@@ -125,8 +140,10 @@ def new_store(
     if not licence:
         raise ParameterError("a store needs a licence; say 'not stated' where the source states none")
     part = part_folder(path)
+    if job and (begun := adopt_part(path, job)):
+        return StoreWriter(part, begun, Store(part), durable=durable, job=job)
     if part.exists():
         shutil.rmtree(part)
     part.mkdir(parents=True)
     empty = StoreInfo(name, licence, source, simulated, "", {}, (), (), "")
-    return StoreWriter(part, empty, None, durable=durable)
+    return StoreWriter(part, empty, None, durable=durable, job=job)

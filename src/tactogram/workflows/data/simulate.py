@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict
 from functools import partial
+from importlib.metadata import version
 from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import Any, TypeVar
 
-from tactogram.datasets import create_store
+from tactogram.datasets import open_store
 from tactogram.datasets.examples import cores
 from tactogram.datasets.simulate import RecordingTask, make, study, surface_photographs, tasks
-from tactogram.errors import TactogramError
+from tactogram.datasets.simulate.raters.felt import TouchCues
+from tactogram.datasets.simulate.surfaces import Surface
+from tactogram.datasets.store.pending import clear_stale_parts
+from tactogram.datasets.store.writing import check_new, new_store
+from tactogram.errors import DataError, TactogramError
+from tactogram.signal.io.locks import lock
 from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
@@ -54,15 +62,6 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         own_images=not photographs,
         random=random,
     )
-    rated = study(
-        set_name,
-        seed=seed,
-        per_class=per_class,
-        raters=raters,
-        signals=signals,
-        random=random,
-        each=lambda function, surfaces: _made(function, surfaces, _pieces(surfaces), "rate", request),
-    )
     given = {
         "per-class": per_class,
         "seconds": request.seconds,
@@ -81,16 +80,36 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
             if value is not None
         ]
     )
-    store = create_store(
-        Path(request.out),
-        chain(_made(make, todo, _by_surface(todo), "simulate", request), rated.recordings if rated else ()),
-        name=f"{set_name} (simulated)",
-        licence="CC0-1.0",
-        source=command,
-        simulated=True,
-        photographs=chain(shown, rated.photographs if rated else ()),
-        ratings=rated.ratings if rated else None,
+    out, job = Path(request.out), f"{command}, {version('tactogram')}"
+    check_new(out)
+    rated = study(
+        set_name,
+        seed=seed,
+        per_class=per_class,
+        raters=raters,
+        signals=signals,
+        random=random,
+        each=lambda function, surfaces: _rated(function, surfaces, job, request),
     )
+    with new_store(
+        out, name=f"{set_name} (simulated)", licence="CC0-1.0", source=command, simulated=True, job=job
+    ) as writer:
+        clear_stale_parts(out)
+        before = writer.tasks_done
+        left = todo[before:]
+        for done, recording in enumerate(
+            _made(make, left, _by_surface(left), "simulate", request, before), before + 1
+        ):
+            writer.add(recording)
+            writer.keep(done)
+        for recording in rated.recordings if rated else ():
+            writer.add(recording)
+        for material, image in chain(shown, rated.photographs if rated else ()):
+            writer.add_photograph(image, material)
+        writer.ratings = rated.ratings if rated else None
+        writer.publish(out)
+    _cues_file(out).unlink(missing_ok=True)
+    store = open_store(out)
     report = {
         "store": str(request.out),
         "recordings": len(store),
@@ -105,24 +124,61 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
     return report
 
 
+def _rated(
+    function: Callable[[Surface], TouchCues], surfaces: list[Surface], job: str, request: SimulationRequest
+) -> Iterator[TouchCues]:
+    """Yield the cues of each surface; each is kept in a line of a file, so that a killed simulation goes on."""
+    file = _cues_file(Path(request.out))
+    with file.open("a+", encoding="utf-8", buffering=1) as lines:
+        if not lock(lines.fileno()):
+            raise DataError(
+                f"{request.out}: another process simulates it at present; wait for it, or stop it first"
+            )
+        kept = _kept_cues(file, job)
+        lines.truncate(0)
+        lines.writelines(f"{json.dumps(line)}\n" for line in [{"job": job}, *map(asdict, kept)])
+        yield from kept
+        left = surfaces[len(kept) :]
+        for cues in _made(function, left, _pieces(left), "rate", request, len(kept)):
+            lines.write(f"{json.dumps(asdict(cues))}\n")
+            yield cues
+
+
+def _kept_cues(file: Path, job: str) -> list[TouchCues]:
+    """Return the cues in the complete lines of a file, if a simulation of the same ``job`` left it."""
+    lines = file.read_text(encoding="utf-8").split("\n")[:-1]
+    if not lines or json.loads(lines[0]) != {"job": job}:
+        return []
+    return [TouchCues(**json.loads(line)) for line in lines[1:]]
+
+
+def _cues_file(out: Path) -> Path:
+    return out.with_name(f"{out.name}.cues.jsonl")
+
+
 def _made(
     function: Callable[[T], R],
     items: Sequence[T],
     chunks: Iterable[list[T]],
     title: str,
     request: SimulationRequest,
+    before: int = 0,
 ) -> Iterator[R]:
-    """Yield ``function`` of each item, in order; a worker makes a chunk of them at a time."""
+    """Yield ``function`` of each item, in order; a worker makes a chunk of them at a time.
+
+    ``before`` is the number of items that were made before, for the progress.
+    """
     workers = request.workers or cores()
+    total = before + len(items)
     if not request.on and (workers == 1 or len(items) < 2 * workers):
-        yield from _counted(map(function, items), len(items), request.progress, title)
+        yield from _counted(map(function, items), before, total, request.progress, title)
         return
     numbered = list(enumerate(chunks))
     outcomes = run_tasks(partial(_all, function), numbered, on=request.on, processes=workers)
     if request.on:
         page, name = Path(f"{request.out}-{title}-workers.html"), _chunk_name
         outcomes = followed(outcomes, page, numbered, title=title, name=name, simulated=True)
-    yield from _counted(_values(in_order(outcomes)), len(items), request.progress, title)
+    yield from _counted(_values(in_order(outcomes)), before, total, request.progress, title)
 
 
 def _values(outcomes: Iterable[Outcome[tuple[int, list[T]], list[R]]]) -> Iterator[R]:
@@ -156,7 +212,9 @@ def _pieces(items: Iterable[T]) -> Iterator[list[T]]:
         yield chunk
 
 
-def _counted(results: Iterable[R], total: int, progress: ProgressCallback, stage: str) -> Iterator[R]:
-    for done, result in enumerate(results, start=1):
+def _counted(
+    results: Iterable[R], before: int, total: int, progress: ProgressCallback, stage: str
+) -> Iterator[R]:
+    for done, result in enumerate(results, start=before + 1):
         yield result
         progress(stage, done, total)

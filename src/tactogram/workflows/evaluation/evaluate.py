@@ -79,9 +79,10 @@ def evaluate(request: EvaluationRequest) -> dict[str, Any]:
         sections=sections,
         simulated=facts["simulated"] or loaded.simulated,
     )
-    figures["report"] = str(report)
+    figures["report"] = f"{loaded.run.place}/{report.name}"
     figures = {name: _finite(value) for name, value in figures.items()}
     loaded.run.write_json("evaluation.json", figures)
+    loaded.run.publish()
     return figures
 
 

@@ -15,6 +15,7 @@ from tactogram.extras import imported
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
 from tactogram.signal.io.atomic import write_text
+from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
 from tactogram.workflows import hub
 from tactogram.workflows.evaluation_results import evaluation_results
@@ -52,7 +53,7 @@ def export_hub(run: Path | str, out: Path | str, *, push: str | None = None) -> 
         If huggingface_hub is not installed.
     """
     hub.hub_library()
-    found = Run.open(Path(run))
+    found = open_run(run)
     found.facts()
     info = model_of(found)
     with new_folder(Path(out)) as folder:

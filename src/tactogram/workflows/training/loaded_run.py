@@ -16,6 +16,7 @@ from tactogram.model import Classifier, Embedder, Generator, ImageKind, Kind, Pr
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
+from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
 
 
@@ -113,7 +114,9 @@ class LoadedRun:
 
 
 def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
-    """Return the finished run in ``folder``; ``model_folders`` are further to those recorded in it.
+    """Return the finished run in ``folder``, or at a URL such as ``s3://bucket/run``.
+
+    ``model_folders`` are further to those recorded in it.
 
     The name of a model that comes trained (`tactogram.models.shipped_run`) is its run, unless there is such a folder.
 
@@ -124,7 +127,7 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
     """
     from tactogram.training.checkpoint import load_state
 
-    run = Run.open(models.shipped_run(str(folder)) or Path(folder))
+    run = open_run(models.shipped_run(str(folder)) or folder)
     kind, recipe = run.kind(), run.recipe
     facts = model_of(run, model_folders).of(images=isinstance(kind, ImageKind))
     model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)
@@ -133,7 +136,7 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
         model.load_state(state)
     except (KeyError, TypeError, ValueError, RuntimeError) as error:
         line = str(error).split("\n")[0]
-        raise RunError(f"{run.folder}: the weights do not fit the recipe: {line}") from error
+        raise RunError(f"{run.place}: the weights do not fit the recipe: {line}") from error
     return LoadedRun(run, facts, recipe, kind, model)
 
 
@@ -167,7 +170,7 @@ def test_part(run: Run) -> tuple[Store, Split]:
     try:
         store = open_store(facts["path"])
     except Exception as error:
-        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give `data`") from error
+        raise RunError(f"{run.place}: its data is not at {facts['path']} any more; give `data`") from error
     split = Split.load(run.folder / "split.json")
     if missing := [s.id for part in split.parts.values() for s in part if s.id not in store]:
         raise RunError(

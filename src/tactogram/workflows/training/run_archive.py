@@ -9,6 +9,7 @@ from typing import Any
 
 from tactogram.errors import RunError
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
 from tactogram.workflows.new_folder import new_folder
 
@@ -19,7 +20,7 @@ LARGEST_BYTES = 8 * 2**30
 
 def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:
     """Pack the finished run in ``run`` into the zip file ``out``; return ``file``, ``files`` and ``bytes``."""
-    found, target = Run.open(Path(run)), Path(out)
+    found, target = open_run(run), Path(out)
     found.facts()
     files = [
         f

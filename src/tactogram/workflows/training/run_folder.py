@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 from tactogram.errors import RunError
@@ -15,22 +14,19 @@ BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
 """Files of a run before its first step; the recipe, which makes it a run, first."""
 
 
-def claim_run(folder: Path, identity: str, resume: bool) -> Run:
-    """Return a new run in ``folder``, or with ``resume`` the one there, if of the same identity."""
+def claim_run(run: Run, identity: str, resume: bool) -> None:
+    """Refuse a folder that holds a run, or with ``resume`` one that holds none of the same identity."""
     if not resume:
-        run = Run(folder)
         run.check_free()
-        return run
-    if not (folder / "recipe.toml").exists():
-        raise RunError(f"{folder}: nothing to resume here; omit `resume` to start a run")
-    run = Run.open(folder)
+        return
+    if not (run.folder / "recipe.toml").exists():
+        raise RunError(f"{run.place}: nothing to resume here; omit `resume` to start a run")
     if run.data["run_id"] != identity:
         raise RunError(
-            f"{folder}: was begun with another recipe, split or data; resume with the same ones, "
+            f"{run.place}: was begun with another recipe, split or data; resume with the same ones, "
             "or choose another `out`"
         )
-    check_idle(folder)
-    return run
+    check_idle(run.folder)
 
 
 def begin(run: Run, plan: TrainingPlan) -> None:

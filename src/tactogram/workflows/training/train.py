@@ -30,6 +30,7 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric, memory_checked
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.processes import ALONE, Processes, devices_and_nodes, started_by_torchrun
+from tactogram.training.remote_run import run_at
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
@@ -92,7 +93,7 @@ def _train_here(request: TrainingRequest, *, progress: ProgressCallback, stop: C
     name = f"{request.model}-{Path(request.recipe).stem}-{plan.identity}"
     return train_plan(
         plan,
-        Path(request.out) if request.out else Path("runs") / name,
+        run_at(request.out or Path("runs") / name),
         resume=request.resume,
         accelerator=request.accelerator,
         devices=request.devices,
@@ -104,7 +105,7 @@ def _train_here(request: TrainingRequest, *, progress: ProgressCallback, stop: C
 
 def train_plan(
     plan: TrainingPlan,
-    folder: Path,
+    run: Run,
     *,
     resume: bool = False,
     accelerator: str = "auto",
@@ -113,21 +114,22 @@ def train_plan(
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
 ) -> Run:
-    """Carry out a plan in ``folder``, or continue it there, and return the finished run.
+    """Carry out a plan in the folder of ``run``, or continue it there, and return the finished run.
 
     Of several processes (`tactogram.training.device.make_fabric`) the first one writes the run; for the others it may
-    not be finished yet. Errors as of `train`; another process that trains in ``folder`` is an error, too.
+    not be finished yet. Errors as of `train`; another process that trains there is an error, too.
     """
     facts, chosen = plan.facts, plan.recipe
     devices, nodes = devices_and_nodes(devices, nodes)
     fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices, nodes=nodes)
     processes = Processes(fabric)
     first = processes.first
-    run = claim_run(folder, plan.identity, resume) if first else Run(folder)
+    if first:
+        claim_run(run, plan.identity, resume)
     if processes.agreed(run.finished):
         return run
     if first:
-        check_writable(folder, folder=True)
+        check_writable(run.folder, folder=True)
     else:
         progress = silent
     kind, examples, validation = training_material(plan, processes, progress, stop)
@@ -147,7 +149,7 @@ def train_plan(
     if first and not resume:
         begin(run, plan)
     processes.barrier()
-    with run_lock(folder) if first else nullcontext():
+    with run_lock(run.folder) if first else nullcontext():
         start = _restored(run, learner, processes) if resume else TrainingPosition()
         try:
             with memory_checked(f"the training of {facts.name}"):
@@ -276,7 +278,7 @@ def run_training(
             processes.barrier()
             raise StoppedError(
                 f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
-                f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
+                f"{run.place}: `tactogram train --resume {run.place}` continues it"
             )
 
     fit(learner, examples, seed=recipe.seed, start=start, processes=processes, on_step=on_step)
