@@ -1,4 +1,4 @@
-"""Signals: training on crops of whitened spectra; textures of any length and of mixed materials."""
+"""Training on crops of whitened spectra of signals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
@@ -21,91 +20,39 @@ from tactogram.model import (
     BatchShare,
     Condition,
     Example,
-    ExportedNetwork,
     SignalKind,
     Stage,
-    check_condition,
     check_state,
 )
 from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
-from tactogram.models.texture_flow.exported import (
-    exported_flow,
-    exported_predictor,
-    exported_recovery,
-)
-from tactogram.models.texture_flow.flow_model import FlowModel
-from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
 from tactogram.models.texture_flow.modulation import modulated
-from tactogram.models.texture_flow.networks import VelocityUNet
+from tactogram.models.texture_flow.signal_flow import SignalFlow, rms
 from tactogram.models.texture_flow.surface_prediction import (
     UNKNOWN,
     Reference,
     StrokePair,
     Strokes,
-    SurfacePredictor,
 )
-from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
 from tactogram.models.texture_flow.tonal_surfaces import split_strokes
 from tactogram.nn.bare_and_fixed import bare
-from tactogram.nn.labels import NUMBERS, Labels
-from tactogram.signal import Image, Signal
-from tactogram.signal.displacement import played
-from tactogram.signal.motion import Motion
-from tactogram.signal.tone_synthesis import synthesise_tones
 from tactogram.training.checkpoint import load_state
-from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
+from tactogram.training.seeds import child_rng
 
-NOISE_FRAMES = 64
-"""Frames of noise that are drawn at once, so that longer signals begin with the same noise."""
-LARGEST_CODE = 4.0
-"""Numbers of a code count as at most so many standard deviations of those of the recordings."""
 MOST_PHOTOGRAPHS = 50
 """Photographs of a material that are learned from."""
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
-MOMENT_S = 0.05
-"""Longest time between two moments of a motion for which a surface is determined, s."""
-PLAYBACK_RATE = 4000.0
-"""Of a signal over displacement that is played at a speed, Hz."""
-LEAST_ITERATIONS = 2
-"""Of phase recovery, for it to be exported."""
-LEAST_RMS = 1e-12
-"""Of a vibration in another unit."""
 
 
-class SignalFlowLearner:
-    """Whitened spectra, and the flow that generates them."""
+class SignalFlowLearner(SignalFlow):
+    """Training of a `SignalFlow`."""
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
-        self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
-        self.device, self.share = torch.device(device), WHOLE_BATCH
-        self.spectra = SurfaceSpectra(config, kind.rate, kind.domain)
-        self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
-        """Mean and standard deviation of the codes of recordings."""
-        self.over_displacement = kind.domain == "displacement"
-        conditions = [
-            name for name in config.conditions if name != "speed_mm_s" or not self.over_displacement
-        ]
-        self.labels = Labels(conditions)
-        self.label_size = self.codes.shape[1] + 2 + 4 * len(conditions)
-        with torch_seeded(seed, "weights"):
-            network = VelocityUNet(config, channels=len(kind.axes), labels=self.label_size)
-        self.flow = FlowModel(network, config, device=self.device)
-        predictor = None
-        if config.prediction_steps:
-            with torch_seeded(seed, "predictor"):
-                predictor = SurfacePredictor(
-                    self.spectra.vector_size(len(kind.axes)),
-                    components=config.components,
-                    conditions=conditions,
-                    words=len(kind.words),
-                ).to(self.device)
-        self.known = KnownSurfaces(kind, self.spectra, self.labels, predictor)
-        self.seconds = self.rms = 0.0
-        """Medians of the training recordings (mm over displacement instead of seconds)."""
+        super().__init__(config, kind, seed=seed, device=device)
+        self.share = WHOLE_BATCH
         self.backward: Callable[[Tensor], None] = Tensor.backward
 
     @cached_property
@@ -122,8 +69,6 @@ class SignalFlowLearner:
             self.known.predictor.mark_forward_method("loss")
         self.backward, self.device = fabric.backward, fabric.device
         self.share = BatchShare.of_process(fabric)
-
-    # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.require_materials("texture_flow")
@@ -226,24 +171,6 @@ class SignalFlowLearner:
             labels.append(self._label(surface, wanted, reference))
         return torch.stack(spectra), torch.stack(labels)
 
-    def _label(self, surface: Surface, condition: Condition, measured: Condition | None) -> Tensor:
-        """Return the code of a surface, a 1, and speed and force that it was measured with; then those wanted.
-
-        Float32, shape (label,); after speeds and forces are as many numbers, 1 for each that is known. ``measured`` is
-        the condition of the one recording that the surface was measured from, if it was one: another 1.
-        """
-        code = (surface.code - self.codes[0]) / self.codes[1].clamp_min(LEAST_DEVIATION)
-        measures = float(measured is not None), *self._numbers(measured or {})
-        numbers = torch.tensor([1.0, *measures, *self._numbers(condition)])
-        return torch.cat((code.clamp(-LARGEST_CODE, LARGEST_CODE), numbers))
-
-    def _numbers(self, condition: Condition) -> list[float]:
-        known = [
-            float(name in self.labels.ranges and condition.get(name) is not None)
-            for name in self.labels.names
-        ]
-        return [*self.labels.numbers(condition), *known]
-
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
             return self._fit(batch)
@@ -295,7 +222,7 @@ class SignalFlowLearner:
                 child_rng(self.seed, "photographs"),
             )
         self.seconds = float(np.median([len(example.signal) / example.signal.rate for example in examples]))
-        self.rms = float(np.median([_rms(example.signal) for example in examples]))
+        self.rms = float(np.median([rms(example.signal) for example in examples]))
         return {"seconds": self.seconds}
 
     def _start_from(self, run: Path) -> None:
@@ -371,181 +298,3 @@ class SignalFlowLearner:
         if saved := state.get("optimisers"):
             for optimiser, own in zip(self._optimisers, saved, strict=True):
                 optimiser.load_state_dict(own)
-
-    # -- export ------------------------------------------------------------------------------------------
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        config, kind = self.config, self.kind
-        labels = {name: self._label_of({"material": name}).tolist() for name in self.materials}
-        found = exported_flow(
-            self.flow,
-            (len(kind.axes), self.spectra.bins, config.frames),
-            (config.frames, self.label_size),
-            axes=("batch", "axis", "bin", "frame"),
-            output="log magnitudes of the surface's sources, standardised",
-            free=("frame",),
-            facts={"label": labels, "frame_multiple": config.multiple},
-        )
-        if self.spectra.iterations >= LEAST_ITERATIONS:
-            frames = self.spectra.frames(round(self.seconds * kind.rate), config.multiple)
-            found["phase_recovery"] = exported_recovery(self.spectra, frames, kind.unit)
-        if self.known.predictor is not None:
-            found["predictor"] = exported_predictor(bare(self.known.predictor))
-        return found
-
-    # -- use ---------------------------------------------------------------------------------------------
-
-    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
-        """Return a signal, by default as long as the median of the training recordings.
-
-        The surface is a material or mix, with weights scaled to sum to 1; the materials of a photograph, mixed by their
-        probabilities; that of a measured vibration; or that which scores of words describe, of which some may be
-        missing. Of a mix cross-spectra, log magnitudes and codes are mixed. Beyond the recorded range, speed and force
-        count as the nearest recorded ones. A vibration in another unit counts as loud as the training recordings, and
-        the result is in its unit.
-
-        Trained on signals over displacement, it returns one, or with ``speed_mm_s`` or a ``motion`` that signal as
-        felt at this speed, over time, for ``seconds``, which need a speed.
-
-        Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
-        its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
-        those that it was measured with. So is the surface of words, if surfaces were rated; without such a training it
-        is a mix of those rated alike (`word_weights`).
-
-        A ``motion`` changes speed and force over time, as far as the training recordings have them, and silences the
-        signal where its gain is 0; over displacement, where the finger is lifted. The signal is as long as the motion.
-        """
-        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, "motion", *OF_THE_VIBRATION))
-        motion = condition.get("motion")
-        if motion is not None and not isinstance(motion, Motion):
-            raise ParameterError(f"motion must be a Motion, got {type(motion).__name__}")
-        vibration = condition.get("vibration")
-        if vibration is not None and vibration.unit != self.kind.unit:
-            gain = self.rms / max(_rms(vibration), LEAST_RMS)
-            alike = vibration.with_samples(gain * vibration.samples, unit=self.kind.unit)
-            made = self.generate({**condition, "vibration": alike}, seconds=seconds, seed=seed)
-            return made.with_samples(made.samples / gain, unit=vibration.unit)
-        if self.over_displacement:
-            return self._over_displacement(condition, seconds, seed=seed)
-        return self.kind.signal(self._samples(condition, seconds, seed=seed))
-
-    def _over_displacement(self, condition: Condition, seconds: float | None, *, seed: int) -> Signal:
-        """Return a signal over displacement, or as it is felt at a speed or along a motion."""
-        motion: Motion | None = condition.get("motion")
-        speed: float | None = condition.get("speed_mm_s")
-        still = {**condition, "speed_mm_s": None, "motion": None}
-        if motion is not None:
-            if speed is not None:
-                raise _given_twice(["speed_mm_s"])
-            times = np.arange(0, motion.lasting(seconds), 1 / PLAYBACK_RATE)
-            moved = np.interp(times, motion.time_s, motion.speed_mm_s)
-            length_mm = float(np.sum(moved) + 2 * np.max(moved)) / PLAYBACK_RATE + 2 / self.kind.rate
-            made = self.kind.signal(self._samples(still, length_mm, seed=seed))
-            speeds = Signal((1e-3 * moved[None]).astype(np.float32), PLAYBACK_RATE, "m/s", ("along",))
-            felt = played(made, speeds, PLAYBACK_RATE)
-            contact = motion.at("contact", np.arange(len(felt)) / PLAYBACK_RATE)
-            return felt if contact is None else felt.with_samples((felt.samples * contact).astype(np.float32))
-        if speed is None:
-            if seconds is not None:
-                raise ParameterError(
-                    "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
-                )
-            return self.kind.signal(self._samples(still, None, seed=seed))
-        if not (math.isfinite(speed) and speed > 0):
-            raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
-        made = self.kind.signal(self._samples(still, None if seconds is None else seconds * speed, seed=seed))
-        return played(made, speed, PLAYBACK_RATE)
-
-    def _samples(self, condition: Condition, seconds: float | None, *, seed: int) -> NDArray[np.float32]:
-        """Return the samples of a condition that is at constant speed and force or has a motion, (axis, time)."""
-        motion: Motion | None = condition.get("motion")
-        if motion is not None:
-            seconds = motion.lasting(seconds)
-        elif seconds is None:
-            seconds = self.seconds
-        moments = [condition] if motion is None else self._moments(condition, motion, seconds)
-        for moment in moments:
-            self.labels.check(moment)
-        at = self.known.described(condition, draw=child_rng(seed, "tones").random())
-        found = [at(moment) for moment in moments]
-        labels = [
-            self._label_at(moment, each.surface, reached)
-            for moment, (each, reached) in zip(moments, found, strict=True)
-        ]
-        length = max(1, round(seconds * self.kind.rate))
-        spectrum = self._spectrum(torch.stack(labels), length, seed=seed)
-        noise = self.spectra.decode(spectrum.cpu(), [each.surface for each, _ in found], length, seed=seed)
-        steady = synthesise_tones(
-            [each.tones for each, _ in found], length, self.kind.rate, seed=child_seed(seed, "tones")
-        )
-        samples = noise + steady
-        if motion is not None and motion.gain is not None:
-            mean = found[0][0].surface.mean.numpy()[:, None]
-            samples = mean + motion.at("gain", np.arange(length) / self.kind.rate) * (samples - mean)
-        return samples.astype(np.float32)
-
-    def _label_at(self, moment: Condition, surface: Surface, reached: Condition | None) -> Tensor:
-        """Return the label of a surface that is known at the condition ``reached``, wanted at ``moment``."""
-        wanted = moment if self.known.predictor is None or reached is None else reached
-        return self._label(surface, wanted, reached)
-
-    def _label_of(self, condition: Condition) -> Tensor:
-        """Return the label of a condition without a motion."""
-        found, reached = self.known.described(condition, draw=0.5)(condition)
-        return self._label_at(condition, found.surface, reached)
-
-    def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
-        """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""
-        times = np.linspace(0, seconds, 2 + int(seconds / MOMENT_S))
-        known = {
-            name: values
-            for name in NUMBERS
-            if name in self.labels.ranges and (values := motion.at(name, times)) is not None
-        }
-        if "speed_mm_s" not in known:
-            raise ParameterError(
-                "this run was trained on recordings of unknown speed, so it cannot follow a motion"
-            )
-        if twice := [name for name in known if condition.get(name) is not None]:
-            raise _given_twice(twice)
-        return [
-            {**condition, **{name: float(values[k]) for name, values in known.items()}}
-            for k in range(len(times))
-        ]
-
-    @property
-    def predicted_ranges(self) -> dict[str, tuple[float, float]]:
-        if self.known.strokes is None:
-            return {}
-        return {name: (known.least, known.most) for name, known in self.labels.ranges.items()}
-
-    def classify_photograph(self, image: Image) -> tuple[str, float]:
-        probabilities = self.known.photographs.probabilities(image)
-        return self.materials[probabilities.argmax()], float(probabilities.max())
-
-    def _spectrum(self, labels: Tensor, length: int, *, seed: int) -> Tensor:
-        """Return a spectrum, (axis, bin, frame), of at least ``length`` samples.
-
-        Several labels, (moment, label), are those at evenly spaced times from the first sample to the last.
-        """
-        frames = self.spectra.frames(length, self.config.multiple)
-        shape = len(self.kind.axes), self.spectra.bins, NOISE_FRAMES
-        noise = torch.cat(
-            [
-                torch.randn(shape, generator=child_generator(seed, "noise", number))
-                for number in range(-(-frames // NOISE_FRAMES))
-            ],
-            -1,
-        )[None, ..., :frames]
-        over_frames = self.spectra.over_frames(labels, frames, length)
-        return self.flow.sample(noise, over_frames[None])[0]
-
-
-def _given_twice(names: Sequence[str]) -> ParameterError:
-    return ParameterError(
-        f"the motion has its own {' and '.join(names)}; omit {'it' if len(names) == 1 else 'them'}"
-    )
-
-
-def _rms(signal: Signal) -> float:
-    return float(np.sqrt(np.mean(np.var(signal.samples, axis=1, dtype=np.float64))))
