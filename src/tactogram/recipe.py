@@ -85,8 +85,9 @@ class TrainingSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    precision: Literal["32-true", "bf16-mixed", "16-mixed"] = "32-true"
-    """Lightning Fabric's name of the number format."""
+    precision: Literal["32-true", "bf16-mixed", "16-mixed", "auto"] = "32-true"
+    """Lightning Fabric's name of the number format; ``auto`` is ``bf16-mixed`` on processors and GPUs that multiply
+    bfloat16 faster than float32, ``32-true`` on others."""
     checkpoint_every: int = Field(default=200, gt=0)
     """Steps between checkpoints."""
     log_every: int = Field(default=10, gt=0)

@@ -34,10 +34,14 @@ class OpenTask:
 
     def examples(self, part: str) -> Examples:
         """Return the examples of ``train``, ``validation`` or ``test``, prepared once for all tasks."""
-        cache = self.folder / "prepared"
         return part_examples(
-            self.store, self.split, part, self.task.prepare, label=self.task.label, cache_dir=cache
+            self.store, self.split, part, self.task.prepare, label=self.task.label, cache_dir=self.prepared
         )
+
+    @property
+    def prepared(self) -> Path:
+        """Folder of prepared recordings, of all tasks and trainings."""
+        return self.folder / "prepared"
 
     @cached_property
     def test(self) -> Sequence[Example]:

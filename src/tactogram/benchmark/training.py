@@ -65,7 +65,15 @@ def trained_for(
     with _alone(place):
         if not (place / "model.safetensors").is_file():
             begun = (place / "recipe.toml").is_file()
-            train_plan(plan, Run(place), resume=begun, accelerator="auto", progress=progress, stop=stop)
+            train_plan(
+                plan,
+                Run(place),
+                resume=begun,
+                accelerator="auto",
+                prepared=opened.prepared,
+                progress=progress,
+                stop=stop,
+            )
     return load_run(place, model_folders=model_folders)
 
 

@@ -63,8 +63,9 @@ def make_fabric(
 
         several = {"num_nodes": nodes, "strategy": AveragingStrategy()}
         logging.getLogger("lightning_fabric").setLevel(logging.WARNING)  # it announces every process
+    precision: Any = chosen_precision(training.precision, accelerator)
     try:
-        fabric = Fabric(accelerator=accelerator, devices=devices, precision=training.precision, **several)
+        fabric = Fabric(accelerator=accelerator, devices=devices, precision=precision, **several)
     except (ValueError, RuntimeError, MisconfigurationException) as error:
         raise ParameterError(f"accelerator {accelerator}, devices {devices}: {first_line(error)}") from error
     try:
@@ -74,6 +75,19 @@ def make_fabric(
             f"the {devices * nodes} processes of the training cannot connect: {first_line(error)}"
         ) from error
     return fabric
+
+
+def chosen_precision(precision: str, accelerator: str = "auto") -> str:
+    """Return Fabric's name of the number format on this machine (`TrainingSettings.precision`)."""
+    import torch
+
+    if precision != "auto":
+        return precision
+    if accelerator != "cpu" and torch.cuda.is_available():
+        fast = torch.cuda.is_bf16_supported(including_emulation=False)
+    else:
+        fast = bool(torch.cpu.get_capabilities().get("amx_bf16"))
+    return "bf16-mixed" if fast else "32-true"
 
 
 def first_line(error: Exception) -> str:

@@ -207,7 +207,7 @@ def test_a_run_goes_on_there_after_a_kill_and_is_used_from_there(store, tiny, tm
     weights = "model.safetensors"
     assert (again.run.folder / weights).read_bytes() == (whole.folder / weights).read_bytes()
     copy = again.run.folder
-    assert pickle.loads(pickle.dumps(again.run)).place == url  # noqa: S301: our own
+    assert pickle.loads(pickle.dumps(again.run)).place == url  # noqa: S301
     del again
     gc.collect()
     assert not copy.exists()

@@ -9,12 +9,16 @@ from tactogram.errors import RunError
 from tactogram.model import Example
 from tactogram.signal import Signal
 from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training import surface_index
 from tactogram.workflows.training.run_archive import export_run, import_run
 from tactogram.workflows.training.surface_index import (
+    BANDS,
     SurfaceIndex,
+    band_levels,
     build_index,
-    embeddings,
     prediction_limit,
+    surface_vector,
+    surface_vectors,
     whitening_of,
 )
 
@@ -28,6 +32,12 @@ class Points:
 
     def embed(self, signal):
         return np.append(signal.samples[0], 1000).astype(np.float32)
+
+
+@pytest.fixture
+def level(monkeypatch):
+    """Let all recordings have the same spectrum."""
+    monkeypatch.setattr(surface_index, "band_levels", lambda signal: np.zeros(BANDS))
 
 
 def drawn(random, count, materials=MATERIALS):
@@ -74,7 +84,7 @@ def test_distances_exist_with_one_recording_of_each_material_or_without_variatio
     np.testing.assert_array_equal(whitening_of(np.ones((3, 2), np.float32), materials), np.eye(2))
 
 
-def test_the_threshold_keeps_the_share_it_states_of_new_recordings():
+def test_the_threshold_keeps_the_share_it_states_of_new_recordings(level):
     kept, refused = [], []
     for seed in range(40):
         random = np.random.default_rng(seed)
@@ -82,7 +92,7 @@ def test_the_threshold_keeps_the_share_it_states_of_new_recordings():
         assert index.calibrated_on == 30
 
         def novelties(examples, index=index):
-            return np.array([index.novelty(Points().embed(e.signal)) for e in examples])
+            return np.array([index.novelty(surface_vector(Points(), e.signal)) for e in examples])
 
         kept.append(np.mean(novelties(drawn(random, 20)) <= 1))
         others = drawn(random, 20, ("x", "x", "x", "x", "wool"))
@@ -91,48 +101,46 @@ def test_the_threshold_keeps_the_share_it_states_of_new_recordings():
     assert np.mean(refused) > 0.9
 
 
-def test_a_material_whose_recordings_differ_more_may_be_farther_off():
-    random = np.random.default_rng(4)
-
-    def drawn(count):
-        for number in range(count):
-            for name, middle, spread in (("felt", 0.0, 0.1), ("grass", 30.0, 1.0)):
-                point = middle + spread * random.standard_normal(6)
-                yield Example(f"{name}-{number}", Signal(point[None], 100.0, "1"), name)
-
-    index = build_index(Points(), list(drawn(40)), list(drawn(20)))
-    assert index.thresholds["grass"] == pytest.approx(10 * index.thresholds["felt"], rel=0.2)
-    beside = np.array([1.5, 0, 0, 0, 0, 0, 1000], np.float32)
-    assert index.novelty(beside) > 1
-    assert index.novelty(beside + np.array([30] * 6 + [0], np.float32)) < 1
-
-
-def test_without_validation_each_recording_is_compared_with_the_others():
+def test_without_validation_each_recording_is_compared_with_the_others(level):
     known = list(drawn(np.random.default_rng(3), 20))
     index = build_index(Points(), known, [])
-    points = embeddings(Points(), known) @ index.whitening
+    points = surface_vectors(Points(), known) @ index.whitening
     apart = np.linalg.norm(points[:, None] - points[None], axis=2) + np.diag([np.inf] * len(points))
-    nearest = apart.min(axis=1).reshape(3, 20)
-    typical = nearest.mean(axis=1)
-    limit = prediction_limit((nearest / typical[:, None]).ravel())
-    assert list(index.thresholds.values()) == pytest.approx(limit * typical, rel=1e-4)
+    assert index.threshold == pytest.approx(prediction_limit(apart.min(axis=1)), rel=1e-4)
     assert index.calibrated_on == 0
 
 
-def test_a_material_of_another_store_has_the_mean_threshold():
-    index = SurfaceIndex(
-        np.zeros((2, 2), np.float32),
-        ["1", "2"],
-        ["cork", "wool"],
-        whitening=np.eye(2, dtype=np.float32),
-        thresholds={"cork": 1.0, "foam": 3.0},
-        calibrated_on=5,
+def test_a_band_is_half_an_octave_of_each_axis_in_decibels():
+    rate, time = 2000.0, np.arange(20_000) / 2000.0
+    # 600 Hz lies in the second half octave below 1,000 Hz, 100 Hz in the seventh.
+    axes = [np.sin(2 * np.pi * frequency * time) for frequency in (600.0, 100.0)]
+    signal = Signal(np.stack(axes), rate, "m/s^2", ("x", "y"))
+    levels = band_levels(signal).reshape(2, BANDS)
+    assert levels.argmax(axis=1).tolist() == [1, 6]
+    louder = band_levels(signal.with_samples(10 * signal.samples)).reshape(2, BANDS)
+    assert louder.max(axis=1) - levels.max(axis=1) == pytest.approx([20, 20])
+    assert np.isfinite(band_levels(signal.with_samples(0 * signal.samples))).all()
+    assert np.isfinite(band_levels(signal.cut(0, 20))).all()
+
+
+def test_what_the_network_does_not_tell_apart_is_refused_by_its_spectrum():
+    class Blind:
+        def embed(self, signal):
+            return np.array([1.0, 0.0], np.float32)
+
+    def noise(name, count, colour):
+        for number in range(count):
+            white = np.random.default_rng([number, *name.encode()]).standard_normal(4001)
+            samples = white[1:] + colour * white[:-1]
+            yield Example(f"{name}-{number}", Signal(samples[None], 1000.0, "m/s^2"), name)
+
+    index = build_index(
+        Blind(), [*noise("cork", 20, 0.5), *noise("tile", 20, 0.4)], [*noise("wood", 9, 0.45)]
     )
-    found = {each["material"]: each for each in index.nearest(np.array([3, 4], np.float32), 2)}
-    assert {name: (round(each["distance"], 6), each["threshold"]) for name, each in found.items()} == {
-        "cork": (1.0, 1.0),
-        "wool": (1.0, 2.0),
-    }
+    refused = [index.novelty(surface_vector(Blind(), e.signal)) > 1 for e in noise("felt", 20, -0.5)]
+    kept = [index.novelty(surface_vector(Blind(), e.signal)) <= 1 for e in noise("glass", 20, 0.45)]
+    assert np.mean(refused) == 1
+    assert np.mean(kept) > 0.8
 
 
 @pytest.mark.parametrize("count", [3, 12, 40])
@@ -155,9 +163,9 @@ def test_the_limit_is_that_of_a_log_normal_distribution():
 def test_a_loaded_index_measures_as_the_saved_one(run, texture):
     index = SurfaceIndex.load(run)
     facts = run.read_json("search.json")
-    assert (facts["version"], facts["kept"], facts["thresholds"]) == (2, 0.95, index.thresholds)
+    assert (facts["version"], facts["kept"], facts["threshold"]) == (3, 0.95, index.threshold)
     found = search(run.folder, texture("tile", 77))
-    assert found["threshold"] == index.thresholds["tile"]
+    assert found["threshold"] == index.threshold
     assert [each["distance"] for each in found["nearest"]] == sorted(
         each["distance"] for each in found["nearest"]
     )
@@ -168,5 +176,5 @@ def test_an_index_of_an_earlier_version_is_refused(run, texture, tmp_path):
     import_run(tmp_path / "run.zip", tmp_path / "run")
     file = tmp_path / "run" / "search.json"
     file.write_text(json.dumps(json.loads(file.read_text()) | {"version": 1}))
-    with pytest.raises(RunError, match="must be of version 2, got 1; train again"):
+    with pytest.raises(RunError, match="must be of version 3, got 1; train again"):
         search(tmp_path / "run", texture("foam", 1))

@@ -5,6 +5,7 @@ import re
 import signal
 import sys
 import time
+from threading import Event, Thread
 
 import psutil
 import pytest
@@ -72,16 +73,21 @@ def test_processes_end_when_the_driver_takes_no_more(tmp_path):
 
 
 def interrupted(outcomes, folder):
-    """Take outcomes until a task runs, then press Ctrl-C."""
-    from threading import Thread
+    """Take outcomes until a task runs, then press Ctrl-C, again if it came where Python drops exceptions."""
+    ended = Event()
 
     def press():
         while not list(folder.glob("*.started")):
             time.sleep(0.05)
-        os.kill(os.getpid(), signal.SIGINT)
+        while not ended.is_set():
+            os.kill(os.getpid(), signal.SIGINT)
+            ended.wait(5)
 
     Thread(target=press, daemon=True).start()
-    list(outcomes)
+    try:
+        list(outcomes)
+    finally:
+        ended.set()
 
 
 def test_a_driver_that_was_killed_goes_on(tmp_path, killed_and_started_again):

@@ -17,7 +17,7 @@ from tactogram.evaluation.measures import classifier_features, wilson
 from tactogram.models import ModelInfo
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
-from tactogram.workflows.training.surface_index import SurfaceIndex
+from tactogram.workflows.training.surface_index import SurfaceIndex, surface_vector
 
 KEPT = 0.95
 """Share of known recordings at which the share of refused ones is read."""
@@ -60,8 +60,10 @@ class Rejection(TaskKind):
         return [Question(example.id, {"vibration": example.signal}) for example in opened.test]
 
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
-        """Return the distance to the nearest known recording over its threshold, and whether it exceeds 1."""
-        novelty = SurfaceIndex.load(loaded.run).novelty(loaded.embedder.embed(question.given["vibration"]))
+        """Return the distance to the nearest known recording over the threshold, and whether it exceeds 1."""
+        novelty = SurfaceIndex.load(loaded.run).novelty(
+            surface_vector(loaded.embedder, question.given["vibration"])
+        )
         return np.array([novelty, float(novelty > 1)])
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor, nn
 
 from tactogram.models.stroke_cnn.config import Config
@@ -35,7 +36,9 @@ class StrokeCNN(nn.Module):
 
     def embed(self, x: Tensor) -> Tensor:
         """Return the last hidden layer: (window, axis, time) -> (window, feature)."""
-        h = self.convolutions(x[:, None])  # B, 1, A, T -> B, F, A, T / 8
+        # Convolutions with 1 x 5 filters run a fifth faster with the channels of their input last in memory.
+        h = self.convolutions[0](x[:, None]).contiguous(memory_format=torch.channels_last)
+        h = self.convolutions[1:](h)  # B, 64, A, T -> B, F, A, T / 8
         embedded: Tensor = self.dense(h.flatten(1))  # B, D
         return embedded
 

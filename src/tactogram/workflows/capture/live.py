@@ -18,7 +18,7 @@ from tactogram.signal import Signal
 from tactogram.workflows.capture.requests import LiveRequest
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
-from tactogram.workflows.training.surface_index import SurfaceIndex, prediction_limit
+from tactogram.workflows.training.surface_index import SurfaceIndex, prediction_limit, surface_vector
 
 CONTEXT_S = 0.5
 """Signal before a window in which the band-pass of a run's recipe settles. At the window's end it cannot: the samples
@@ -79,7 +79,7 @@ class LiveClassifier:
         return Classification(dict(zip(names, probabilities.tolist(), strict=True)), none_of_these)
 
     def _novelty(self, index: SurfaceIndex, window: Signal) -> float:
-        return index.novelty(self.loaded.embedder.embed(window))
+        return index.novelty(surface_vector(self.loaded.embedder, window))
 
     def _calibrate(self, index: SurfaceIndex) -> None:
         """Set the threshold on windows of validation recordings.

@@ -129,6 +129,7 @@ def _rated(
 ) -> Iterator[TouchCues]:
     """Yield the cues of each surface; each is kept in a line of a file, so that a killed simulation goes on."""
     file = _cues_file(Path(request.out))
+    file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("a+", encoding="utf-8", buffering=1) as lines:
         if not lock(lines.fileno()):
             raise DataError(

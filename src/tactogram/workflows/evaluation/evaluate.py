@@ -37,7 +37,7 @@ from tactogram.workflows.evaluation.word_signals import evaluate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
-from tactogram.workflows.training.surface_index import SurfaceIndex, calibration_text
+from tactogram.workflows.training.surface_index import SurfaceIndex, calibration_text, surface_vector
 
 
 @takes(EvaluationRequest)
@@ -305,7 +305,7 @@ def _evaluated_rejection(
     """Return how many recordings of known and of unknown materials are classified as "none of these"."""
     index = SurfaceIndex.load(loaded.run)
     far = {
-        name: np.array([index.novelty(loaded.embedder.embed(e.signal)) for e in part])
+        name: np.array([index.novelty(surface_vector(loaded.embedder, e.signal)) for e in part])
         for name, part in (("known", known), ("unknown", unknown))
     }
     facts: dict[str, Any] = {

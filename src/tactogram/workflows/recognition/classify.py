@@ -7,7 +7,7 @@ from typing import Any
 
 from tactogram.signal import Signal
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
-from tactogram.workflows.training.surface_index import SurfaceIndex
+from tactogram.workflows.training.surface_index import SurfaceIndex, surface_vector
 
 
 def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
     ranked = sorted(zip(loaded.kind.materials, probabilities.tolist(), strict=True), key=lambda p: -p[1])
     none_of_these = None
     if (loaded.run.folder / "search.json").is_file():
-        none_of_these = SurfaceIndex.load(loaded.run).novelty(loaded.embedder.embed(prepared)) > 1
+        none_of_these = SurfaceIndex.load(loaded.run).novelty(surface_vector(loaded.embedder, prepared)) > 1
     return {
         "material": ranked[0][0],
         "probability": ranked[0][1],

@@ -18,7 +18,12 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
-from tactogram.workflows.training.surface_index import EXACT_BELOW, SurfaceIndex, embeddings
+from tactogram.workflows.training.surface_index import (
+    EXACT_BELOW,
+    SurfaceIndex,
+    surface_vector,
+    surface_vectors,
+)
 
 GRAPH_DEPTH = 500
 """Neighbours searched in the graph: materials beyond them are not listed."""
@@ -32,8 +37,8 @@ def search(
     Returns
     -------
     dict
-        ``nearest`` (``id``, ``material``, ``distance``, ``threshold``), ``materials`` (each once, by its nearest
-        recording), ``none_of_these`` (bool), ``distance`` and ``threshold`` of the nearest (1: that of two
+        ``nearest`` (``id``, ``material``, ``distance``), ``materials`` (each once, by its nearest
+        recording), ``none_of_these`` (bool), ``distance`` of the nearest and ``threshold`` (1: that of two
         recordings of one material, as a root mean square over the training data).
 
     Raises
@@ -50,7 +55,7 @@ def search(
         store = open_store(data)
         simulated = simulated or store.simulated
         index = _index_of(loaded, store, index)
-    vector = loaded.embedder.embed(loaded.prepare(signal))
+    vector = surface_vector(loaded.embedder, loaded.prepare(signal))
     few = len(index.ids) <= EXACT_BELOW
     every = index.nearest(vector, len(index.ids) if few else max(GRAPH_DEPTH, 10 * count))
     materials: dict[str, float] = {}
@@ -59,9 +64,9 @@ def search(
     return {
         "nearest": every[:count],
         "materials": [{"material": m, "distance": d} for m, d in list(materials.items())[:count]],
-        "none_of_these": every[0]["distance"] > every[0]["threshold"],
+        "none_of_these": every[0]["distance"] > index.threshold,
         "distance": every[0]["distance"],
-        "threshold": every[0]["threshold"],
+        "threshold": index.threshold,
         "calibrated_on": index.calibrated_on,
         "simulated": simulated,
     }
@@ -81,7 +86,7 @@ def _index_of(loaded: LoadedRun, store: Store, trained: SurfaceIndex) -> Surface
     missing = [id for id in names if id not in held]
     if missing:
         examples = Examples(store, map(Segment, missing), loaded.as_trained, label=label)
-        held |= dict(zip(missing, embeddings(loaded.embedder, examples), strict=True))
+        held |= dict(zip(missing, surface_vectors(loaded.embedder, examples), strict=True))
         with atomic_write(file) as part:
             np.savez(part, ids=np.array(list(held)), vectors=np.stack(list(held.values())))
     return SurfaceIndex(
@@ -89,7 +94,7 @@ def _index_of(loaded: LoadedRun, store: Store, trained: SurfaceIndex) -> Surface
         list(names),
         list(names.values()),
         whitening=trained.whitening,
-        thresholds=trained.thresholds,
+        threshold=trained.threshold,
         calibrated_on=trained.calibrated_on,
     )
 

@@ -22,14 +22,14 @@ from tactogram.workflows.evaluation_results import evaluation_results
 from tactogram.workflows.new_folder import new_folder
 from tactogram.workflows.training.loaded_run import model_of
 from tactogram.workflows.training.run_archive import check_foreign
+from tactogram.workflows.training.surface_index import INDEX_FILES
 
 NEEDED = ("recipe.toml", "data.json", "model.safetensors", "model.json")
 OPTIONAL = (
     "environment.json",
     "split.json",
     "metrics.csv",
-    "search.usearch",
-    "search.json",
+    *INDEX_FILES,
     "evaluation.json",
 )
 RESULTS = ".eval_results/tactogram.yaml"

@@ -1,46 +1,56 @@
-"""Search index of a run: embedded recordings, and the distances beyond which a surface is none of them.
+"""Search index of a run: recordings as vectors, and the distance beyond which a surface is none of them.
 
-A recording is embedded as the last hidden layer of the classifier averaged over its windows, scaled to length 1.
-Distances are Euclidean after the embeddings were whitened by how recordings of one material differ (within-class
-covariance normalisation, Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it says about the
-material. A recording is "none of these" when its nearest neighbour (Sun et al. 2022, "Out-of-distribution detection
-with deep nearest neighbors") is too far for a recording of that neighbour's material: relative to how far apart the
-material's own recordings are, it is beyond the `prediction_limit` of recordings of known materials that the network was
-not trained on.
+The vector of a recording is the last hidden layer of the classifier averaged over its windows, scaled to length 1, and
+its level in half octaves: the layer keeps what tells the known materials apart, and the spectrum shows what is unlike
+all of them. Both count alike. Distances are Euclidean after the vectors were whitened by how recordings of one material
+differ (within-class covariance normalisation, Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it
+says about the material. A recording is "none of these" when its nearest neighbour (Sun et al. 2022,
+"Out-of-distribution detection with deep nearest neighbors") is beyond the `prediction_limit` of recordings of known
+materials that the network was not trained on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from statistics import mean
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
+from scipy.signal import welch
 from scipy.stats import t as student
 from usearch.index import Index
 
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Embedder, Example
+from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 
-VERSION = 2
+VERSION = 3
+INDEX_FILES = ("search.usearch", "search-whitening.npy", "search.json")
 KEPT = 0.95
-"""Share of recordings of known materials that the thresholds accept."""
+"""Share of recordings of known materials that the threshold accepts."""
 LEAST_DISTANCE = 0.01
-"""Smaller distances set a threshold as this one: copies of a recording have the distance 0 and no logarithm."""
+"""Smaller distances set the threshold as this one: copies of a recording have the distance 0 and no logarithm."""
 EXACT_BELOW = 20_000
 """Largest number of recordings for exact search; beyond it the index's graph is searched."""
+BANDS = 12
+"""Half octaves below half the sampling rate whose levels are part of a vector."""
+WINDOW = 256
+"""Samples of a window of the spectrum."""
+LEAST_LEVEL = 1e-12
+"""Share of the power that counts as silence in a band."""
+LEAST_SD_DB = 1.0
+"""A band whose level varies less counts as if it varied so much."""
 
 
 class SurfaceIndex:
-    """Embedded recordings, and the distances beyond which something is none of them.
+    """Recordings as vectors, and the distance beyond which something is none of them.
 
-    ``vectors`` are float32, shape (recording, feature), of length 1; ``whitening``, float32, shape (feature, feature),
-    is that of `whitening_of`; ``thresholds`` are distances in its unit, by material, set by ``calibrated_on``
-    recordings.
+    ``vectors`` are float32, shape (recording, feature), as of `surface_vector`; ``whitening``, float32, shape (feature,
+    feature), is that of `whitening_of`; ``threshold`` is a distance in its unit, set by ``calibrated_on`` recordings.
     """
 
     def __init__(
@@ -50,37 +60,27 @@ class SurfaceIndex:
         materials: Sequence[str],
         *,
         whitening: NDArray[np.float32],
-        thresholds: Mapping[str, float],
+        threshold: float,
         calibrated_on: int,
     ) -> None:
         self.ids, self.materials = list(ids), list(materials)
-        self.whitening, self.thresholds, self.calibrated_on = whitening, dict(thresholds), calibrated_on
+        self.whitening, self.threshold, self.calibrated_on = whitening, threshold, calibrated_on
         self.index: Any = Index(ndim=vectors.shape[1], metric="l2sq", dtype="f32")
         self.index.add(np.arange(len(vectors)), vectors @ whitening)
 
     def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
-        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance``, ``threshold``.
-
-        The last two are in the unit of `whitening_of`. What is farther from the nearest recording than ``threshold``
-        is none of these. A material that was not trained on, in the index of another store, has their mean.
-        """
+        """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` in the unit of `whitening_of`."""
         exact = len(self.ids) <= EXACT_BELOW
-        found: Any = self.index.search(_unit(vector) @ self.whitening, min(count, len(self.ids)), exact=exact)
-        other = mean(self.thresholds.values())
+        found: Any = self.index.search(vector @ self.whitening, min(count, len(self.ids)), exact=exact)
         return [
-            {
-                "id": self.ids[int(key)],
-                "material": (material := self.materials[int(key)]),
-                "distance": float(distance),
-                "threshold": self.thresholds.get(material, other),
-            }
+            {"id": self.ids[int(key)], "material": self.materials[int(key)], "distance": float(distance)}
             for key, distance in zip(found.keys, np.sqrt(found.distances), strict=True)
         ]
 
     def novelty(self, vector: NDArray[np.float32]) -> float:
-        """Return the distance to the nearest recording over its threshold: above 1 is none of these."""
+        """Return the distance to the nearest recording over the threshold: above 1 is none of these."""
         (nearest,) = self.nearest(vector, 1)
-        return float(nearest["distance"] / nearest["threshold"])
+        return float(nearest["distance"] / self.threshold)
 
     def save(self, run: Run) -> None:
         """Write ``search.usearch``, ``search-whitening.npy`` and ``search.json`` into the run."""
@@ -94,7 +94,7 @@ class SurfaceIndex:
                 "version": VERSION,
                 "ids": self.ids,
                 "materials": self.materials,
-                "thresholds": self.thresholds,
+                "threshold": self.threshold,
                 "kept": KEPT,
                 "calibrated_on": self.calibrated_on,
             },
@@ -118,7 +118,7 @@ class SurfaceIndex:
             raise RunError(f"{file}: must be of version {VERSION}, got {facts['version']}; train again")
         found = cls.__new__(cls)
         found.ids, found.materials = facts["ids"], facts["materials"]
-        found.thresholds, found.calibrated_on = facts["thresholds"], facts["calibrated_on"]
+        found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
         for name in ("search.usearch", "search-whitening.npy"):
             try:
                 if name == "search.usearch":
@@ -133,7 +133,7 @@ class SurfaceIndex:
 
 
 def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:
-    """Return an index over ``known``, with thresholds calibrated on ``validation``.
+    """Return an index over ``known``, with a threshold calibrated on ``validation``.
 
     The latter are recordings of known materials that ``embedder`` was not trained on. If there are none, each known
     recording is compared with the others, which is optimistic.
@@ -145,37 +145,31 @@ def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequen
     """
     if not known:
         raise ParameterError("an index needs at least one recording, got none")
-    vectors = embeddings(embedder, known)
+    vectors = surface_vectors(embedder, known)
     materials = [str(example.material) for example in known]
     index = SurfaceIndex(
         vectors,
         [example.id for example in known],
         materials,
-        whitening=whitening_of(vectors, materials),
-        thresholds=dict.fromkeys(materials, 1.0),
+        whitening=whitening_of(vectors, materials, levels=BANDS * len(known[0].signal.axes)),
+        threshold=1.0,
         calibrated_on=len(validation),
     )
-    # The nearest of each is itself.
-    apart = np.array([index.nearest(vector, 2)[-1]["distance"] for vector in vectors])
-    index.thresholds = _typical(apart, materials)
     if len(validation):
-        novelties = [index.novelty(vector) for vector in embeddings(embedder, validation)]
+        distances = [index.novelty(vector) for vector in surface_vectors(embedder, validation)]
     else:
-        novelties = [far / index.thresholds[name] for far, name in zip(apart, materials, strict=True)]
-    limit = prediction_limit(novelties)
-    index.thresholds = {name: limit * typical for name, typical in index.thresholds.items()}
+        # The nearest of each is itself.
+        distances = [index.nearest(vector, 2)[-1]["distance"] for vector in vectors]
+    index.threshold = prediction_limit(distances)
     return index
 
 
-def _typical(distances: NDArray[np.float64], materials: Sequence[str]) -> dict[str, float]:
-    """Return the mean of ``distances``, one for each of ``materials``, by material; of copies, a tenth of all."""
-    least = distances.mean() / 10 or 1.0
-    of = np.array(materials)
-    return {name: max(float(distances[of == name].mean()), float(least)) for name in sorted(set(materials))}
-
-
-def whitening_of(vectors: NDArray[np.float32], materials: Sequence[str]) -> NDArray[np.float32]:
+def whitening_of(
+    vectors: NDArray[np.float32], materials: Sequence[str], *, levels: int = 0
+) -> NDArray[np.float32]:
     """Return the matrix, float32, shape (feature, feature), after which distances compare recordings with materials.
+
+    The last ``levels`` features are in dB; together they count as a vector of length 1, as the others do.
 
     ``vectors @ matrix`` have equal variance within materials in all directions, as far as few recordings can tell:
     half of the covariance is that of the recordings about the mean of their material, the other half is a multiple of
@@ -183,7 +177,10 @@ def whitening_of(vectors: NDArray[np.float32], materials: Sequence[str]) -> NDAr
     no material has several.
     """
     names, of = np.unique(materials, return_inverse=True)
-    wide = vectors.astype(np.float64)
+    scale = np.ones(vectors.shape[1])
+    if levels:
+        scale[-levels:] = 1 / np.sqrt(levels) / np.maximum(vectors[:, -levels:].std(axis=0), LEAST_SD_DB)
+    wide = vectors.astype(np.float64) * scale
     freedom = len(wide) - len(names)
     if freedom < 1:
         of, freedom = np.zeros_like(of), max(len(wide) - 1, 1)
@@ -192,16 +189,16 @@ def whitening_of(vectors: NDArray[np.float32], materials: Sequence[str]) -> NDAr
     covariance = residuals.T @ residuals / freedom
     variance = np.trace(covariance) / len(covariance)
     if variance == 0:
-        return np.eye(len(covariance), dtype=np.float32)
+        return np.diag(scale).astype(np.float32)
     triangle = np.linalg.cholesky(covariance + variance * np.eye(len(covariance)))
     whitening = solve_triangular(triangle, np.eye(len(covariance)), lower=True).T
     unit = np.sqrt(2 * np.sum((residuals @ whitening) ** 2) / freedom)
-    matrix: NDArray[np.float32] = (whitening / unit).astype(np.float32)
+    matrix: NDArray[np.float32] = (scale[:, None] * whitening / unit).astype(np.float32)
     return matrix
 
 
 def prediction_limit(distances: Sequence[float]) -> float:
-    """Return the distance, relative to the typical, within which a new recording is with probability `KEPT`.
+    """Return the distance within which a new recording is with probability `KEPT`.
 
     The one-sided prediction limit of one more draw from a log-normal distribution (Hahn and Meeker, "Statistical
     Intervals", 1991). Of the few dozen recordings in a validation part, the quantile is one of the greatest distances,
@@ -224,15 +221,29 @@ def index_run(run: Run, embedder: Embedder, known: Sequence[Example], validation
 def calibration_text(recordings: int) -> str:
     """Return a sentence on the calibration of "none of these"."""
     if recordings:
-        return f"The thresholds were set on {recordings} recordings that were not trained on."
-    return "The thresholds were set on the training recordings, each against the others, which is optimistic."
+        return f"The threshold was set on {recordings} recordings that were not trained on."
+    return "The threshold was set on the training recordings, each against the others, which is optimistic."
 
 
-def embeddings(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
-    """Return the embedding of each example, scaled to length 1: float32, shape (example, feature)."""
-    return np.stack([_unit(embedder.embed(example.signal)) for example in examples])
+def surface_vectors(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
+    """Return the vector of each example: float32, shape (example, feature)."""
+    return np.stack([surface_vector(embedder, example.signal) for example in examples])
 
 
-def _unit(vector: NDArray[np.float32]) -> NDArray[np.float32]:
-    unit: NDArray[np.float32] = vector / max(float(np.linalg.norm(vector)), 1e-12)
-    return unit
+def surface_vector(embedder: Embedder, signal: Signal) -> NDArray[np.float32]:
+    """Return the embedding of a signal, scaled to length 1, and the levels of its bands: float32, shape (feature,)."""
+    embedded = embedder.embed(signal)
+    unit = embedded / max(float(np.linalg.norm(embedded)), 1e-12)
+    return np.concatenate([unit, band_levels(signal)]).astype(np.float32)
+
+
+def band_levels(signal: Signal) -> NDArray[np.float64]:
+    """Return the level of each axis in `BANDS` half octaves below half the rate, highest first, dB: shape (level,)."""
+    length = min(WINDOW, len(signal))
+    frequency, power = welch(signal.samples.astype(np.float64), nperseg=length, nfft=WINDOW)
+    edges = 0.5 * 2.0 ** (-np.arange(BANDS + 1) / 2)
+    sums = [power[:, (low < frequency) & (frequency <= high)].sum(axis=1) for high, low in pairwise(edges)]
+    bands = np.stack(sums, axis=1)
+    least = LEAST_LEVEL * bands.sum(axis=1, keepdims=True) + np.finfo(float).tiny
+    levels: NDArray[np.float64] = 10 * np.log10(np.maximum(bands, least)).ravel()
+    return levels

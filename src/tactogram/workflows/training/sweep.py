@@ -186,7 +186,7 @@ def _trial(changes: Mapping[str, Any], *, request: TrainingRequest, measure: str
 
 def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None:
     plan = planned(request)
-    kind, examples, validation = training_material(plan, Processes(), silent, never)
+    kind, examples, validation = training_material(plan, Processes(), None, silent, never)
     learner = plan.facts.build(plan.config, kind, seed=plan.recipe.seed)
     learner.setup(make_fabric(plan.recipe.training, accelerator=request.accelerator))
     if isinstance(learner, CheckpointSelector):

@@ -27,7 +27,7 @@ from tactogram.model import (
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.writable import check_writable
-from tactogram.training.device import make_fabric, memory_checked
+from tactogram.training.device import chosen_precision, make_fabric, memory_checked
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.processes import ALONE, Processes, devices_and_nodes, started_by_torchrun
 from tactogram.training.remote_run import run_at
@@ -111,10 +111,13 @@ def train_plan(
     accelerator: str = "auto",
     devices: int = 1,
     nodes: int = 1,
+    prepared: Path | None = None,
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
 ) -> Run:
     """Carry out a plan in the folder of ``run``, or continue it there, and return the finished run.
+
+    ``prepared`` is a folder for prepared recordings, which trainings share; by default they are prepared anew.
 
     Of several processes (`tactogram.training.device.make_fabric`) the first one writes the run; for the others it may
     not be finished yet. Errors as of `train`; another process that trains there is an error, too.
@@ -132,7 +135,7 @@ def train_plan(
         check_writable(run.folder, folder=True)
     else:
         progress = silent
-    kind, examples, validation = training_material(plan, processes, progress, stop)
+    kind, examples, validation = training_material(plan, processes, prepared, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
     if processes.count > 1 and not isinstance(learner, SharedLearner):
@@ -143,6 +146,8 @@ def train_plan(
     chosen_by = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
     # `stages` refuses unsuitable examples before anything is written.
     notes = {"choose weights": chosen_by, "plan": update_text(learner.stages(examples))}
+    if chosen.training.precision == "auto":
+        notes["precision"] = f"precision {chosen_precision('auto', accelerator)}, by processor or GPU"
     notes = {task: note for task, note in notes.items() if note}
     for task, note in notes.items() if first else ():
         progress(task, 1, 1, note)
@@ -191,7 +196,11 @@ def update_text(stages: Sequence[Stage]) -> str:
 
 
 def training_material(
-    plan: TrainingPlan, processes: Processes, progress: ProgressCallback, stop: Callable[[], bool]
+    plan: TrainingPlan,
+    processes: Processes,
+    prepared: Path | None,
+    progress: ProgressCallback,
+    stop: Callable[[], bool],
 ) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
     """Return the kind of all examples, and those for training and validation."""
     parts, prepare, rated = plan.parts, plan.recipe.prepare, plan.rated
@@ -199,7 +208,7 @@ def training_material(
         examples = rated.examples(parts, "train", prepare)
         return rated.kind(examples), examples, rated.examples(parts, "validation", prepare)
     several = processes.count > 1
-    cache = processes.agreed_on_machine(partial(scratch_of, processes)) if several else None
+    cache = processes.agreed_on_machine(partial(scratch_of, processes)) if several else prepared
     recorded = part_examples(plan.store, parts, "train", prepare, label=plan.label, cache_dir=cache)
     if "image" in plan.facts.needs:
         require_photographs(recorded)
