@@ -123,13 +123,14 @@ def test_it_is_evaluated_by_whole_recordings(loaded):
 
 
 def test_it_is_cross_validated(folder, store, tmp_path):
-    figures = crossval("nearest_mean", store, folds=2, out=tmp_path, model_folders=[folder])
+    figures = crossval("nearest_mean", store, folds=2, out=tmp_path, model_folders=[folder], processes=1)
     assert figures["recordings"] == figures["windows"] == 40
     assert figures["recording_accuracy"] > 0.8
 
 
 def test_more_folds_than_recordings_divide_recordings_without_a_gap(folder, store, tmp_path):
-    figures = crossval("nearest_mean", store, folds=20, only_folds=1, out=tmp_path, model_folders=[folder])
+    options = {"folds": 20, "only_folds": 1, "model_folders": [folder], "processes": 1}
+    figures = crossval("nearest_mean", store, out=tmp_path, **options)
     assert figures["split"].startswith("20 contiguous blocks of each recording; each block counts")
 
 

@@ -280,20 +280,20 @@ def test_turning_keeps_the_length():
 
 def test_surfaces_are_periodic_and_distinct():
     pixels = []
-    for surface in (*STROKING_9, STROKING_30[9]):
+    for surface in (*STROKING_9[::3], STROKING_30[9]):
         heights = height_field(surface)
         inside = np.abs(np.diff(heights, axis=0)).max()
         assert np.abs(heights[0] - heights[-1]).max() <= 1.5 * inside
         assert abs(heights.mean()) < 1e-4
         pixels.append(photograph(surface).pixels)
-    assert len({p.tobytes() for p in pixels}) == 10
+    assert len({p.tobytes() for p in pixels}) == 4
     assert all(p.std() > 3 for p in pixels)
 
 
 def test_the_classes_are_separable_but_not_trivially():
     features, classes, takes = [], [], []
     for task in tasks("stroking30", seed=0, per_class=3, seconds=6.1, own_images=False):
-        if task.speed_mm_s != 200 or task.surface % 2:  # every other surface, with either contactor
+        if task.speed_mm_s != 200 or task.surface % 5:  # every fifth surface, with either contactor
             continue
         signal = make(task).stream("acceleration")
         n = len(signal) // 200

@@ -1,13 +1,8 @@
-"""A sweep on a local Ray, and what is refused before Ray is started."""
-
-import json
-import tomllib
+"""Sweeps that are refused before Ray is started; one on Ray is in `workers/test_ray.py`."""
 
 import pytest
 
-from tactogram.cli import main
 from tactogram.errors import ParameterError
-from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.search_space import SearchSpace
 from tactogram.workflows.training.sweep import sweep
@@ -27,24 +22,6 @@ def space(tmp_path):
     path = tmp_path / "space.toml"
     path.write_text(SPACE)
     return path
-
-
-def test_the_best_trial_is_kept_as_a_run_that_can_be_used(store, space, tmp_path, capsys):
-    pytest.importorskip("ray", reason="Ray, of the extra ray, is not installed")
-    out = tmp_path / "out"
-    told = ["train", "stroke_cnn", "--data", str(store), "--recipe", "tiny", "--set", "config.steps=36"]
-    assert main([*told, "--accelerator", "cpu", "--out", str(out), "--sweep", str(space), "--json"]) == 0
-    result = json.loads(capsys.readouterr().out)
-    assert result == json.loads((out / "sweep.json").read_text())
-    assert len(result["trials"]) == 3
-    assert {one["changes"]["config.batch_size"] for one in result["trials"]} == {16}
-    finished = [one for one in result["trials"] if one["ninths"] == 9]
-    assert result["trials"][0] == max(finished, key=lambda one: one["value"])
-    assert result["best"] == result["trials"][0]["changes"]
-    assert result["validation"]["recording_accuracy"] == pytest.approx(result["trials"][0]["value"])
-    assert load_run(out / "best").run.finished
-    assert tomllib.loads((out / "best" / "recipe.toml").read_text())["config"]["steps"] == 36
-    assert "Simulated data" in (out / "sweep.html").read_text()
 
 
 def test_a_range_or_choices_are_drawn_from():

@@ -1,6 +1,8 @@
 """Tasks on a real Ray of two nodes on this machine: two raylets, of which one is killed."""
 
+import json
 import re
+import tomllib
 from threading import Thread
 
 import numpy as np
@@ -8,6 +10,7 @@ import psutil
 import pytest
 import worker_chores as chores
 
+from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
@@ -15,6 +18,7 @@ from tactogram.signal.io import write_signal
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.crossval import crossval
+from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.ray_cluster import connected
 
@@ -41,6 +45,16 @@ def on(cluster):
     """An address to which this process is connected all the time: each connection starts workers of its own."""
     with connected(cluster.address):
         yield f"ray:{cluster.address}"
+
+
+SPACE = """measure = "recording_accuracy"
+goal = "max"
+trials = 3
+seed = 1
+[vary]
+"config.learning_rate" = { low = 1e-9, high = 3e-3, log = true }
+"config.batch_size" = { choices = [16] }
+"""
 
 
 def by_task(outcomes):
@@ -109,6 +123,28 @@ def test_cross_validation_has_the_same_figures(on, store, tmp_path):
         "report.html",
         "workers.html",
     }
+
+
+def test_the_best_trial_of_a_sweep_is_kept_as_a_run_that_can_be_used(on, store, tmp_path, capsys):
+    space = tmp_path / "space.toml"
+    space.write_text(SPACE)
+    out = tmp_path / "out"
+    told = ["train", "stroke_cnn", "--data", str(store), "--recipe", "tiny", "--set", "config.steps=36"]
+    assert (
+        main([*told, "--accelerator", "cpu", "--out", str(out), "--sweep", str(space), "--on", on, "--json"])
+        == 0
+    )
+    result = json.loads(capsys.readouterr().out)
+    assert result == json.loads((out / "sweep.json").read_text())
+    assert len(result["trials"]) == 3
+    assert {one["changes"]["config.batch_size"] for one in result["trials"]} == {16}
+    finished = [one for one in result["trials"] if one["ninths"] == 9]
+    assert result["trials"][0] == max(finished, key=lambda one: one["value"])
+    assert result["best"] == result["trials"][0]["changes"]
+    assert result["validation"]["recording_accuracy"] == pytest.approx(result["trials"][0]["value"])
+    assert load_run(out / "best").run.finished
+    assert tomllib.loads((out / "best" / "recipe.toml").read_text())["config"]["steps"] == 36
+    assert "Simulated data" in (out / "sweep.html").read_text()
 
 
 def test_a_node_that_is_killed_amid_work_costs_its_task_which_is_done_again(cluster, on, tmp_path):
