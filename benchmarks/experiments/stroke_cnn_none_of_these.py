@@ -31,7 +31,7 @@ def run(
     turns: int = 3,
     seeds: int = 1,
     steps: int = 0,
-    precision: str = "32-true",
+    precision: str = "auto",
 ) -> dict[str, Any]:
     """Return, over turns and seeds, how many known recordings pass, unknown ones are refused, and the AUROC.
 
