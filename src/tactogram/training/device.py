@@ -62,7 +62,9 @@ def make_fabric(
         from tactogram.training.averaging import AveragingStrategy
 
         several = {"num_nodes": nodes, "strategy": AveragingStrategy()}
-        logging.getLogger("lightning_fabric").setLevel(logging.WARNING)  # it announces every process
+    logging.getLogger("lightning_fabric").setLevel(
+        logging.WARNING
+    )  # it announces processes and number formats
     precision: Any = chosen_precision(training.precision, accelerator)
     try:
         fabric = Fabric(accelerator=accelerator, devices=devices, precision=precision, **several)
