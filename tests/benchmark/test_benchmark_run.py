@@ -60,7 +60,23 @@ def test_the_same_seed_gives_the_same_figures(results, tasks, tmp_path):
     )
     one, other = (BenchmarkResult.load(f / "generate" / "ar_texture-0.json") for f in (results, tmp_path))
     assert one.figures == other.figures
-    assert other.training_s is None  # the training was kept
+    assert other.training_s == one.training_s > 0  # of the kept training
+
+
+def test_a_long_training_is_stopped_and_continued_the_next_time(tasks, tmp_path):
+    options = {
+        "folder": tmp_path,
+        "stores": [tasks.work / "stores"],
+        "task_folders": [tasks.folder],
+        "seeds": 1,
+    }
+    report = run_benchmark(["name"], ["stroke_cnn"], longest_min=1e-9, **options)
+    assert len(report["failed"]) == 1
+    assert "not trained within 1e-09 minutes" in report["failed"][0]
+    file = tmp_path / "results" / "name" / "stroke_cnn-0.json"
+    assert "not trained within" in BenchmarkResult.load(file).failed
+    assert run_benchmark(["name"], ["stroke_cnn"], **options)["failed"] == []
+    assert BenchmarkResult.load(file).failed is None
 
 
 def test_a_result_of_another_version_of_the_task_is_refused(results, tasks):

@@ -11,6 +11,7 @@ from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.task import TaskRecipe
 from tactogram.models import ModelInfo
 from tactogram.recipe import Recipe
+from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.locks import lock
 from tactogram.training.run import Run
 from tactogram.validation import with_changes
@@ -21,6 +22,7 @@ from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.requests import never
 from tactogram.workflows.training.train import train_plan
 
+SECONDS = "training_s.txt"
 BETWEEN_S = 0.5
 """Between looks whether another worker has finished a shared training."""
 
@@ -64,17 +66,28 @@ def trained_for(
     place = opened.folder / folder / f"{model.name}-{plan.identity}"
     with _alone(place):
         if not (place / "model.safetensors").is_file():
-            begun = (place / "recipe.toml").is_file()
-            train_plan(
-                plan,
-                Run(place),
-                resume=begun,
-                accelerator="auto",
-                prepared=opened.prepared,
-                progress=progress,
-                stop=stop,
-            )
+            begun, before = (place / "recipe.toml").is_file(), training_seconds(place) or 0.0
+            started = time.perf_counter()
+            try:
+                train_plan(
+                    plan,
+                    Run(place),
+                    resume=begun,
+                    accelerator="auto",
+                    prepared=opened.prepared,
+                    progress=progress,
+                    stop=stop,
+                )
+            finally:
+                if place.is_dir():  # unless it was refused
+                    write_text(place / SECONDS, f"{before + time.perf_counter() - started:.1f}\n")
     return load_run(place, model_folders=model_folders)
+
+
+def training_seconds(place: Path) -> float | None:
+    """Return the time that the training in a run's folder took, over all interruptions; None if that is not known."""
+    file = place / SECONDS
+    return float(file.read_text(encoding="utf-8")) if file.is_file() else None
 
 
 @contextmanager
