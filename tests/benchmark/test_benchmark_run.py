@@ -76,7 +76,7 @@ def test_a_long_training_is_stopped_and_continued_the_next_time(tasks, tmp_path)
     file = tmp_path / "results" / "name" / "stroke_cnn-0.json"
     assert "not trained within" in BenchmarkResult.load(file).failed
     assert run_benchmark(["name"], ["stroke_cnn"], **options)["failed"] == []
-    assert BenchmarkResult.load(file).failed is None
+    assert not BenchmarkResult.load(file).failed
 
 
 def test_a_result_of_another_version_of_the_task_is_refused(results, tasks):
