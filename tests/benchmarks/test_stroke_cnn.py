@@ -41,7 +41,7 @@ def test_each_turn_holds_other_materials_out(tmp_path, monkeypatch):
         assert not {*first} & {*second}
     assert asked[0][1] != asked[2][1]
     assert asked[0][2] == {
-        "training.precision": "32-true", "prepare.band": [20, 1000], "config.steps": 50, "seed": 0,
+        "training.precision": "auto", "prepare.band": [20, 1000], "config.steps": 50, "seed": 0,
     }  # fmt: skip
     assert found["known_kept"]["mean"] == pytest.approx((0.9 + 1.0 + 0.8 + 0.8) / 4)
     assert "known_kept" in found["text"]
@@ -52,8 +52,8 @@ def test_costs_are_paired_by_seed_and_measured_once(tmp_path, monkeypatch):
 
     def crossval(model, data, *, folds, only_folds, changes, out):
         made.append(out.name)
-        longer = "config.steps" in changes
-        accuracy = 0.7 + 0.1 * changes["seed"] + 0.05 * longer
+        exact = "training.precision" in changes
+        accuracy = 0.7 + 0.1 * changes["seed"] + 0.05 * exact
         return {
             "window_accuracy": accuracy, "recording_accuracy": 1.0, "recordings": 10, "windows": 99,
         }  # fmt: skip
@@ -61,10 +61,10 @@ def test_costs_are_paired_by_seed_and_measured_once(tmp_path, monkeypatch):
     monkeypatch.setattr(stroke_cnn_cost, "find_or_simulate", lambda *args, **options: STORE)
     monkeypatch.setattr(stroke_cnn_cost, "crossval", crossval)
     found = stroke_cnn_cost.run(tmp_path, paper=False, progress=silent, seeds=3)
-    assert made == ["longer-0", "quick-0", "longer-1", "quick-1", "longer-2", "quick-2"]
+    assert made == ["float32-0", "quick-0", "float32-1", "quick-1", "float32-2", "quick-2"]
     assert found["window_accuracy"]["difference"]["mean"] == pytest.approx(-0.05)
     assert found["window_accuracy"]["difference"]["sd"] == pytest.approx(0, abs=1e-9)
-    assert found["window_accuracy"]["longer"]["sd"] == pytest.approx(0.1)
+    assert found["window_accuracy"]["float32"]["sd"] == pytest.approx(0.1)
     again = stroke_cnn_cost.run(tmp_path, paper=False, progress=silent, seeds=3)
     assert len(made) == 6
     assert json.dumps(again) == json.dumps(found)
