@@ -7,22 +7,6 @@ from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.search_space import SearchSpace
 from tactogram.workflows.training.sweep import sweep
 
-SPACE = """measure = "recording_accuracy"
-goal = "max"
-trials = 3
-seed = 1
-[vary]
-"config.learning_rate" = { low = 1e-9, high = 3e-3, log = true }
-"config.batch_size" = { choices = [16] }
-"""
-
-
-@pytest.fixture
-def space(tmp_path):
-    path = tmp_path / "space.toml"
-    path.write_text(SPACE)
-    return path
-
 
 def test_a_range_or_choices_are_drawn_from():
     space = SearchSpace.model_validate(
@@ -48,7 +32,7 @@ def test_a_range_or_choices_are_drawn_from():
     ],
 )
 def test_a_wrong_space_is_refused(space, old, new, message):
-    space.write_text(SPACE.replace(old, new))
+    space.write_text(space.read_text().replace(old, new))
     with pytest.raises(ParameterError, match=message):
         SearchSpace.load(space)
 

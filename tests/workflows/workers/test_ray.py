@@ -22,7 +22,7 @@ from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.ray_cluster import connected
 
-pytest.importorskip("ray", reason="Ray, of the extra ray, is not installed")
+ray = pytest.importorskip("ray", reason="Ray, of the extra ray, is not installed")
 
 NODE = {"num_cpus": 1, "object_store_memory": 100_000_000}
 
@@ -47,16 +47,6 @@ def on(cluster):
         yield f"ray:{cluster.address}"
 
 
-SPACE = """measure = "recording_accuracy"
-goal = "max"
-trials = 3
-seed = 1
-[vary]
-"config.learning_rate" = { low = 1e-9, high = 3e-3, log = true }
-"config.batch_size" = { choices = [16] }
-"""
-
-
 def by_task(outcomes):
     return {outcome.task: outcome for outcome in outcomes}
 
@@ -64,6 +54,12 @@ def by_task(outcomes):
 def test_an_address_without_a_cluster_is_refused():
     with pytest.raises(ParameterError, match=r"`ray start --head` starts one.*127.0.0.1:9: .*refused"):
         list(run_tasks(chores.refused, [0], on="ray:127.0.0.1:9"))
+
+
+def test_a_ray_of_this_machine_is_started_and_ended():
+    (outcome,) = run_tasks(chores.refused, [0], on="ray", processes=2)
+    assert (outcome.error, outcome.value) == (None, chores.refused(0))
+    assert not ray.is_initialized()
 
 
 def test_a_driver_that_was_killed_goes_on(cluster, tmp_path, killed_and_started_again):
@@ -125,9 +121,7 @@ def test_cross_validation_has_the_same_figures(on, store, tmp_path):
     }
 
 
-def test_the_best_trial_of_a_sweep_is_kept_as_a_run_that_can_be_used(on, store, tmp_path, capsys):
-    space = tmp_path / "space.toml"
-    space.write_text(SPACE)
+def test_the_best_trial_of_a_sweep_is_kept_as_a_run_that_can_be_used(on, store, space, tmp_path, capsys):
     out = tmp_path / "out"
     told = ["train", "stroke_cnn", "--data", str(store), "--recipe", "tiny", "--set", "config.steps=36"]
     assert (

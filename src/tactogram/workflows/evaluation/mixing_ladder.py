@@ -111,8 +111,9 @@ def mixing_ladder(request: MixRequest) -> dict[str, Any]:
         "seed": seed,
         "condition": request.condition,
     }
-    folder = loaded.run.folder / "mixing" / _file(f"{start}-{end}-{mode}")
-    folder = Path(request.out) if request.out else folder
+    name = f"mixing/{_file(f'{start}-{end}-{mode}')}"
+    folder = Path(request.out) if request.out else loaded.run.folder / name
+    place = str(folder) if request.out else f"{loaded.run.place}/{name}"
     if request.reuse and (known := _read(folder / "ladder.json")) and requested.items() <= known.items():
         return known
     check_writable(folder, folder=True)
@@ -131,7 +132,7 @@ def mixing_ladder(request: MixRequest) -> dict[str, Any]:
                 "simulated": mixes.simulated,
             },
         )
-        sounds.append(str(file))
+        sounds.append(f"{place}/{file.name}")
     title = f"{loaded.facts.name}: {start} to {end}, {MODES[mode]}"
     figure = mixes.figure(title=title + (" (trained on simulated data)" if mixes.simulated else ""))
     result = {
@@ -141,10 +142,11 @@ def mixing_ladder(request: MixRequest) -> dict[str, Any]:
         "ladder": mixes.ladder.as_dict(),
         "without_level": _as_dict(mixes.without_level),
         "against_recordings": _as_dict(mixes.against_recordings),
-        "figure": str(save_figure(folder / "ladder.png", figure)),
+        "figure": f"{place}/{save_figure(folder / 'ladder.png', figure).name}",
         "sounds": sounds,
     }
     write_text(folder / "ladder.json", json.dumps(result, indent=1, ensure_ascii=False) + "\n")
+    loaded.run.publish()
     return result
 
 
