@@ -25,6 +25,7 @@ from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError, RunError, StoppedError
 from tactogram.signal import Image, Signal
 from tactogram.workflows.data.stores import import_store
+from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.training.launch import free_port
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
@@ -218,6 +219,15 @@ def test_a_run_goes_on_there_after_a_kill_and_is_used_from_there(store, tiny, tm
     assert capsys.readouterr().err.endswith(
         "s3://bucket/nowhere: not a run: expected a folder that `tactogram train` made\n"
     )
+
+
+def test_a_mix_of_a_run_there_is_sent_there(store):
+    url = "s3://bucket/runs/mixed"
+    train("ar_texture", store, out=url, recipe="tiny", accelerator="cpu")
+    found = mixing_ladder(url, "cork", "tile", steps=3, signals=3, seconds=1.0)
+    assert found["figure"].startswith(f"{url}/mixing/")
+    shown = {file.removeprefix(f"{url}/") for file in (found["figure"], *found["sounds"])}
+    assert shown <= location(url).files().keys()
 
 
 def test_an_import_goes_there(tmp_path, server):
