@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 import tomllib
 from threading import Thread
 
@@ -121,13 +123,26 @@ def test_cross_validation_has_the_same_figures(on, store, tmp_path):
     }
 
 
-def test_the_best_trial_of_a_sweep_is_kept_as_a_run_that_can_be_used(on, store, space, tmp_path, capsys):
+def test_a_sweep_that_was_killed_goes_on_and_keeps_its_best_trial_as_a_run(
+    cluster, on, store, space, tmp_path, capsys
+):
     out = tmp_path / "out"
     told = ["train", "stroke_cnn", "--data", str(store), "--recipe", "tiny", "--set", "config.steps=36"]
-    assert (
-        main([*told, "--accelerator", "cpu", "--out", str(out), "--sweep", str(space), "--on", on, "--json"])
-        == 0
-    )
+    told += ["--accelerator", "cpu", "--out", str(out), "--sweep", str(space)]
+
+    def ended():
+        texts = {file: file.read_text() for file in out.glob("trials-*/*/result.json")}
+        return {file: text for file, text in texts.items() if '"ninths": 9' in text}
+
+    with subprocess.Popen(
+        [sys.executable, "-m", "tactogram.cli", *told, "--on", f"ray:{cluster.address}"]
+    ) as driver:
+        chores.until(ended)
+        driver.kill()
+    before = ended()
+    assert not (out / "sweep.json").exists()
+    assert main([*told, "--on", on, "--json"]) == 0
+    assert before.items() <= ended().items()
     result = json.loads(capsys.readouterr().out)
     assert result == json.loads((out / "sweep.json").read_text())
     assert len(result["trials"]) == 3
