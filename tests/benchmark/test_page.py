@@ -1,5 +1,6 @@
 """The page of results, in a browser."""
 
+import dataclasses
 import os
 import shutil
 
@@ -40,7 +41,10 @@ def result(task, model, value, *, seed=0, copying=False):
 def table(name, values, copying=()):
     task = TASKS[name]
     results = [result(task, model, value, copying=model in copying) for model, value in values.items()]
-    return TaskTable(task, tuple(rank_models(results)), ())
+    failed = [
+        result(task, "slow", 1.0).model_copy(update={"figures": {}, "failed": "not trained within 1 minute"})
+    ]
+    return TaskTable(task, tuple(rank_models(results)), tuple(failed))
 
 
 @pytest.fixture(scope="module")
@@ -100,6 +104,31 @@ def test_sounds_are_beside_the_recording(page):
     section.get_by_text("Hear models beside the recording").click()
     assert section.get_by_role("button", name="play").count() == 2
     assert section.get_by_role("button", name="play recorded, felt").is_visible()
+
+
+def test_what_was_not_trained_says_why(page):
+    section = page.locator("#lmt108-generate")
+    assert section.get_by_text("Without a result: slow, not trained within 1 minute.").is_visible()
+    page.get_by_label("model").select_option("slow")
+    assert section.is_visible()
+    page.get_by_label("model").select_option("")
+    text = markdown([table("lmt108-generate", {"near": 0.1})])
+    assert "Without a result:\n\n- `slow`: not trained within 1 minute" in text
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [(0.05, 0.17, "0.110 ± 0.014 [0.050, 0.170]"), (-0.4, 0.4, "0.11 ± 0.01 [-0.40, 0.40]")],
+)
+def test_values_are_told_to_the_digits_that_their_interval_allows(low, high, text):
+    seeds = []
+    for seed, value in enumerate((0.10, 0.12)):
+        made = result(TASKS["lmt108-generate"], "near", value, seed=seed)
+        main = dataclasses.replace(made.main, low=low, high=high)
+        seeds.append(made.model_copy(update={"figures": {"distance": main}}))
+    page = markdown([TaskTable(TASKS["lmt108-generate"], tuple(rank_models(seeds)), ())])
+    assert f"| 1 | `near` | {text} | 2 |" in page
+    assert "lower is better; at best 0, by chance 1." in page
 
 
 def test_a_model_that_copies_is_marked_and_is_not_called_the_best():

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from tactogram.benchmark.ranking import RankedModel, rank_models
 from tactogram.benchmark.result import BenchmarkResult
 from tactogram.benchmark.task import BenchmarkTask
-from tactogram.benchmark.task_kind import kind_of
+from tactogram.benchmark.task_kind import Figure, kind_of
 
 NOTES = """\
 Each model was trained on the training part of the task alone. The value is the mean over seeds ± standard deviation,
-with the 95 % interval over what was asked in brackets. **Floor** is the value of other recordings, or the best
-possible; **ceiling** that of other materials, or of chance. A rank such as 2–4 means that the models of these ranks are
-not told apart: a paired permutation test over what was asked, corrected by Holm for all pairs, has p ≥ 0.05, or the
-difference changes its sign between seeds. A model that **copies** replays its training recordings: it is as good as the
-floor, and makes nothing new."""
+with the 95 % interval over what was asked in brackets. **At best** is the value of other recordings of the same, or of
+a perfect answer; **by chance** that of other materials, or of a guess. A rank such as 2–4 means that the models of
+these ranks are not told apart: a paired permutation test over what was asked, corrected by Holm for all pairs, has
+p ≥ 0.05, or the difference changes its sign between seeds. A model that **copies** replays its training recordings, and
+makes nothing new."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,14 +62,16 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
 def markdown(tables: Sequence[TaskTable]) -> str:
     """Return all tables as one page."""
     lines = ["# Benchmark", "", NOTES, ""]
-    lines += ["| task | data | given | best | also, not told apart |", "| --- | --- | --- | --- | --- |"]
+    heads = ("task", "data", "given", "best", "not told apart from it", "at best", "by chance")
+    lines += [_row(*heads), "| --- " * len(heads) + "|"]
     for table in tables:
         first, task = table.best, table.task
-        tied = [f"`{name}`" for name in first.not_told_apart if name not in _baselines(table)]
+        tied = ", ".join(f"`{name}`" for name in first.not_told_apart) or "–"
+        main = first.results[0].main
         given = kind_of(task.kind).given_in(task)
         best = f"`{first.model}` {value_text(first)}"
-        cells = (f"[{task.title}](#{task.name})", data_text(task), given, best, ", ".join(tied) or "–")
-        lines.append(f"| {' | '.join(cells)} |")
+        ends = map(number, (main.floor, main.ceiling))
+        lines.append(_row(f"[{task.title}](#{task.name})", data_text(task), given, best, tied, *ends))
     for table in tables:
         lines += ["", *_section(table)]
     return "\n".join(lines) + "\n"
@@ -85,20 +88,22 @@ def _section(table: TaskTable) -> list[str]:
         "",
         f"`{task.name}`: {data_text(task)}. Given {kind.given_in(task)}, asked {kind.asked}. "
         f"Figure: {title}{f', {result.main.unit}' if result.main.unit else ''}, {result.main.better} is better; "
-        f"floor {number(result.main.floor)}, ceiling {number(result.main.ceiling)}.",
+        f"{span_text(result.main)}.",
         "",
-        "| rank | model | " + " | ".join(map(heading, [name, *others])) + " | seeds | training |",
+        _row("rank", "model", *map(heading, [name, *others]), "seeds", "training"),
         "| --- " * (5 + len(others)) + "|",
     ]
     for entry in table.ranked:
-        cells = [mean_text(entry, key) for key in others]
-        lines.append(
-            f"| {entry.rank_text} | `{entry.model}`{about_text(entry)} | {value_text(entry)} | "
-            + " | ".join(cells)
-            + f" | {len(entry.results)} | {training_text(entry)} |"
-        )
-    lines += [f"| – | `{r.model}` | {r.failed} |" + " |" * (len(others) + 2) for r in table.failed]
+        model = f"`{entry.model}`{about_text(entry)}"
+        figures = (value_text(entry), *(mean_text(entry, key) for key in others))
+        lines.append(_row(entry.rank_text, model, *figures, str(len(entry.results)), training_text(entry)))
+    if table.failed:
+        lines += ["", "Without a result:", "", *(f"- `{r.model}`: {r.failed}" for r in table.failed)]
     return lines
+
+
+def _row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"
 
 
 def copies(entry: RankedModel) -> bool:
@@ -121,10 +126,22 @@ def data_text(task: BenchmarkTask) -> str:
 
 
 def value_text(entry: RankedModel) -> str:
-    """Return the main figure: mean ± sd [interval]."""
-    sd = "" if entry.sd is None else f" ± {number(entry.sd)}"
-    interval = "" if entry.low is None else f" [{number(entry.low)}, {number(entry.high)}]"
-    return f"{number(entry.value)}{sd}{interval}"
+    """Return the main figure, mean ± sd [interval], to two digits of half the interval's width."""
+    width = 0.0 if entry.low is None or entry.high is None else (entry.high - entry.low) / 2
+    places = min(3, max(0, 1 - math.floor(math.log10(width)))) if width else 3
+
+    def told(value: float) -> str:
+        return f"{value:.{places}f}"
+
+    sd = "" if entry.sd is None else f" ± {told(entry.sd)}"
+    interval = "" if entry.low is None or entry.high is None else f" [{told(entry.low)}, {told(entry.high)}]"
+    return f"{told(entry.value)}{sd}{interval}"
+
+
+def span_text(figure: Figure) -> str:
+    """Return between which values a figure lies: the best to expect, and chance."""
+    ends = (("at best", figure.floor), ("by chance", figure.ceiling))
+    return ", ".join(f"{what} {number(value)}" for what, value in ends if value is not None)
 
 
 def mean_text(entry: RankedModel, figure: str) -> str:
@@ -149,7 +166,3 @@ def heading(figure: str) -> str:
 def number(value: float | None) -> str:
     """Return a number with three significant digits; "–" for None."""
     return "–" if value is None else f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"
-
-
-def _baselines(table: TaskTable) -> set[str]:
-    return {entry.model for entry in table.ranked if entry.entry == "baseline"}
