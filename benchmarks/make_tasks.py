@@ -127,6 +127,10 @@ def items(shares: tuple[float, float]) -> Callable[[Store], Split]:
         rated = set(store.ratings.items) if store.ratings else set()
         if len(store):
             long = [i for i in store.index if item_of(i) in rated and _seconds(store, i) >= 0.16]
+            if any(
+                info.material is None for info in long
+            ):  # rated signals; beside them the surfaces are not asked
+                long = [info for info in long if info.material is None]
             names = sorted({str(item_of(info)) for info in long})
         else:
             names = sorted(set(store.photographs_by_material) & rated)
@@ -203,6 +207,7 @@ SPLIT_OF = {
     "speeds": (SIMULATED + "surfaces --seed 1 ", at_speed(120)),
     "one-stroke": (SIMULATED + "surfaces --seed 1 ", one_stroke(60, 240)),
     "rated": (SIMULATED + "surfaces --seed 2 ", items((0.5, 0.25))),
+    "display": (SIMULATED + "ultrasonic", items((0.4, 0.35))),
     "fabrics": (SIMULATED + "fabrics", pieces(("4",))),
     "images": (SIMULATED + "tactile_images", items((0.5, 0.3))),
 }

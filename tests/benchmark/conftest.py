@@ -98,6 +98,26 @@ def rated_strokes(path):
     )
 
 
+def rated_drives(path):
+    """Return a store of two rated surfaces with two recordings each, and twelve rated drives of a display."""
+    rng = np.random.default_rng(2)
+    names = [f"drive-{number:02}" for number in range(12)]
+    made = [
+        Recording(streams={"strain": noise(rng, place, 1.0)}, material=name, simulated=True)
+        for place, name in enumerate(MATERIALS[:2])
+        for _ in range(2)
+    ] + [
+        Recording(streams={"drive": noise(rng, place / 3, 1.0)}, labels={"item": name}, simulated=True)
+        for place, name in enumerate(names)
+    ]
+    items = [*MATERIALS[:2], *names]
+    scores = np.round(np.linspace(1, 7, len(items)))
+    ratings = Ratings(["a"] * len(items), items, ["rough"] * len(items), scores, SEVEN_POINT)
+    return create_store(
+        path, made, name="drives (simulated)", licence="CC0-1.0", simulated=True, ratings=ratings
+    )
+
+
 def without(split, store, names, count):
     """Return a split without some materials in training, whose recordings are tested."""
     strange = {info.id for info in store.index if info.material in names}
@@ -110,14 +130,15 @@ def without(split, store, names, count):
 
 
 def by_item(store):
-    """Return a split of rated recordings by item: a half, a quarter and a quarter."""
-    items = sorted({item_of(info) for info in store.index})
+    """Return a split by item, a half, a quarter and a quarter; of rated drives, if there are any, without surfaces."""
+    index = [info for info in store.index if info.material is None] or store.index
+    items = sorted({item_of(info) for info in index})
     part = dict.fromkeys(items, "train")
     part |= dict.fromkeys(items[::4], "test") | dict.fromkeys(items[1::4], "validation")
     held = {"train": [], "validation": [], "test": []}
-    for info in store.index:
+    for info in index:
         held[part[item_of(info)]].append(Segment(info.id))
-    groups = {info.id: item_of(info) for info in store.index}
+    groups = {info.id: item_of(info) for info in index}
     return Split(*map(tuple, held.values()), by="material", groups=groups)
 
 
@@ -147,4 +168,6 @@ def tasks(tmp_path_factory):
     made.write("mix", "mixing", held, last, more=ends)
     made.write("rate", "rating", rated, by_item(rated))
     made.write("words", "words", rated, by_item(rated), head='label = "item"\n')
+    drives = rated_drives(made.work / "stores" / "drives")
+    made.write("display", "words", drives, by_item(drives), head='label = "item"\n')
     return made

@@ -1,12 +1,16 @@
 """Kinds of tasks: what perfect, useless and broken answers are worth."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from sklearn.metrics import average_precision_score, roc_auc_score
 
+from tactogram import models
 from tactogram.benchmark.questions import check_answers
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples
 from tactogram.benchmark.task_kind import kind_of
+from tactogram.benchmark.training import training_plan
 from tactogram.errors import ParameterError
 from tactogram.workflows.progress import silent
 
@@ -162,6 +166,21 @@ def test_broken_answers_are_refused(judged, tasks, answer, message):
         del answers[questions[0].id]
     with pytest.raises(ParameterError, match=message):
         check_answers(kind.form(opened), questions, answers, where="answers")
+
+
+def test_a_model_of_a_display_learns_from_the_rated_surfaces_too(tasks):
+    opened = tasks.open("display")
+    kind = kind_of("words")
+    kind.check(opened)
+    assert not any(kind.fits(tasks.open("words"), models.find(name)) for name in ("ultrasonic_cgan", "rater"))
+    materials = {info.id: info.material for info in opened.store.index}
+    found = {}
+    for name in ("ultrasonic_cgan", "texture_flow"):
+        assert kind.fits(opened, models.find(name))
+        train = training_plan(opened, models.find(name), seed=0).parts.train
+        found[name] = Counter(materials[segment.id] for segment in train)
+    assert found["texture_flow"] == {None: 6}
+    assert found["ultrasonic_cgan"] == {None: 6, "material-0": 2, "material-1": 2}
 
 
 def test_a_task_of_the_wrong_split_is_refused(tasks):

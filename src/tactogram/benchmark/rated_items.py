@@ -9,13 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.benchmark.data import OpenTask
-from tactogram.datasets import Ratings
+from tactogram.datasets import Ratings, Segment
 from tactogram.workflows.training.rated_examples import RatingData
 
 
 def ratings_of(opened: OpenTask) -> Ratings:
     """Return the ratings of a task's store; a `ParameterError` if it has none."""
     return RatingData(opened.store, "ratings").ratings
+
+
+def rated_surfaces(opened: OpenTask) -> tuple[Segment, ...]:
+    """Return recordings of rated surfaces beside the rated signals of a task, from which some models learn, too."""
+    split, ratings = opened.split, opened.store.ratings
+    parts = {segment.id for part in split.parts.values() for segment in part}
+    infos = opened.store.index
+    if ratings is None or any(info.material is not None for info in infos if info.id in parts):
+        return ()
+    return tuple(Segment(info.id) for info in infos if info.material in ratings.items)
 
 
 def rated_examples(opened: OpenTask, part: str) -> Sequence[Any]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from tactogram.benchmark.data import OpenTask
+from tactogram.benchmark.rated_items import rated_surfaces
 from tactogram.benchmark.task import TaskRecipe
 from tactogram.models import ModelInfo
 from tactogram.recipe import Recipe
@@ -111,13 +113,15 @@ def training_plan(
     values = with_changes(read.model_dump(), {"seed": seed, "prepare": opened.task.prepare.model_dump()})
     made = Recipe.of(values, where=str(file))
     rated = None if facts.learns_from == "recordings" else RatingData(opened.store, facts.learns_from)
-    label = opened.task.label
+    split, label = opened.split, opened.task.label
+    if facts.learns_from == "both":
+        split = replace(split, train=split.train + rated_surfaces(opened))
     return TrainingPlan(
         opened.store,
         facts,
         made,
         facts.config(made.config),
-        opened.split,
+        split,
         rated,
         label,
         model_folders,

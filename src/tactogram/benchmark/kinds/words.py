@@ -17,7 +17,7 @@ from tactogram import models
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.options import TaskOptions, options_of
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
-from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
+from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples, rated_surfaces, ratings_of
 from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
 from tactogram.benchmark.training import trained_for
 from tactogram.errors import ParameterError
@@ -59,7 +59,9 @@ class Words(TaskKind):
         """Return whether the model makes what the store holds from words."""
         of = facts.of(images=not len(opened.store))
         gives = "signal" if len(opened.store) else "image"
-        learns = ("recordings", "ratings") if len(opened.store) else ("images",)
+        learns = {"recordings", "ratings"} if len(opened.store) else {"images"}
+        if rated_surfaces(opened):
+            learns.add("both")
         return (
             of.gives == gives and "words" in (*of.needs, *of.instead, *of.takes) and of.learns_from in learns
         )
