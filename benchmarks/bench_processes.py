@@ -1,7 +1,7 @@
 """A training by one process and by two: memory, and the share of the time that each waits.
 
-Recordings are simulated: noise of 1 s at 1 kHz on three axes, classified by a ``stroke_cnn`` of few filters in batches
-of 64. ``waits_for_data`` is the share of the time until a batch is drawn; ``waits_for_other`` that between a process's
+Recordings are simulated: noise of 1 s at 1 kHz on three axes, classified by ``stroke_cnn``, recipe ``quick``.
+``waits_for_data`` is the share of the time until a batch is drawn; ``waits_for_other`` that between a process's
 arrival at an average of gradients, batch statistics or losses and the other's; ``sends`` that of the averages. These
 two depend on what else the machine does. ``unequal`` is by processor time alone: the share for which a process would
 wait if each had a core of its own, as the other's work between two averages is longer. Memory is a process's own
@@ -122,10 +122,6 @@ def measured(data: Path, out: Path, steps: int, devices: int, progress: Any, sto
     begun = time.perf_counter()
     changes = {
         "config.steps": steps + WARM_UP + 1,
-        "config.batch_size": 64,
-        "config.window": 256,
-        "config.filters": [16, 16, 32, 32, 64, 64],
-        "config.dense": [128, 64],
         "training.checkpoint_every": 10**6,
     }
     with suppress(StoppedError):  # without validation and index, which one process makes

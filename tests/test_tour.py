@@ -14,7 +14,12 @@ ENVIRONMENT = {
     "MPLBACKEND": "agg",
     "PYTHONWARNINGS": "error",
 }
-SHORTER = {"config.steps=150": "config.steps=10", "--per-class 8 --seconds 3": "--per-class 4 --seconds 1.5"}
+SHORTER = {
+    "config.steps=150": "config.steps=10",
+    "--per-class 8 --seconds 3": "--per-class 3 --seconds 1",
+    "--signals 3 --seconds 3": "--signals 2 --seconds 1",
+    "--seconds 5 --out corduroy.wav": "--seconds 2 --out corduroy.wav",
+}
 
 
 def test_the_tour_runs_as_written(tmp_path):

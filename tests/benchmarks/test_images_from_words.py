@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
+import torch.nn.functional as F
 
 from benchmarks.experiments import images_from_words
 from benchmarks.experiments.images_from_words import NearestImage, with_config
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings
 from tactogram.datasets.ratings.words import WORDS
+from tactogram.evaluation.pictures.networks import TrunkDistance
 from tactogram.signal import Image, Signal
 from tactogram.workflows.progress import silent
 from tactogram.workflows.training.loaded_run import load_run
@@ -82,6 +84,8 @@ def test_the_nearest_image_is_found_in_pixels_and_features():
 
 
 def test_every_training_and_setting_is_reported(tmp_path, stores, monkeypatch):
+    # Colours in place of EfficientNet's maps, which take most of the time.
+    monkeypatch.setattr(TrunkDistance, "_maps", lambda _, pictures: F.adaptive_avg_pool2d(pictures, 8))
     monkeypatch.setattr(images_from_words, "STEPS", (2,))
     monkeypatch.setattr(images_from_words, "GUIDANCE", (1.5,))
     rater = train("rater", stores["images"], recipe="tiny", out=tmp_path / "rater", accelerator="cpu").folder

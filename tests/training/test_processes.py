@@ -76,6 +76,32 @@ def test_synchronised_normalisation_alone_is_torchs():
     torch.testing.assert_close(plain.state_dict(), state)
 
 
+@pytest.fixture
+def group(tmp_path):
+    """A group of this process alone."""
+    torch.distributed.init_process_group("gloo", f"file://{tmp_path / 'group'}", rank=0, world_size=1)
+    yield
+    torch.distributed.destroy_process_group()
+
+
+@pytest.mark.parametrize("affine", [True, False])
+def test_synchronised_normalisation_of_a_group_is_torchs_and_can_be_differentiated_twice(group, affine):
+    drawn = torch.Generator().manual_seed(0)
+    x = (3 + torch.randn(6, 4, 5, generator=drawn, dtype=torch.float64)).requires_grad_()
+    plain, synchronised = (
+        kind(4, affine=affine, dtype=torch.float64) for kind in (nn.BatchNorm1d, SynchronisedBatchNorm)
+    )
+    found = []
+    for norm in (plain, synchronised):
+        y = norm(x)
+        (slope,) = torch.autograd.grad((y**3).sum(), x, create_graph=True)
+        (once,) = torch.autograd.grad((norm(x) ** 3).sum(), x)
+        (twice,) = torch.autograd.grad(slope.square().sum(), x)
+        found.append((y, slope, once, twice, norm.running_mean, norm.running_var))
+    for expected, got in zip(*found, strict=True):
+        torch.testing.assert_close(got, expected)
+
+
 def test_torchruns_numbers_count(monkeypatch):
     assert devices_and_nodes(2, 3) == (2, 3)
     for name, value in {"TORCHELASTIC_RUN_ID": "1", "WORLD_SIZE": "6", "LOCAL_WORLD_SIZE": "2"}.items():

@@ -17,6 +17,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.signal.resampling import resample
 from tactogram.training.run import Run
+from tactogram.workflows.evaluation import generator
 from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
 from tactogram.workflows.generation.generate import generate_files
@@ -228,7 +229,10 @@ def test_a_run_is_judged_by_each_description_it_takes(described, given, baseline
     assert spectra["model"] < spectra["ceiling"] - 2  # spectra are closed forms: the network hardly trained
 
 
-def test_a_description_that_it_does_not_take_is_refused(described, run):
+def test_a_description_that_it_does_not_take_is_refused_before_anything_is_trained(
+    described, run, monkeypatch
+):
+    monkeypatch.setattr(generator, "classifier_of", None)
     with pytest.raises(
         ParameterError, match="texture_flow is given material, image, vibration, words, got 'speed"
     ):

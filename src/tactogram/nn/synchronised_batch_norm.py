@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import torch
 import torch.distributed as dist
+import torch.nn.functional as F
 from torch import Tensor, nn
 from torch.nn.modules.batchnorm import _BatchNorm
 
@@ -23,19 +25,13 @@ class SynchronisedBatchNorm(_BatchNorm):
         """Return ``input``, (batch, channel, …), normalised; the batch has as many rows in every process."""
         if not (self.training and dist.is_initialized()):
             return super().forward(input)
-        x = input.to(torch.promote_types(input.dtype, torch.float32))
-        over = [0, *range(2, x.dim())]
-        own = torch.stack(torch.var_mean(x, over, correction=0))  # variance and mean; C
-        number, none = dist.get_rank(), x.new_zeros((dist.get_world_size(), *own.shape))
-        each = _summed(torch.cat((none[:number], own[None], none[number + 1 :])))  # process, 2, C
-        mean = each[:, 1].mean(0)
-        variance = each[:, 0].mean(0) + (each[:, 1] - mean).square().mean(0)
-        self._follow(mean.detach(), variance.detach(), x.numel() // x.shape[1] * len(each))
-        shape = (1, -1, *[1] * (x.dim() - 2))
-        x = (x - mean.view(shape)) * (variance.view(shape) + self.eps).rsqrt()
-        if self.affine:
-            x = x * self.weight.view(shape) + self.bias.view(shape)
-        return x.to(input.dtype)
+        plain = torch.promote_types(input.dtype, torch.float32)
+        ones = torch.ones(self.num_features, dtype=plain, device=input.device)
+        weight, bias = (self.weight, self.bias) if self.affine else (ones, ones - 1)
+        y: Tensor
+        y, mean, variance = _Normalisation.apply(input, weight, bias, self.eps)  # type: ignore[no-untyped-call]
+        self._follow(mean, variance, _rows(input))
+        return y
 
     @torch.no_grad()
     def _follow(self, mean: Tensor, variance: Tensor, count: int) -> None:
@@ -56,6 +52,82 @@ def synchronise(network: nn.Module) -> None:
                 replaced = SynchronisedBatchNorm.__new__(SynchronisedBatchNorm)
                 replaced.__dict__ = vars(child)
                 setattr(parent, name, replaced)
+
+
+class _Normalisation(torch.autograd.Function):
+    """Normalised rows, mean and variance by torch's fused kernels: those of one process, and messages in between."""
+
+    @staticmethod
+    def forward(ctx: Any, x: Tensor, weight: Tensor, bias: Tensor, eps: float) -> tuple[Tensor, ...]:
+        _, own_mean, scale = torch.native_batch_norm(x, weight, bias, None, None, True, 0.0, eps)
+        mean, variance = _of_all(torch.stack((scale.pow(-2) - eps, own_mean)), _gathered)
+        ctx.save_for_backward(x, weight, bias, mean, variance)
+        ctx.eps = eps
+        ctx.mark_non_differentiable(mean, variance)
+        return F.batch_norm(x, mean, variance, weight, bias, eps=eps), mean, variance
+
+    @staticmethod
+    def backward(ctx: Any, gradient: Tensor, *_: Tensor) -> tuple[Tensor | None, ...]:
+        x, weight, bias, mean, variance = ctx.saved_tensors
+        if torch.is_grad_enabled():  # the gradient will be differentiated, too
+            inputs = [
+                each
+                for each, needed in zip((x, weight, bias), ctx.needs_input_grad[:3], strict=True)
+                if needed
+            ]
+            found = iter(
+                torch.autograd.grad(_composed(x, weight, bias, ctx.eps), inputs, gradient, create_graph=True)
+            )
+            return (*(next(found) if needed else None for needed in ctx.needs_input_grad[:3]), None)
+        of_x, of_weight, of_bias = torch.ops.aten.native_batch_norm_backward(
+            gradient, x, weight, mean, variance, None, None, False, ctx.eps, [True] * 3
+        )
+        # Mean and variance depend on the rows of all processes, and all losses on them.
+        total_weight, total_bias = _total(torch.stack((of_weight, of_bias))) / _rows(x)
+        gain = weight * (variance + ctx.eps).rsqrt()
+        slope = gain * (variance + ctx.eps).rsqrt() * total_weight
+        zeros, offset = torch.zeros_like(mean), gain * total_bias - slope * mean
+        of_x -= F.batch_norm(x, zeros, zeros + 1, slope, offset, eps=0.0)
+        return of_x, of_weight, of_bias, None
+
+
+def _composed(x: Tensor, weight: Tensor, bias: Tensor, eps: float) -> Tensor:
+    """Return the normalised rows by steps that can be differentiated any number of times, and are slower."""
+    rows = x.to(torch.promote_types(x.dtype, torch.float32))
+    shape = (1, -1, *[1] * (x.dim() - 2))
+    own = torch.var_mean(rows, [0, *range(2, x.dim())], correction=0)
+    mean, variance = _of_all(torch.stack(own), _summed_parts)
+    rows = (rows - mean.view(shape)) * (variance.view(shape) + eps).rsqrt()
+    return (rows * weight.view(shape) + bias.view(shape)).to(x.dtype)
+
+
+def _of_all(own: Tensor, gathered: Callable[[Tensor], Tensor]) -> tuple[Tensor, Tensor]:
+    """Return mean and variance of all rows from those of each process, (variance or mean, channel)."""
+    each = gathered(own)  # process, variance or mean, channel
+    mean = each[:, 1].mean(0)
+    return mean, each[:, 0].mean(0) + (each[:, 1] - mean).square().mean(0)
+
+
+def _gathered(own: Tensor) -> Tensor:
+    each = [torch.empty_like(own) for _ in range(dist.get_world_size())]
+    dist.all_gather(each, own)
+    return torch.stack(each)
+
+
+def _summed_parts(own: Tensor) -> Tensor:
+    """Return what `_gathered` does, as a sum, which can be differentiated."""
+    number, none = dist.get_rank(), own.new_zeros((dist.get_world_size(), *own.shape))
+    return _summed(torch.cat((none[:number], own[None], none[number + 1 :])))
+
+
+def _rows(x: Tensor) -> int:
+    """Return the number of values of a channel in all processes."""
+    return x.numel() // x.shape[1] * dist.get_world_size()
+
+
+def _total(x: Tensor) -> Tensor:
+    dist.all_reduce(x)
+    return x
 
 
 class _Sum(torch.autograd.Function):

@@ -83,6 +83,11 @@ def evaluate_generator(
     if "vibration" in loaded.facts.needs:
         strokes = {str(e.material): e for e in reversed([*train, *held_back]) if e.material in test}
         notes.append("Baselines were fitted to the one recording of each material that the model was given.")
+    judged = _ConditionedGenerator(
+        MODEL, loaded.facts, loaded.model, loaded.kind, None, strokes, rate, settings.seed, notes
+    )
+    for example in known:
+        judged.condition(example, 0)  # refuses what it cannot be given before anything is trained
     references = ReferenceModels(loaded.run.folder / JUDGES, loaded.kind, train, settings, progress)
     classifier = classifier_of(references, pieces, notes)
     sets: dict[str, Mapping[str, list[Signal]]] = {}
@@ -171,7 +176,7 @@ class _ConditionedGenerator:
 
     def drawn(self, example: Example, number: int, seconds: float) -> Signal:
         """Return signal ``number`` for the conditions of ``example``; of its surface alone where they are unknown."""
-        condition = self._condition(example, number)
+        condition = self.condition(example, number)
         if self._over_displacement and not self._speed:
             seconds *= EVALUATION_SPEED_MM_S  # it gives recorded stretches, whose length is in mm
         seed = child_seed(self.seed, "judge", str(example.material), number)
@@ -194,7 +199,8 @@ class _ConditionedGenerator:
         made = felt(signal)
         return made if made.rate == self.rate else resample(made, self.rate)
 
-    def _condition(self, example: Example, number: int) -> dict[str, Any]:
+    def condition(self, example: Example, number: int) -> dict[str, Any]:
+        """Return what signal ``number`` of a recording's surface is generated from; refuses a recording without it."""
         given = {name: example.condition.get(name) for name in ("speed_mm_s", "force_n")}
         given = {name: value for name, value in given.items() if value is not None}
         pictures = example.photographs
