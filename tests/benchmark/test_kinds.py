@@ -145,6 +145,7 @@ def test_the_correlation_of_words_is_the_mean_of_its_parts(judged):
     figure = found.figures["correlation"]
     assert np.mean(list(figure.by_item.values())) == pytest.approx(figure.value)
     assert set(figure.by_item) == set(items_of(rated_examples(opened, "test")))
+    assert -1 <= figure.low <= figure.value <= figure.high <= 1
     assert figure.floor > figure.value  # the recording itself is read better than noise
 
 

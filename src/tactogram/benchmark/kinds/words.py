@@ -21,7 +21,6 @@ from tactogram.benchmark.rated_items import items_of, mean_scores, rated_example
 from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
 from tactogram.benchmark.training import trained_for
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import bootstrap_interval
 from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.model import Example
 from tactogram.models import ModelInfo
@@ -31,6 +30,7 @@ from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
 
 RATER = "rater"
+RESAMPLES = 2000
 
 
 class WordsOptions(TaskOptions):
@@ -43,7 +43,7 @@ class WordsOptions(TaskOptions):
 class Words(TaskKind):
     """Questions are the mean scores of the test items; answers are scored by a rater model."""
 
-    name, rank = "words", 6
+    name, rank, version = "words", 6, 2
     given = "scores in words"
     asked = "a vibration or an image"
 
@@ -123,7 +123,7 @@ class Words(TaskKind):
         parts = _parts(asked, told)
         real = {str(e.item): _recorded(e) for e in rated_examples(opened, "test")}
         itself = label_fidelity(asked, np.array([[said(real[item])] for item in items]))
-        low, high = bootstrap_interval(parts) or (None, None)
+        low, high = _interval(asked, told)
         scale = ratings_of(opened).scale
         chosen = items[:: max(1, len(items) // 3)][:3]
         return Judgement(
@@ -156,6 +156,15 @@ def _parts(asked: NDArray[np.float64], told: NDArray[np.float64]) -> NDArray[np.
     power = float(np.sqrt(np.sum(wanted**2) * np.sum(heard**2)))
     products: NDArray[np.float64] = (wanted * heard).sum((1, 2)) * len(asked)
     return products / power if power > 1e-12 else np.zeros(len(asked))
+
+
+def _interval(asked: NDArray[np.float64], told: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the 95 % percentile bootstrap interval of the correlation, over labels (Efron & Tibshirani 1993, ch. 13)."""
+    rng = child_rng(0, "benchmark", "interval")
+    drawn = (rng.integers(len(asked), size=len(asked)) for _ in range(RESAMPLES))
+    found = [label_fidelity(asked[places], told[places]).correlation for places in drawn]
+    low, high = np.quantile(found, [0.025, 0.975])
+    return float(low), float(high)
 
 
 def _rater(opened: OpenTask, progress: ProgressCallback) -> LoadedRun:
