@@ -1,6 +1,7 @@
 """Runs, results, tables, the page, and answers from other frameworks."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -77,6 +78,34 @@ def test_a_long_training_is_stopped_and_continued_the_next_time(tasks, tmp_path)
     assert "not trained within" in BenchmarkResult.load(file).failed
     assert run_benchmark(["name"], ["stroke_cnn"], **options)["failed"] == []
     assert not BenchmarkResult.load(file).failed
+
+
+def test_a_result_by_another_recipe_is_measured_again(tasks, tmp_path):
+    options = {
+        "folder": tmp_path,
+        "stores": [tasks.work / "stores"],
+        "task_folders": [tasks.folder],
+        "seeds": 1,
+    }
+    for recipe, written in (("", 1), ("tiny", 1), ("tiny", 0)):
+        report = run_benchmark(["rate"], ["rater"], recipe=recipe, **options)
+        assert (report["results"], report["failed"]) == (written, [])
+        found = BenchmarkResult.load(tmp_path / "results" / "rate" / "rater-0.json")
+        assert found.recipe == (recipe or "quick")
+
+
+@pytest.mark.parametrize(
+    ("names", "options", "message"),
+    [
+        ((["nome"], []), {}, "task must be one of"),
+        (([], ["nome"]), {}, "no task or model is called 'nome': `tactogram benchmark list`"),
+        ((["name"], []), {"seeds": 4}, "seeds must be at most 3, those that the tasks state, got 4"),
+    ],
+)
+def test_what_is_not_there_is_refused_before_anything_is_simulated(tasks, tmp_path, names, options, message):
+    with pytest.raises(ParameterError, match=message):
+        run_benchmark(*names, folder=tmp_path, task_folders=[tasks.folder], **options)
+    assert not (tmp_path / "stores").exists()
 
 
 def test_a_result_of_another_version_of_the_task_is_refused(results, tasks):
@@ -172,6 +201,19 @@ def test_plain_numpy_takes_part(tasks, tmp_path, name):
             else main_figure.value > main_figure.ceiling
         )
         assert better, main_figure.value  # than another material, or chance
+
+
+def test_questions_tell_neither_materials_nor_what_the_judge_learns_from(tasks, tmp_path):
+    write_questions(tasks.open("generate"), tmp_path / "generate")
+    listed = json.loads((tmp_path / "generate" / "task.json").read_text())
+    assert all(re.fullmatch("[0-9a-f]{16}", question["id"]) for question in listed["questions"])
+    report = write_questions(tasks.open("words"), tmp_path / "words")
+    assert "validation" not in report
+    assert {file.name for file in (tmp_path / "words").iterdir()} == {
+        "task.json",
+        "train.npz",
+        "questions.npz",
+    }
 
 
 def test_the_numpy_example_declines_what_it_cannot(tasks, tmp_path):

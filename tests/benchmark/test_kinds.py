@@ -154,6 +154,8 @@ def test_the_correlation_of_words_is_the_mean_of_its_parts(judged):
     [
         (None, "expected an answer to each of 12 questions, got none to"),
         (np.full(6, np.nan), "must be finite numbers"),
+        (np.full(6, 0.5), r"got the sum 3 and the least 0.5"),
+        (np.array([1.5, -0.5, 0, 0, 0, 0]), r"got the sum 1 and the least -0.5"),
         (np.ones(5), r"must be the probabilities of 6 materials, shape \(6,\), sum 1, got shape \(5,\)"),
     ],
 )

@@ -63,6 +63,20 @@ def test_a_difference_that_changes_its_sign_between_seeds_is_not_told():
     assert ranked[1].sd == pytest.approx(np.std([-0.1, 1, 1], ddof=1))
 
 
+def test_models_that_enter_take_no_differences_away():
+    """Of nine items no p is below 2/512, too large for Holm's correction of fifteen pairs."""
+    base = np.random.default_rng(0).normal(1, 0.1, 9)
+    ranked = rank_models([result(name, base + place) for place, name in enumerate("abcdef")])
+    assert [entry.rank_text for entry in ranked] == ["1", "2", "3", "4", "5", "6"]
+
+
+def test_models_without_a_common_seed_are_not_told():
+    base = np.random.default_rng(0).normal(1, 0.1, 30)
+    near = [result("near", base, seed=seed) for seed in (0, 1)]
+    far = [result("far", base + 1, seed=seed) for seed in (2, 3)]
+    assert [entry.rank_text for entry in rank_models([*near, *far])] == ["1–2", "1–2"]
+
+
 def test_few_items_tell_nothing():
     ranked = rank_models([result("a", [0.0, 0.1, 0.0, 0.1]), result("b", [1.0, 1.1, 1.0, 1.1])])
     assert [entry.rank_text for entry in ranked] == ["1–2", "1–2"]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.benchmark.data import OpenTask
-from tactogram.benchmark.questions import check_answers
+from tactogram.benchmark.questions import Question, check_answers
 from tactogram.benchmark.rated_items import rated_examples, ratings_of
 from tactogram.benchmark.result import BenchmarkResult, result_of
 from tactogram.benchmark.shown import save_shown
@@ -47,7 +49,8 @@ def write_questions(opened: OpenTask, out: Path) -> dict[str, Any]:
 
     ``task.json`` says what is asked, and lists the examples of each part and the questions: the facts of each, and the
     name of its arrays in the part's ``.npz``: samples, float32, shape (axis, time), or pixels, uint8, shape (row,
-    column, 3).
+    column, 3). Questions are called by hashes, since names of materials would tell what is on a photograph. The
+    validation part is left out where it trains the judge.
 
     Returns
     -------
@@ -61,9 +64,9 @@ def write_questions(opened: OpenTask, out: Path) -> dict[str, Any]:
     """
     check_writable(out, folder=True)
     kind, task = kind_of(opened.task.kind), opened.task
-    form, questions = kind.form(opened), kind.questions(opened)
+    form, questions = kind.form(opened), _hashed(opened)
     parts: dict[str, list[dict[str, Any]]] = {}
-    for part in ("train", "validation"):
+    for part in (part for part in ("train", "validation") if part not in kind.withheld):
         arrays: dict[str, NDArray[Any]] = {}
         parts[part] = [_example(opened, example, arrays) for example in _examples(opened, part)]
         _save(out / f"{part}.npz", arrays)
@@ -119,14 +122,13 @@ def score_answers(
     if not files:
         raise DataError(f"{folder}: expected answers as 0.npz, 1.npz, … by seed, found none")
     kind = kind_of(opened.task.kind)
-    questions, form = kind.questions(opened), kind.form(opened)
+    questions, form = _hashed(opened), kind.form(opened)
     results = []
     for seed, file in sorted(files.items()):
         answers = load_arrays(file)
         check_answers(form, questions, answers, where=str(file))
-        judgement = kind.judge(
-            opened, {question.id: answers[question.id] for question in questions}, progress
-        )
+        known = zip(kind.questions(opened), questions, strict=True)
+        judgement = kind.judge(opened, {own.id: answers[hashed.id] for own, hashed in known}, progress)
         how = f"{about.how} {about.code}".strip()
         result = result_of(opened, about.model, "outside", seed, judgement, recipe=how)
         results.append(result)
@@ -135,6 +137,16 @@ def score_answers(
     for result in results:
         result.save(out)
     return results
+
+
+def _hashed(opened: OpenTask) -> list[Question]:
+    """Return the questions with ids that tell nothing."""
+    task = opened.task
+
+    def hashed(id: str) -> str:
+        return hashlib.sha256(f"{task.sha256} {id}".encode()).hexdigest()[:16]
+
+    return [replace(question, id=hashed(question.id)) for question in kind_of(task.kind).questions(opened)]
 
 
 def _examples(opened: OpenTask, part: str) -> Any:

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.model import Condition
 
+ROUNDING = 1e-3
+"""Of the sum of probabilities."""
+
 Answers = Mapping[str, NDArray[Any]]
 """An array per question: see `AnswerForm`."""
 
@@ -60,4 +63,9 @@ def check_answers(form: AnswerForm, questions: Sequence[Question], answers: Answ
         if answer.ndim != dimensions or (expected is not None and len(answer) != expected):
             raise ParameterError(
                 f"{where}: answer to {question.id!r} must be {form.text}, got shape {answer.shape}"
+            )
+        if form.what == "probabilities" and (answer.min() < 0 or abs(answer.sum() - 1) > ROUNDING):
+            raise ParameterError(
+                f"{where}: answer to {question.id!r} must be {form.text}, got the sum {answer.sum():g} and the least "
+                f"{answer.min():g}"
             )

@@ -28,6 +28,8 @@ from tactogram.workflows.workers.kept import PAGE
 from tactogram.workflows.workers.page import followed
 
 SEEDS = 3
+SHIPPED = "as it comes, untrained for the task"
+BASELINE = "baseline of the task"
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,8 @@ def run_benchmark(
 ) -> dict[str, Any]:
     """Answer tasks with models, and write a result for each model, task and seed.
 
-    Results that are there, of the same version of the task, are kept, unless they failed: an interrupted run goes on.
-    So are trainings.
+    Results that are there, of the same version of the task and the same recipe, are kept, unless they failed: an
+    interrupted run goes on. So are trainings.
 
     Parameters
     ----------
@@ -112,11 +114,20 @@ def run_benchmark(
     Raises
     ------
     ParameterError
-        For an unknown task or model, or a folder that cannot be written to.
+        For an unknown task or model, more seeds than the tasks state, or a folder that cannot be written to.
     """
     known = available_tasks(task_folders)
     if unknown := [name for name in tasks if name not in known]:
         raise ParameterError(f"task must be one of {', '.join(known)}, got {unknown[0]!r}")
+    models_known = {*models.available(model_folders)}.union(
+        *(kind_of(t.kind).baselines for t in known.values())
+    )
+    if unknown := [name for name in chosen if name not in models_known]:
+        raise ParameterError(
+            f"no task or model is called {unknown[0]!r}: `tactogram benchmark list` and `tactogram models` list them"
+        )
+    if seeds > (most := max(len(known[name].seeds) for name in tasks or known)):
+        raise ParameterError(f"seeds must be at most {most}, those that the tasks state, got {seeds}")
     work = Path(folder).resolve()
     place = Path(out).resolve() if out else work / "results"
     # A worker on another machine has not this environment.
@@ -202,7 +213,7 @@ def _judged(cell: BenchmarkCell, opened: OpenTask, kind: TaskKind) -> BenchmarkR
     began = time.perf_counter()
     if cell.entry == "baseline":
         answers: Mapping[str, Any] = kind.baselines[cell.model](opened, questions, cell.seed)
-        facts: dict[str, Any] = {"recipe": "baseline of the task"}
+        facts: dict[str, Any] = {"recipe": BASELINE}
         trained = 0.0
     else:
         loaded, facts = _loaded(cell, opened, kind)
@@ -225,7 +236,7 @@ def _loaded(cell: BenchmarkCell, opened: OpenTask, kind: TaskKind) -> tuple[Load
     if kind.uses_shipped(opened, facts):
         loaded = load_run(cell.model)
         return loaded, {
-            "recipe": "as it comes, untrained for the task",
+            "recipe": SHIPPED,
             "settings": loaded.recipe.model_dump(mode="json"),
         }
     plan = training_plan(opened, facts, seed=cell.seed, recipe=cell.recipe, model_folders=folders)
@@ -243,9 +254,8 @@ def _loaded(cell: BenchmarkCell, opened: OpenTask, kind: TaskKind) -> tuple[Load
         raise ParameterError(
             f"not trained within {cell.longest_min:g} minutes on {device()}; run again with a larger `longest_min`"
         ) from error
-    chosen = opened.task.recipes.get(facts.name)
     return loaded, {
-        "recipe": cell.recipe or (chosen.recipe if chosen else "quick"),
+        "recipe": _recipe_of(cell, opened.task),
         "settings": plan.recipe.resolved(plan.config),
         "training_s": training_seconds(loaded.run.folder),
     }
@@ -259,4 +269,10 @@ def _is_done(cell: BenchmarkCell, task: BenchmarkTask) -> bool:
     except TactogramError:
         return False
     current = result.task_sha256 == task.sha256 and result.judge == kind_of(task.kind).version
-    return current and not result.failed
+    asked = result.recipe in (_recipe_of(cell, task), SHIPPED, BASELINE)
+    return current and asked and not result.failed
+
+
+def _recipe_of(cell: BenchmarkCell, task: BenchmarkTask) -> str:
+    chosen = task.recipes.get(cell.model)
+    return cell.recipe or (chosen.recipe if chosen else "quick")

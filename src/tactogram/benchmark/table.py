@@ -10,14 +10,16 @@ from tactogram.benchmark.ranking import RankedModel, rank_models
 from tactogram.benchmark.result import BenchmarkResult
 from tactogram.benchmark.task import BenchmarkTask
 from tactogram.benchmark.task_kind import Figure, kind_of
+from tactogram.workflows.evaluation.reference_models import HOLDING_RECORDINGS
 
 NOTES = """\
-Each model was trained on the training part of the task alone. The value is the mean over seeds ± standard deviation,
-with the 95 % interval over what was asked in brackets. **At best** is the value of other recordings of the same, or of
-a perfect answer; **by chance** that of other materials, or of a guess. A rank such as 2–4 means that the models of
-these ranks are not told apart: a paired permutation test over what was asked, corrected by Holm for all pairs, has
-p ≥ 0.05, or the difference changes its sign between seeds. A model that **copies** replays its training recordings, and
-makes nothing new."""
+Each model was trained on the training part of the task alone, but for those "as it comes", whose weights are part of
+the package. The value is the mean over seeds ± standard deviation, with the 95 % interval over what was asked (mean of
+those of the seeds) in brackets. **At best** is the value of other recordings of the same, or of a perfect answer; **by
+chance** that of other materials, or of a guess. A rank such as 2–4 says how many models are better and how many worse,
+where they can be told apart: by a paired permutation test over what was asked, p < 0.05 after Benjamini and Hochberg's
+correction for all pairs of the task, and with one sign in all seeds. A model that **copies** plays recordings that it
+was trained on, and makes nothing new."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +71,7 @@ def markdown(tables: Sequence[TaskTable]) -> str:
         tied = ", ".join(f"`{name}`" for name in first.not_told_apart) or "–"
         main = first.results[0].main
         given = kind_of(task.kind).given_in(task)
-        best = f"`{first.model}` {value_text(first)}"
+        best = f"`{first.model}`{about_text(first)} {value_text(first)}"
         ends = map(number, (main.floor, main.ceiling))
         lines.append(_row(f"[{task.title}](#{task.name})", data_text(task), given, best, tied, *ends))
     for table in tables:
@@ -114,7 +116,7 @@ def copies(entry: RankedModel) -> bool:
 
 def about_text(entry: RankedModel) -> str:
     """Return what sets an entry apart: a baseline, answers from outside, or one that copies."""
-    marks = ["copies"] if copies(entry) else []
+    marks = ["copies"] if copies(entry) or entry.model in HOLDING_RECORDINGS else []
     marks += [entry.entry] if entry.entry != "model" else []
     return f" ({', '.join(marks)})" if marks else ""
 

@@ -84,6 +84,8 @@ class TaskKind(ABC):
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
     """What is asked, in words."""
+    withheld: tuple[str, ...] = ()
+    """Parts that train the judge, and that no model may see."""
 
     @property
     def baselines(self) -> Mapping[str, Baseline]:

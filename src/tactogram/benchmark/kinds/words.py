@@ -45,6 +45,7 @@ class Words(TaskKind):
 
     name, rank, version = "words", 6, 2
     given = "scores in words"
+    withheld = ("validation",)
     asked = "a vibration or an image"
 
     def check(self, opened: OpenTask) -> None:
@@ -159,7 +160,7 @@ def _parts(asked: NDArray[np.float64], told: NDArray[np.float64]) -> NDArray[np.
 
 
 def _interval(asked: NDArray[np.float64], told: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the 95 % percentile bootstrap interval of the correlation, over labels (Efron & Tibshirani 1993, ch. 13)."""
+    """Return the 95 % percentile bootstrap interval of the correlation, over labels (Efron & Tibshirani 1993)."""
     rng = child_rng(0, "benchmark", "interval")
     drawn = (rng.integers(len(asked), size=len(asked)) for _ in range(RESAMPLES))
     found = [label_fidelity(asked[places], told[places]).correlation for places in drawn]
