@@ -122,6 +122,7 @@ def test_steps_of_a_mix_lie_where_recordings_of_the_ends_put_them(judged):
     found = judged("mix", step)[2].figures
     assert found["position_error"].value == pytest.approx(0.5 / 3, abs=0.05)  # 0, 0 instead of 0.5, 1
     assert judged("mix", one_end)[2].figures["position_error"].value == pytest.approx(0.5, abs=0.05)
+    assert found["position_error"].ceiling == pytest.approx(1 / 3)  # of 0, 0.5 and 1
 
 
 def test_the_scores_of_people_are_worth_an_error_of_0(judged):

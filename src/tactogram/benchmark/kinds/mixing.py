@@ -36,7 +36,7 @@ class MixingOptions(TaskOptions):
 class Mixing(TaskKind):
     """Signals are placed on the line between recordings of the two materials."""
 
-    name, rank = "mixing", 5
+    name, rank, version = "mixing", 5, 2
     given = "weights of two materials"
     asked = "a signal"
 
@@ -83,7 +83,10 @@ class Mixing(TaskKind):
         return (made if made.rate == opened.kind.rate else resample(made, opened.kind.rate)).samples
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
-        """Return how far steps are from their weight along the line, and how many pairs move one way."""
+        """Return how far steps are from their weight along the line, and how many pairs move one way.
+
+        The ceiling of the distance is that of the half-way mix for every weight.
+        """
         options, kind = options_of(opened.task, MixingOptions), opened.kind
         weights = np.linspace(0, 1, options.steps).round(6)
         recorded: dict[str, list[Signal]] = {}
@@ -113,7 +116,7 @@ class Mixing(TaskKind):
                 "position_error": Figure(
                     float(values.mean()), "lower",
                     "mean distance of a mix from its weight along the line between the recordings",
-                    floor=0.0, ceiling=0.5, low=low, high=high, by_item=error,
+                    floor=0.0, ceiling=float(np.mean(np.abs(weights - 0.5))), low=low, high=high, by_item=error,
                 ),
                 "one_way": Figure(
                     float(np.mean(monotone)), "higher", "pairs that move one way", floor=1.0, ceiling=0.0
