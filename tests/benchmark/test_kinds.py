@@ -7,6 +7,7 @@ import pytest
 from sklearn.metrics import average_precision_score, roc_auc_score
 
 from tactogram import models
+from tactogram.benchmark.kinds import words
 from tactogram.benchmark.questions import check_answers
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples
 from tactogram.benchmark.task_kind import kind_of
@@ -148,6 +149,14 @@ def test_the_correlation_of_words_is_the_mean_of_its_parts(judged):
     assert set(figure.by_item) == set(items_of(rated_examples(opened, "test")))
     assert -1 <= figure.low <= figure.value <= figure.high <= 1
     assert figure.floor > figure.value  # the recording itself is read better than noise
+
+
+def test_a_rater_model_that_cannot_read_recordings_does_not_judge(judged, monkeypatch):
+    monkeypatch.setattr(words, "LEAST_READ", 1.1)
+    with pytest.raises(
+        ParameterError, match=r"at a correlation of 0\.\d\d with people, below 1.1: it needs more"
+    ):
+        judged("words", lambda opened, question: np.ones((len(opened.kind.axes), 2500), np.float32))
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,8 @@ from tactogram.workflows.training.loaded_run import LoadedRun
 
 RATER = "rater"
 RESAMPLES = 2000
+LEAST_READ = 0.3
+"""Least correlation of what a rater model reads from recordings with people's scores: below, it cannot judge others."""
 
 
 class WordsOptions(TaskOptions):
@@ -124,6 +126,11 @@ class Words(TaskKind):
         parts = _parts(asked, told)
         real = {str(e.item): _recorded(e) for e in rated_examples(opened, "test")}
         itself = label_fidelity(asked, np.array([[said(real[item])] for item in items]))
+        if itself.correlation < LEAST_READ:
+            raise ParameterError(
+                f"{opened.task.name}: a rater model of its validation part reads the recordings at a correlation of "
+                f"{itself.correlation:.2f} with people, below {LEAST_READ:g}: it needs more rated items"
+            )
         low, high = _interval(asked, told)
         scale = ratings_of(opened).scale
         chosen = items[:: max(1, len(items) // 3)][:3]
