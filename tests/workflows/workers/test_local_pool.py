@@ -83,11 +83,13 @@ def interrupted(outcomes, folder):
             os.kill(os.getpid(), signal.SIGINT)
             ended.wait(5)
 
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it
     Thread(target=press, daemon=True).start()
     try:
         list(outcomes)
     finally:
         ended.set()
+        signal.signal(signal.SIGINT, before)
 
 
 def test_a_driver_that_was_killed_goes_on(tmp_path, killed_and_started_again):
