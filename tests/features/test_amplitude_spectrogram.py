@@ -70,6 +70,13 @@ def test_nothing_is_below_zero_even_of_magnitudes_that_no_signal_has():
     assert float(signed.decode(drawn).min()) < 0
 
 
+def test_a_bin_that_vanishes_on_the_way_does_not_spoil_the_signal():
+    spectrogram = AmplitudeSpectrogram(n_fft=16, hop=4, frames=5)
+    large = torch.full((1, spectrogram.frames, spectrogram.bins), 1e6)
+    vanished = torch.zeros(large.shape, dtype=torch.complex64)
+    assert torch.isfinite(torch.view_as_real(spectrogram._with_magnitude(vanished, large))).all()
+
+
 def test_level_is_absolute():
     x = 0.4 + 0.1 * torch.rand(160, generator=torch.Generator().manual_seed(3))
     z = SMALL.encode(x)

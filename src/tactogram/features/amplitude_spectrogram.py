@@ -18,6 +18,8 @@ from tactogram.features.stft import STFT, Window, check_precision, overlap_add
 
 MOMENTUM = 0.99
 """Momentum of the fast Griffin-Lim algorithm (Perraudin et al. 2013); default of `librosa.griffinlim`."""
+NOTHING = 1e-30
+"""Magnitude below which a phase means nothing; large magnitudes over it are finite."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,7 +129,7 @@ class AmplitudeSpectrogram:
         return self._with_magnitude(of_level + (target - of_level.abs()).clamp_min(0) * turn, target)
 
     def _with_magnitude(self, s: Tensor, target: Tensor) -> Tensor:
-        s = s * (target / s.abs().clamp_min(torch.finfo(target.dtype).tiny))
+        s = s * (target / s.abs().clamp_min(NOTHING))
         if self.nonnegative:
             s[..., 0] = target[..., 0]
         return s
