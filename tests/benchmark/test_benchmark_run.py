@@ -64,13 +64,14 @@ def test_the_same_seed_gives_the_same_figures(results, tasks, tmp_path):
     assert other.training_s == one.training_s > 0  # of the kept training
 
 
+def in_folder(folder, tasks):
+    """Return options of a run in a work folder of its own, of one seed."""
+    stores = [tasks.work / "stores"]
+    return {"folder": folder, "stores": stores, "task_folders": [tasks.folder], "seeds": 1}
+
+
 def test_a_long_training_is_stopped_and_continued_the_next_time(tasks, tmp_path):
-    options = {
-        "folder": tmp_path,
-        "stores": [tasks.work / "stores"],
-        "task_folders": [tasks.folder],
-        "seeds": 1,
-    }
+    options = in_folder(tmp_path, tasks)
     report = run_benchmark(["name"], ["stroke_cnn"], longest_min=1e-9, **options)
     assert len(report["failed"]) == 1
     assert "not trained within 1e-09 minutes" in report["failed"][0]
@@ -81,12 +82,7 @@ def test_a_long_training_is_stopped_and_continued_the_next_time(tasks, tmp_path)
 
 
 def test_a_result_by_another_recipe_is_measured_again(tasks, tmp_path):
-    options = {
-        "folder": tmp_path,
-        "stores": [tasks.work / "stores"],
-        "task_folders": [tasks.folder],
-        "seeds": 1,
-    }
+    options = in_folder(tmp_path, tasks)
     for recipe, written in (("", 1), ("tiny", 1), ("tiny", 0)):
         report = run_benchmark(["rate"], ["rater"], recipe=recipe, **options)
         assert (report["results"], report["failed"]) == (written, [])
