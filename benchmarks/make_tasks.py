@@ -127,10 +127,8 @@ def items(shares: tuple[float, float]) -> Callable[[Store], Split]:
         rated = set(store.ratings.items) if store.ratings else set()
         if len(store):
             long = [i for i in store.index if item_of(i) in rated and _seconds(store, i) >= 0.16]
-            if any(
-                info.material is None for info in long
-            ):  # rated signals; beside them the surfaces are not asked
-                long = [info for info in long if info.material is None]
+            # Rated signals, which are of no material, or surfaces; beside signals the surfaces are not asked.
+            long = [info for info in long if info.material is None] or long
             names = sorted({str(item_of(info)) for info in long})
         else:
             names = sorted(set(store.photographs_by_material) & rated)

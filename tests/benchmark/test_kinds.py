@@ -190,8 +190,9 @@ def test_a_model_of_a_display_learns_from_the_rated_surfaces_too(tasks):
     found = {}
     for name in ("ultrasonic_cgan", "texture_flow"):
         assert kind.fits(opened, models.find(name))
-        train = training_plan(opened, models.find(name), seed=0).parts.train
-        found[name] = Counter(materials[segment.id] for segment in train)
+        parts = training_plan(opened, models.find(name), seed=0).parts
+        assert not parts.validation  # it trains the judge
+        found[name] = Counter(materials[segment.id] for segment in parts.train)
     assert found["texture_flow"] == {None: 6}
     assert found["ultrasonic_cgan"] == {None: 6, "material-0": 2, "material-1": 2}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from tactogram.benchmark.questions import Question, check_answers
 from tactogram.benchmark.rated_items import rated_examples, ratings_of
 from tactogram.benchmark.result import BenchmarkResult, result_of
 from tactogram.benchmark.shown import save_shown
+from tactogram.benchmark.task import BenchmarkTask
 from tactogram.benchmark.task_kind import kind_of
 from tactogram.errors import DataError
 from tactogram.model import ImageExample
@@ -64,9 +65,9 @@ def write_questions(opened: OpenTask, out: Path) -> dict[str, Any]:
     """
     check_writable(out, folder=True)
     kind, task = kind_of(opened.task.kind), opened.task
-    form, questions = kind.form(opened), _hashed(opened)
+    form, questions = kind.form(opened), _hashed(task, kind.questions(opened))
     parts: dict[str, list[dict[str, Any]]] = {}
-    for part in (part for part in ("train", "validation") if part not in kind.withheld):
+    for part in ("train",) if kind.validation_judges else ("train", "validation"):
         arrays: dict[str, NDArray[Any]] = {}
         parts[part] = [_example(opened, example, arrays) for example in _examples(opened, part)]
         _save(out / f"{part}.npz", arrays)
@@ -122,13 +123,14 @@ def score_answers(
     if not files:
         raise DataError(f"{folder}: expected answers as 0.npz, 1.npz, … by seed, found none")
     kind = kind_of(opened.task.kind)
-    questions, form = _hashed(opened), kind.form(opened)
+    own, form = kind.questions(opened), kind.form(opened)
+    questions = _hashed(opened.task, own)
     results = []
     for seed, file in sorted(files.items()):
         answers = load_arrays(file)
         check_answers(form, questions, answers, where=str(file))
-        known = zip(kind.questions(opened), questions, strict=True)
-        judgement = kind.judge(opened, {own.id: answers[hashed.id] for own, hashed in known}, progress)
+        given = {one.id: answers[hashed.id] for one, hashed in zip(own, questions, strict=True)}
+        judgement = kind.judge(opened, given, progress)
         how = f"{about.how} {about.code}".strip()
         result = result_of(opened, about.model, "outside", seed, judgement, recipe=how)
         results.append(result)
@@ -139,14 +141,13 @@ def score_answers(
     return results
 
 
-def _hashed(opened: OpenTask) -> list[Question]:
+def _hashed(task: BenchmarkTask, questions: Sequence[Question]) -> list[Question]:
     """Return the questions with ids that tell nothing."""
-    task = opened.task
 
     def hashed(id: str) -> str:
         return hashlib.sha256(f"{task.sha256} {id}".encode()).hexdigest()[:16]
 
-    return [replace(question, id=hashed(question.id)) for question in kind_of(task.kind).questions(opened)]
+    return [replace(question, id=hashed(question.id)) for question in questions]
 
 
 def _examples(opened: OpenTask, part: str) -> Any:

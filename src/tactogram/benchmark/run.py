@@ -15,7 +15,7 @@ from tactogram.benchmark.questions import check_answers
 from tactogram.benchmark.result import BenchmarkResult, Entry, device, result_of
 from tactogram.benchmark.shown import save_shown
 from tactogram.benchmark.task import FOLDERS_VARIABLE as TASKS_VARIABLE
-from tactogram.benchmark.task import BenchmarkTask, available_tasks
+from tactogram.benchmark.task import BenchmarkTask, TaskRecipe, available_tasks
 from tactogram.benchmark.task_kind import TaskKind, kind_of
 from tactogram.benchmark.training import trained_for, training_plan, training_seconds
 from tactogram.errors import DataError, ParameterError, StoppedError, TactogramError, one_line
@@ -274,5 +274,4 @@ def _is_done(cell: BenchmarkCell, task: BenchmarkTask) -> bool:
 
 
 def _recipe_of(cell: BenchmarkCell, task: BenchmarkTask) -> str:
-    chosen = task.recipes.get(cell.model)
-    return cell.recipe or (chosen.recipe if chosen else "quick")
+    return cell.recipe or task.recipes.get(cell.model, TaskRecipe()).recipe

@@ -84,8 +84,8 @@ class TaskKind(ABC):
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
     """What is asked, in words."""
-    withheld: tuple[str, ...] = ()
-    """Parts that train the judge, and that no model may see."""
+    validation_judges: bool = False
+    """Whether the validation part trains the judge, so that no model may see it."""
 
     @property
     def baselines(self) -> Mapping[str, Baseline]:

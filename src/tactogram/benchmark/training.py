@@ -11,6 +11,7 @@ from pathlib import Path
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.rated_items import rated_surfaces
 from tactogram.benchmark.task import TaskRecipe
+from tactogram.benchmark.task_kind import kind_of
 from tactogram.models import ModelInfo
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
@@ -114,6 +115,9 @@ def training_plan(
     made = Recipe.of(values, where=str(file))
     rated = None if facts.learns_from == "recordings" else RatingData(opened.store, facts.learns_from)
     split, label = opened.split, opened.task.label
+    if kind_of(opened.task.kind).validation_judges:
+        photographs = {part: held for part, held in split.photographs.items() if part != "validation"}
+        split = replace(split, validation=(), photographs=photographs)
     if facts.learns_from == "both":
         split = replace(split, train=split.train + rated_surfaces(opened))
     return TrainingPlan(

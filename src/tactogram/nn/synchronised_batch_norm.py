@@ -70,23 +70,21 @@ class _Normalisation(torch.autograd.Function):
     def backward(ctx: Any, gradient: Tensor, *_: Tensor) -> tuple[Tensor | None, ...]:
         x, weight, bias, mean, variance = ctx.saved_tensors
         if torch.is_grad_enabled():  # the gradient will be differentiated, too
-            inputs = [
-                each
-                for each, needed in zip((x, weight, bias), ctx.needs_input_grad[:3], strict=True)
-                if needed
-            ]
-            found = iter(
-                torch.autograd.grad(_composed(x, weight, bias, ctx.eps), inputs, gradient, create_graph=True)
-            )
-            return (*(next(found) if needed else None for needed in ctx.needs_input_grad[:3]), None)
+            needed = ctx.needs_input_grad[:3]
+            inputs = [each for each, need in zip((x, weight, bias), needed, strict=True) if need]
+            y = _composed(x, weight, bias, ctx.eps)
+            found = iter(torch.autograd.grad(y, inputs, gradient, create_graph=True))
+            return (*(next(found) if need else None for need in needed), None)
         of_x, of_weight, of_bias = torch.ops.aten.native_batch_norm_backward(
             gradient, x, weight, mean, variance, None, None, False, ctx.eps, [True] * 3
         )
         # Mean and variance depend on the rows of all processes, and all losses on them.
-        total_weight, total_bias = _total(torch.stack((of_weight, of_bias))) / _rows(x)
-        gain = weight * (variance + ctx.eps).rsqrt()
-        slope = gain * (variance + ctx.eps).rsqrt() * total_weight
-        zeros, offset = torch.zeros_like(mean), gain * total_bias - slope * mean
+        totals = torch.stack((of_weight, of_bias))
+        dist.all_reduce(totals)
+        total_weight, total_bias = totals / _rows(x)
+        scale = (variance + ctx.eps).rsqrt()
+        slope = weight * scale.square() * total_weight
+        zeros, offset = torch.zeros_like(mean), weight * scale * total_bias - slope * mean
         of_x -= F.batch_norm(x, zeros, zeros + 1, slope, offset, eps=0.0)
         return of_x, of_weight, of_bias, None
 
@@ -123,11 +121,6 @@ def _summed_parts(own: Tensor) -> Tensor:
 def _rows(x: Tensor) -> int:
     """Return the number of values of a channel in all processes."""
     return x.numel() // x.shape[1] * dist.get_world_size()
-
-
-def _total(x: Tensor) -> Tensor:
-    dist.all_reduce(x)
-    return x
 
 
 class _Sum(torch.autograd.Function):

@@ -47,7 +47,7 @@ class Words(TaskKind):
 
     name, rank, version = "words", 6, 2
     given = "scores in words"
-    withheld = ("validation",)
+    validation_judges = True
     asked = "a vibration or an image"
 
     def check(self, opened: OpenTask) -> None:
