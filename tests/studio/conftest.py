@@ -166,6 +166,7 @@ def pytest_runtest_makereport(item, call):
         with contextlib.suppress(Exception):  # the page itself may be broken
             report.sections.append((f"page {page.url}", page.locator("body").inner_text(timeout=2000)))
             report.sections.append(("notifications", str(page.evaluate("window.notices"))))
+            report.sections.append(("connections closed", f"{page.closed_connections}: what is clicked then is lost"))
     return report
 
 
@@ -174,7 +175,14 @@ def watched(context, address):
     """Give a page of ``context``; fail on its errors, and on requests to other hosts."""
     context.set_default_timeout(PATIENCE_MS)
     page = context.new_page()
+    page.emulate_media(reduced_motion="reduce")  # a click may miss what moves
     page.add_init_script(f"({UNHEARD})()")
+    page.closed_connections = 0
+
+    def count_closed(_):
+        page.closed_connections += 1
+
+    page.on("websocket", lambda connection: connection.on("close", count_closed))
     wrong = []
     page.on("pageerror", lambda error: wrong.append(f"error in the page: {error}"))
     page.on(
