@@ -89,6 +89,10 @@ class PhotoTranslation:
     def __init__(self, config: PairConfig, kind: SignalKind, *, seed: int) -> None:
         if not kind.materials:
             raise ParameterError("photographs and recordings are paired by material, and none has one")
+        if kind.domain != "time":
+            raise ParameterError(
+                f"recordings must be over time, got {kind.unit} over {kind.domain}; take frictgan or texture_flow"
+            )
         if len(kind.axes) != 1:
             raise ParameterError(
                 f"a picture has one axis, got {','.join(kind.axes)}: set prepare.axes=['{kind.axes[-1]}'] "
