@@ -166,7 +166,9 @@ def pytest_runtest_makereport(item, call):
         with contextlib.suppress(Exception):  # the page itself may be broken
             report.sections.append((f"page {page.url}", page.locator("body").inner_text(timeout=2000)))
             report.sections.append(("notifications", str(page.evaluate("window.notices"))))
-            report.sections.append(("connections closed", f"{page.closed_connections}: what is clicked then is lost"))
+            report.sections.append(
+                ("connections closed", f"{page.closed_connections}: what is clicked then is lost")
+            )
     return report
 
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import jinja2
 import numpy as np
+from markupsafe import escape
 
 from tactogram.benchmark.ranking import RankedModel
 from tactogram.benchmark.result import check_result, read_results
 from tactogram.benchmark.shown import REAL_FOLDER, RECORDED
 from tactogram.benchmark.table import (
+    NOTES,
     TaskTable,
     about_text,
     data_text,
@@ -88,7 +91,8 @@ def html(tables: Sequence[TaskTable], folders: Sequence[Path]) -> str:
         lstrip_blocks=True,
     )
     template = loader.get_template("page.html.jinja")
-    return template.render(tasks=[_task(table, folders) for table in tables])
+    notes = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", str(escape(NOTES)))
+    return template.render(tasks=[_task(table, folders) for table in tables], notes=notes)
 
 
 def _facts(entry: RankedModel) -> dict[str, Any]:
@@ -121,7 +125,7 @@ def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
         "unit": first.main.unit,
         "better": first.main.better,
         "span": span_text(first.main),
-        "best": (table.best.model, value_text(table.best)),
+        "best": (table.best.model, about_text(table.best), value_text(table.best)),
         "columns": [(heading(key), first.figures[key].title) for key in others],
         "rows": [_row(entry, table, others) for entry in table.ranked],
         "failed": [(r.model, r.failed) for r in table.failed],

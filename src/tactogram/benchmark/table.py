@@ -13,13 +13,13 @@ from tactogram.benchmark.task_kind import Figure, kind_of
 from tactogram.workflows.evaluation.reference_models import HOLDING_RECORDINGS
 
 NOTES = """\
-Each model was trained on the training part of the task alone, but for those "as it comes", whose weights are part of
-the package. The value is the mean over seeds ± standard deviation, with the 95 % interval over what was asked (mean of
-those of the seeds) in brackets. **At best** is the value of other recordings of the same, or of a perfect answer; **by
-chance** that of other materials, or of a guess. A rank such as 2–4 says how many models are better and how many worse,
-where they can be told apart: by a paired permutation test over what was asked, p < 0.05 after Benjamini and Hochberg's
-correction for all pairs of the task, and with one sign in all seeds. A model that **copies** plays recordings that it
-was trained on, and makes nothing new."""
+Each model was trained only on the training part of its task, except those marked "as it comes", whose weights ship
+with the package. A value is the mean over seeds ± standard deviation, with its 95 % interval over the questions in
+brackets (the mean of the seeds' intervals). **At best** is the value that other recordings of the same material, or a
+perfect answer, would have; **by chance** that of other materials, or of a guess. The rank 2–4 means that one model is
+better, and that two others are not told apart from this one. Models are told apart if a paired permutation test over
+the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task, and the difference
+has the same sign for every seed. A model that **copies** plays back its training recordings, and makes nothing new."""
 
 
 @dataclass(frozen=True, eq=False)
