@@ -33,6 +33,7 @@ from tactogram.benchmark.task import BenchmarkTask, available_tasks
 from tactogram.benchmark.task_kind import kind_of
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
+from tactogram.signal.audible import audible, strongest_axis
 from tactogram.signal.io import read_signal
 from tactogram.signal.io.atomic import write_text
 
@@ -187,16 +188,17 @@ def _shown(task: BenchmarkTask, models: Sequence[str], folders: Sequence[Path]) 
                         files.setdefault(file.stem, {})[model] = file
     found = []
     for item, by_model in files.items():
-        sounds = {model: read_signal(file) for model, file in by_model.items() if file.suffix == ".flac"}
-        peak = max((float(np.abs(_heard(sound)).max()) for sound in sounds.values()), default=0.0)
+        signals = {model: read_signal(file) for model, file in by_model.items() if file.suffix == ".flac"}
+        sounds = {model: audible(_beginning(signal)) for model, signal in signals.items()}
+        peak = max((float(np.abs(sound.samples).max()) for sound in sounds.values()), default=0.0)
         entries = []
         for model, file in by_model.items():
             if model in sounds:
                 entries.append(
                     {
                         "model": model,
-                        "sound": _wav(sounds[model], peak),
-                        "picture": _spectrogram(sounds[model]),
+                        "sound": _flac(sounds[model], peak),
+                        "picture": _spectrogram(signals[model]),
                     }
                 )
             else:
@@ -207,20 +209,17 @@ def _shown(task: BenchmarkTask, models: Sequence[str], folders: Sequence[Path]) 
     return found
 
 
-def _heard(signal: Signal) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return one channel to listen to: the axis with the most power, without its mean."""
-    samples = signal.cut(0, round(HEARD_S * signal.rate)).samples.astype(np.float64)
-    samples = samples - samples.mean(axis=1, keepdims=True)
-    return np.asarray(samples[int((samples**2).sum(axis=1).argmax())])
+def _beginning(signal: Signal) -> Signal:
+    return signal.cut(0, round(HEARD_S * signal.rate))
 
 
-def _wav(signal: Signal, peak: float) -> str:
+def _flac(sound: Signal, peak: float) -> str:
     """Return a sound as FLAC in base64, scaled by the peak that all sounds of an item share."""
     import soundfile
 
-    heard = _heard(signal) * (LISTENING_PEAK / max(peak, 1e-12))
+    samples = sound.samples[0] * (LISTENING_PEAK / max(peak, 1e-12))
     file = io.BytesIO()
-    soundfile.write(file, np.clip(heard, -1, 1), round(signal.rate), format="FLAC", subtype="PCM_16")
+    soundfile.write(file, np.clip(samples, -1, 1), round(sound.rate), format="FLAC", subtype="PCM_16")
     return base64.b64encode(file.getvalue()).decode()
 
 
@@ -230,7 +229,7 @@ def _spectrogram(signal: Signal) -> str:
     from PIL import Image as Picture
     from scipy.signal import spectrogram
 
-    heard = _heard(signal)
+    heard = strongest_axis(_beginning(signal)).samples[0]
     window = max(16, min(256, len(heard) // 8))
     power = spectrogram(heard, signal.rate, nperseg=window, noverlap=window // 2)[2]
     level = 10 * np.log10(np.maximum(power, 1e-20))

@@ -15,12 +15,10 @@ from jinja2 import Environment
 from matplotlib.figure import Figure
 
 from tactogram.signal import Signal
+from tactogram.signal.audible import audible
 from tactogram.signal.io.atomic import atomic_write, write_text
-from tactogram.signal.resampling import resample
 
 SIMULATED = "Simulated data: made by formulas, not recorded from real surfaces."
-AUDIBLE_RATE = 8000
-"""Hz; browsers refuse to play slower files."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +111,7 @@ def _render(block: Block) -> dict[str, object]:
         picture = io.BytesIO()
         block.figure.savefig(picture, format="png", dpi=130)
         return {"kind": "picture", "data": _base64(picture), "caption": block.caption}
-    return {"kind": "sound", "data": _base64(_audible(block.signal)), "caption": block.caption}
+    return {"kind": "sound", "data": _base64(_wav(block.signal)), "caption": block.caption}
 
 
 def _cell(value: object) -> tuple[str, bool]:
@@ -124,16 +122,12 @@ def _cell(value: object) -> tuple[str, bool]:
     return str(value), isinstance(value, int)
 
 
-def _audible(signal: Signal) -> io.BytesIO:
-    """Return the axis with the most energy as a WAV file, without its mean, peak at 0.9."""
-    samples = signal.samples - signal.samples.mean(axis=1, keepdims=True)
-    strongest = int((samples**2).sum(axis=1).argmax())
-    one = Signal(samples[strongest], signal.rate, "1")
-    if one.rate < AUDIBLE_RATE:
-        one = resample(one, AUDIBLE_RATE)
-    sound = one.samples[0] / max(float(np.abs(one.samples).max()), 1e-12) * 0.9
+def _wav(signal: Signal) -> io.BytesIO:
+    """Return a sound as a WAV file, peak at 0.9."""
+    heard = audible(signal)
+    sound = heard.samples[0] / max(float(np.abs(heard.samples).max()), 1e-12) * 0.9
     file = io.BytesIO()
-    soundfile.write(file, sound, round(one.rate), format="WAV", subtype="PCM_16")
+    soundfile.write(file, sound, round(heard.rate), format="WAV", subtype="PCM_16")
     return file
 
 
