@@ -80,7 +80,7 @@ def taken(folder, participants, thinking):
     arguments = ["study", "run", "abx", "--out", str(folder), "--port", "0", "--no-open", "--json"]
     arguments += ["--set", f"design.repeats={REPEATS}"]
     process = subprocess.Popen(
-        [sys.executable, "-m", "tactogram.cli", *arguments],
+        [sys.executable, "-m", "tactogram", *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         text=True,

@@ -171,7 +171,7 @@ class served:  # noqa: N801
         command = [
             sys.executable,
             "-m",
-            "tactogram.cli",
+            "tactogram",
             "studio",
             "--port",
             "0",

@@ -245,7 +245,7 @@ def tab(browser: Browser, address: str, size: dict[str, int], *, touch: bool = F
 @contextlib.contextmanager
 def served(*verb: str, prefix: str, cwd: Path) -> Iterator[str]:
     """Run a verb that serves, and give the address that it prints after ``prefix``."""
-    command = [sys.executable, "-m", "tactogram.cli", *verb, "--port", "0", "--no-open"]
+    command = [sys.executable, "-m", "tactogram", *verb, "--port", "0", "--no-open"]
     with subprocess.Popen(command, cwd=cwd, stdout=subprocess.PIPE, text=True) as process:
         try:
             for line in process.stdout or ():
@@ -268,7 +268,7 @@ def save(page: Page, name: str) -> None:
 def tactogram(*arguments: str, cwd: Path) -> None:
     """Run a verb to its end."""
     environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "tactogram.cli", *arguments]
+    command = [sys.executable, "-m", "tactogram", *arguments]
     subprocess.run(command, cwd=cwd, env=environment, check=True, stdout=subprocess.DEVNULL)
 
 

@@ -18,7 +18,7 @@ def pytest_addoption(parser):
     parser.addoption("--regen", action="store_true", help="make the golden files anew; look at what changed")
 
 
-LONGEST = ("test_tour.py", "test_demo.py", "test_training_jobs.py", "test_simulate.py")
+LONGEST = ("test_models.py", "test_tour.py", "test_touch_page.py", "test_ray.py", "test_train_page.py")
 
 
 def pytest_collection_modifyitems(items):

@@ -1,6 +1,7 @@
 """What holds for the project as a whole."""
 
 import ast
+import importlib.metadata
 import re
 import subprocess
 import sys
@@ -63,6 +64,7 @@ def test_the_public_interface_is_what_type_checkers_see():
     assert {alias.asname: part.module for part in checked for alias in part.names} == tactogram._PLACES
     for name in tactogram.__all__:
         assert getattr(tactogram, name).__name__ == name
+    assert tactogram.__version__ == importlib.metadata.version("tactogram")
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = tactogram.nothing
 

@@ -29,6 +29,22 @@ def test_samples_are_kept_to_float32(samples):
     assert len(signal) == samples.shape[1]
 
 
+def test_a_signal_is_an_array_of_its_samples():
+    signal = Signal([[1, 2], [3, 4]], 10, "N", ("a", "b"))
+    assert np.asarray(signal) is signal.samples
+    assert np.asarray(signal, np.float64).tolist() == [[1, 2], [3, 4]]
+    np.testing.assert_array_equal(np.sqrt(signal), np.sqrt(signal.samples))
+    copy = np.array(signal)
+    copy[0, 0] = 7
+    assert signal.samples[0, 0] == 1
+
+
+def test_a_signal_says_what_it_is():
+    assert repr(Signal(np.zeros((3, 50)), 100, "m/s^2")) == "<Signal: x, y, z in m/s^2, 0.5 s at 100 Hz>"
+    friction = Signal(np.zeros(40), 20, "1", ("along",), domain="displacement")
+    assert repr(friction) == "<Signal: along in 1, 2 mm at 20 per mm>"
+
+
 def test_one_axis_may_be_flat():
     assert Signal([1, 2, 3], 10, "V").samples.shape == (1, 3)
 

@@ -82,7 +82,7 @@ class StudyServer:
         with log.open("ab") as told:
             self.process = subprocess.Popen(
                 [
-                    *(sys.executable, "-m", "tactogram.cli", "study", "run", self.study),
+                    *(sys.executable, "-m", "tactogram", "study", "run", self.study),
                     *("--out", str(self.folder), "--port", str(self.port), "--no-open", "--json"),
                     *("--participants", ",".join(self.codes), *changes),
                 ],

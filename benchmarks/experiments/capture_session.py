@@ -148,7 +148,7 @@ def _killed(plan: Path, device: str, store: Path) -> float:
     command = [
         sys.executable,
         "-m",
-        "tactogram.cli",
+        "tactogram",
         "capture",
         str(plan),
         "--source",

@@ -228,7 +228,7 @@ def _same(given: str, stored: str) -> bool:
 
 def _verb(*arguments: str) -> dict[str, Any]:
     done = subprocess.run(
-        [sys.executable, "-m", "tactogram.cli", *arguments, "--json"],
+        [sys.executable, "-m", "tactogram", *arguments, "--json"],
         check=False,
         capture_output=True,
         text=True,

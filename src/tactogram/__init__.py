@@ -54,6 +54,10 @@ __all__ = list(_PLACES)
 def __getattr__(name: str) -> Any:
     if name in _PLACES:
         return getattr(import_module(_PLACES[name]), name)
+    if name == "__version__":
+        from importlib.metadata import version  # takes longer than the rest of this module
+
+        return version("tactogram")
     raise AttributeError(f"module 'tactogram' has no attribute {name!r}")
 
 

@@ -31,7 +31,7 @@ def signal_fixture(tmp_path):
 
 
 def tactogram(*words, **options):
-    command = [sys.executable, "-m", "tactogram.cli", *map(str, words)]
+    command = [sys.executable, "-m", "tactogram", *map(str, words)]
     return subprocess.run(command, capture_output=True, check=False, **options)
 
 

@@ -17,6 +17,7 @@ from tactogram.evaluation.report import (
     write_report,
 )
 from tactogram.signal import Image, Signal
+from tactogram.signal.figure import signal_figure
 
 
 def stroke(rate=330.0):
@@ -40,7 +41,7 @@ def test_a_report_is_self_contained(tmp_path):
             ),
             ReportSection(
                 "Two",
-                [ReportFigure(figures.signal_figure(stroke()), "a stroke"), ReportSound(stroke(), "listen")],
+                [ReportFigure(signal_figure(stroke()), "a stroke"), ReportSound(stroke(), "listen")],
             ),
         ],
     )
@@ -71,26 +72,11 @@ def test_figures_are_drawn(tmp_path):
         "spectra": figures.spectra_figure({"one": [stroke(), stroke()], "other": [stroke()]}),
         "losses": figures.losses_figure([{"stage": 1, "step": s, "loss": 1 / s} for s in range(1, 40)]),
         "photos": figures.photos_figure({"a": photo, "b": photo}),
-        "short": figures.signal_figure(stroke().cut(0, 20)),
     }
     for name, figure in drawn.items():
         with Pillow.open(save_figure(tmp_path / f"{name}.png", figure)) as picture:
             assert picture.width > 300
             assert len(set(picture.convert("L").get_flattened_data())) > 2
-
-
-def test_a_spectrogram_contains_no_padding():
-    steady = Signal(np.full((1, 2100), 9.81, np.float32), 1000.0, "m/s^2")
-    trace, picture, *_ = figures.signal_figure(steady, seconds=1.0).axes
-    levels = picture.collections[0].get_array()
-    assert np.ptp(levels, axis=1).max() < 0.1  # dB: no frame holds zeros, which would be a step
-    assert (trace.get_xlabel(), picture.get_xlim()) == ("time, s (the first 1 s)", (0.0, 2.1))
-
-
-def test_a_signal_of_one_frame_has_a_spectrogram():
-    _, picture, *_ = figures.signal_figure(stroke().cut(0, 100)).axes
-    edges = picture.collections[0].get_coordinates()[0, :, 0]
-    np.testing.assert_allclose(edges * stroke().rate, [25, 75])  # as wide as its hop
 
 
 def test_a_confusion_matrix_shows_shares_of_the_true_class():

@@ -47,7 +47,7 @@ def served(*arguments: str, folder: Path, prefix: str):
     """Run a serving verb, and give its process and the address that it prints after ``prefix``."""
     with (folder / "server.log").open("ab") as log:
         process = subprocess.Popen(
-            [sys.executable, "-m", "tactogram.cli", *arguments],
+            [sys.executable, "-m", "tactogram", *arguments],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=log,

@@ -145,7 +145,7 @@ def test_doctor_tells_whether_torchvision_has_its_compiled_operators(compiled, m
 
 def test_the_command_starts_as_a_program():
     done = subprocess.run(
-        [sys.executable, "-m", "tactogram.cli", "--version"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "tactogram", "--version"], capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("tactogram 0.")
 

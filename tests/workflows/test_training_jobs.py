@@ -187,7 +187,7 @@ def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tin
         command += ["--set", f"{name}={value}"]
     command += ["--accelerator", "cpu", "--out", str(killed)]
     child = subprocess.Popen(
-        [sys.executable, "-m", "tactogram.cli", *command],
+        [sys.executable, "-m", "tactogram", *command],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )

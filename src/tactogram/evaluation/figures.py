@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.signal import stft, welch
+from scipy.signal import welch
 
 from tactogram.signal import Image, Signal
-from tactogram.statistics.figures import AXIS_COLOURS, INK
+from tactogram.signal.figure import AXIS_COLOURS, unit_text
+from tactogram.statistics.figures import INK
 
 
 def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: str = "") -> Figure:
@@ -36,45 +37,6 @@ def confusion_figure(counts: NDArray[np.int64], names: Sequence[str], *, title: 
             column, row, text, ha="center", va="center", fontsize=5.5, color="white" if value > 0.55 else INK
         )
     return figure
-
-
-def signal_figure(signal: Signal, *, title: str = "", seconds: float = 2.0) -> Figure:
-    """Draw the beginning of a signal and its spectrogram, one row per axis.
-
-    The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin. Only whole
-    frames are drawn: zeros around the signal would look like an onset and an end.
-    """
-    rows = len(signal.axes)
-    figure = Figure(figsize=(9, 0.6 + 1.55 * rows), layout="constrained")
-    grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.4, 1), sharex="col")
-    shown = signal.cut(0, min(len(signal), max(2, round(seconds * signal.rate))))
-    time = np.arange(len(shown)) / shown.rate
-    pictures = []
-    window = min(256, len(signal))
-    for row, name in enumerate(signal.axes):
-        grid[row, 0].plot(time, shown.axis(name), lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
-        grid[row, 0].set_ylabel(f"{name}  {unit_text(signal.unit)}")
-        grid[row, 0].margins(x=0)
-        frames = {"nperseg": window, "noverlap": window // 2, "boundary": None, "padded": False}
-        f, t, z = stft(signal.axis(name), signal.rate, "hamming", **frames)
-        pictures.append((grid[row, 1], f, t, 20 * np.log10(np.abs(z) + 1e-12)))
-        grid[row, 1].set_ylabel("Hz")
-    top = max(float(np.max(db)) for *_, db in pictures)
-    for place, f, t, db in pictures:
-        cells = _edges(t, (window - window // 2) / signal.rate), _edges(f, signal.rate / window)
-        mesh = place.pcolormesh(*cells, db, vmin=top - 70, vmax=top, cmap="magma", rasterized=True)
-    figure.colorbar(mesh, ax=grid[:, 1], fraction=0.06, pad=0.02, label=f"dB re 1 {unit_text(signal.unit)}")
-    part = "" if len(shown) == len(signal) else f" (the first {len(shown) / signal.rate:g} s)"
-    grid[-1, 0].set_xlabel(f"time, s{part}")
-    grid[-1, 1].set(xlabel="time, s", xlim=(0, len(signal) / signal.rate))
-    if title:
-        figure.suptitle(title, fontsize=10)
-    return figure
-
-
-def _edges(middles: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-    """Return the edges of cells of width ``step`` around ``middles``; shape (cell + 1,)."""
-    return np.append(middles - step / 2, middles[-1] + step / 2)
 
 
 def spectra_figure(signals: Mapping[str, Sequence[Signal]], *, title: str = "") -> Figure:
@@ -135,8 +97,3 @@ def photos_figure(photos: Mapping[str, Image]) -> Figure:
         place.imshow(image.pixels)
         place.set_title(name, fontsize=8)
     return figure
-
-
-def unit_text(unit: str) -> str:
-    """Return a unit in typographic form."""
-    return {"m/s^2": "m/s²", "1": "(ratio)"}.get(unit, unit)

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
-import soundfile
 from jinja2 import Environment
 from matplotlib.figure import Figure
 
 from tactogram.signal import Signal
-from tactogram.signal.audible import audible
+from tactogram.signal.audible import wav_bytes
 from tactogram.signal.io.atomic import atomic_write, write_text
 
 SIMULATED = "Simulated data: made by formulas, not recorded from real surfaces."
@@ -111,7 +109,11 @@ def _render(block: Block) -> dict[str, object]:
         picture = io.BytesIO()
         block.figure.savefig(picture, format="png", dpi=130)
         return {"kind": "picture", "data": _base64(picture), "caption": block.caption}
-    return {"kind": "sound", "data": _base64(_wav(block.signal)), "caption": block.caption}
+    return {
+        "kind": "sound",
+        "data": base64.b64encode(wav_bytes(block.signal)).decode(),
+        "caption": block.caption,
+    }
 
 
 def _cell(value: object) -> tuple[str, bool]:
@@ -120,15 +122,6 @@ def _cell(value: object) -> tuple[str, bool]:
     if isinstance(value, float):
         return f"{value:.3g}", True
     return str(value), isinstance(value, int)
-
-
-def _wav(signal: Signal) -> io.BytesIO:
-    """Return a sound as a WAV file, peak at 0.9."""
-    heard = audible(signal)
-    sound = heard.samples[0] / max(float(np.abs(heard.samples).max()), 1e-12) * 0.9
-    file = io.BytesIO()
-    soundfile.write(file, sound, round(heard.rate), format="WAV", subtype="PCM_16")
-    return file
 
 
 def _base64(file: io.BytesIO) -> str:

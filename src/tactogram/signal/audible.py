@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
+import soundfile
 
 from tactogram.signal.displacement import played
 from tactogram.signal.resampling import resample
@@ -27,3 +30,12 @@ def audible(signal: Signal) -> Signal:
     if one.domain == "displacement":
         return played(one, SPEED_MM_S, max(AUDIBLE_RATE, one.rate * SPEED_MM_S))
     return resample(one, max(AUDIBLE_RATE, one.rate))
+
+
+def wav_bytes(signal: Signal) -> bytes:
+    """Return `audible` as a WAV file, peak at 0.9."""
+    heard = audible(signal)
+    sound = heard.samples[0] / max(float(np.abs(heard.samples).max()), 1e-12) * 0.9
+    file = io.BytesIO()
+    soundfile.write(file, sound, round(heard.rate), format="WAV", subtype="PCM_16")
+    return file.getvalue()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from tactogram.errors import ParameterError
 
@@ -29,7 +30,7 @@ def check_rate(rate: float, name: str = "rate") -> float:
     return rate
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Signal:
     """A tactile signal, frozen: operations are functions that return new ones.
 
@@ -75,6 +76,40 @@ class Signal:
 
     def __len__(self) -> int:
         return int(self.samples.shape[1])
+
+    def __repr__(self) -> str:
+        extent, per = ("s", " Hz") if self.domain == "time" else ("mm", " per mm")
+        axes = ", ".join(self.axes)
+        return f"<Signal: {axes} in {self.unit}, {self.extent:g} {extent} at {self.rate:g}{per}>"
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """Return the samples, as ``np.asarray(signal)`` does."""
+        return np.array(self.samples, dtype, copy=copy)
+
+    def _repr_html_(self) -> str:
+        # By name: it resamples signals, by functions that import this module.
+        page: str = import_module("tactogram.signal.notebook").signal_html(self)
+        return page
+
+    def plot(self, *, title: str = "", shown: float = 2.0) -> NDArray[Any]:
+        """Draw waveform and spectrogram of each axis in a new figure of pyplot.
+
+        Parameters
+        ----------
+        title : str
+        shown : float, s or mm
+            Length of the waveform that is drawn.
+
+        Returns
+        -------
+        object array of matplotlib.axes.Axes, shape (axis, 2)
+        """
+        import matplotlib.pyplot as plt
+
+        from tactogram.signal.figure import signal_figure
+
+        figure = signal_figure(self, title=title, shown=shown, figure=plt.figure(layout="constrained"))
+        return np.array(figure.axes[: 2 * len(self.axes)], object).reshape(-1, 2)
 
     @property
     def seconds(self) -> float:

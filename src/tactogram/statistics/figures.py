@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from tactogram.signal.figure import AXIS_COLOURS
+
 INK, BLUE, ORANGE, GRAY = "#1b1f24", "#2166ac", "#d6604d", "#8a8f98"
-AXIS_COLOURS = ("#2166ac", "#d6604d", "#4d9221", "#8073ac", "#b35806", "#666666")
 
 
 def error_figure(

@@ -11,7 +11,7 @@ import numpy as np
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import RunError
-from tactogram.evaluation.figures import confusion_figure, photos_figure, signal_figure
+from tactogram.evaluation.figures import confusion_figure, photos_figure
 from tactogram.evaluation.report import (
     Block,
     ReportFigure,
@@ -23,6 +23,7 @@ from tactogram.evaluation.report import (
 )
 from tactogram.model import window_of
 from tactogram.signal import Image, Signal
+from tactogram.signal.figure import signal_figure
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable

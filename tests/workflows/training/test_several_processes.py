@@ -88,7 +88,7 @@ def test_two_machines_of_torchrun_continue_what_one_process_began(alone, store, 
     with pytest.raises(StoppedError):
         trained(store, tmp_path / "run", stop=(tmp_path / "run" / "checkpoint.safetensors").exists)
     port = free_port()
-    command = ("-m", "tactogram.cli", "train", "--resume", tmp_path / "run", "--accelerator", "cpu", "--json")
+    command = ("-m", "tactogram", "train", "--resume", tmp_path / "run", "--accelerator", "cpu", "--json")
     machines = [
         subprocess.Popen(
             [

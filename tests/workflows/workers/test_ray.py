@@ -135,7 +135,7 @@ def test_a_sweep_that_was_killed_goes_on_and_keeps_its_best_trial_as_a_run(
         return {file: text for file, text in texts.items() if '"ninths": 9' in text}
 
     with subprocess.Popen(
-        [sys.executable, "-m", "tactogram.cli", *told, "--on", f"ray:{cluster.address}"]
+        [sys.executable, "-m", "tactogram", *told, "--on", f"ray:{cluster.address}"]
     ) as driver:
         chores.until(ended)
         driver.kill()

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 from scipy.signal import stft
 
-from tactogram.evaluation.figures import unit_text
 from tactogram.evaluation.measures.sets import check_alike
 from tactogram.signal import Signal
+from tactogram.signal.figure import unit_text
 
 WINDOW, HOP = 256, 128
 """Samples, Hamming, at up to `PAPER_RATE` (Saga et al. 2020, Sec. III-B); as long in time at higher rates."""

@@ -14,7 +14,8 @@ from tactogram.evaluation.generation.spectrogram_figures import SHOWN_S, draw_sp
 from tactogram.evaluation.measures.sets import check_alike
 from tactogram.evaluation.mixing.placement import MixingLadder
 from tactogram.signal import Signal
-from tactogram.statistics.figures import AXIS_COLOURS, INK
+from tactogram.signal.figure import AXIS_COLOURS
+from tactogram.statistics.figures import INK
 
 MARKERS = "s^vDP*"
 """One per axis, so that lines are distinguishable without colour."""

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.figures import unit_text
 from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.signal.figure import unit_text
 
 COLOURS = "magma"
 """As in all spectrograms of this project; jet, as in the paper, shows edges that the data does not have."""

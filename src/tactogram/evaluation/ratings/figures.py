@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactogram.evaluation.ratings.prediction import PredictedRatings
-from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE
+from tactogram.signal.figure import AXIS_COLOURS
+from tactogram.statistics.figures import BLUE, GRAY, INK, ORANGE
 from tactogram.statistics.summary import nan_mean
 
 MARKS = "osD^vP*Xh<>"

@@ -12,7 +12,8 @@ from tactogram.evaluation.checkpoint_selection import SelectionRule, smoothed
 from tactogram.models.ultrasonic_cgan.cluster_evaluation import distance
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
 from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
-from tactogram.statistics.figures import AXIS_COLOURS, BLUE, GRAY, INK, ORANGE
+from tactogram.signal.figure import AXIS_COLOURS
+from tactogram.statistics.figures import BLUE, GRAY, INK, ORANGE
 
 POINTS = 2000
 """Most points drawn of a raw curve."""

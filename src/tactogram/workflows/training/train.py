@@ -82,7 +82,7 @@ def is_launched(devices: int, nodes: int) -> bool:
     if nodes > 1:
         raise ParameterError(
             f"a training on {nodes} machines is started by torchrun, on each of them: torchrun --nnodes {nodes} "
-            f"--nproc-per-node {devices} --rdzv-backend c10d --rdzv-endpoint HOST:29400 -m tactogram.cli train …"
+            f"--nproc-per-node {devices} --rdzv-backend c10d --rdzv-endpoint HOST:29400 -m tactogram train …"
         )
     return True
 

@@ -61,7 +61,7 @@ def start(arguments: Sequence[str], *, folder: Path, log: Path) -> DetachedProce
     log.parent.mkdir(parents=True, exist_ok=True)
     with log.open("wb") as file:
         child = subprocess.Popen(
-            [sys.executable, "-m", "tactogram.cli", *arguments],
+            [sys.executable, "-m", "tactogram", *arguments],
             cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=file,

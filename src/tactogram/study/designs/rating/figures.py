@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram.statistics.figures import AXIS_COLOURS, GRAY, INK, error_figure
+from tactogram.signal.figure import AXIS_COLOURS
+from tactogram.statistics.figures import GRAY, INK, error_figure
 from tactogram.study.analysis.figures import title_of
 from tactogram.study.analysis.findings import SHOWN, AnalysisSection
 

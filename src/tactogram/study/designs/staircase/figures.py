@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from tactogram.statistics.figures import AXIS_COLOURS, GRAY, INK
+from tactogram.signal.figure import AXIS_COLOURS
+from tactogram.statistics.figures import GRAY, INK
 from tactogram.study.analysis.figures import title_of
 from tactogram.study.analysis.findings import AnalysisSection
 from tactogram.study.answers import Answers

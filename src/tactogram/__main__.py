@@ -1,4 +1,4 @@
-"""``python -m tactogram.cli`` is ``tactogram``."""
+"""``python -m tactogram`` is ``tactogram``."""
 
 import sys
 

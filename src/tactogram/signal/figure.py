@@ -1,0 +1,73 @@
+"""Figure of a signal: waveform and spectrogram of each axis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.signal import stft
+
+if TYPE_CHECKING:
+    from tactogram.signal.signal import Signal
+
+AXIS_COLOURS = ("#2166ac", "#d6604d", "#4d9221", "#8073ac", "#b35806", "#666666")
+RANGE_DB = 70.0
+
+
+def signal_figure(
+    signal: Signal, *, title: str = "", shown: float = 2.0, figure: Figure | None = None
+) -> Figure:
+    """Draw the beginning of a signal and its spectrogram, one row per axis.
+
+    The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin. Only whole
+    frames are drawn: zeros around the signal would look like an onset and an end.
+
+    Parameters
+    ----------
+    signal : Signal
+    title : str
+    shown : float, s or mm
+        Length of the waveform; the spectrogram is of the whole signal.
+    figure : Figure, optional
+        To draw on; by default a new one, which no window shows.
+    """
+    rows = len(signal.axes)
+    figure = Figure(layout="constrained") if figure is None else figure
+    figure.set_size_inches(9, 0.6 + 1.55 * rows)
+    quantity, extent, cycles = ("time", "s", "Hz") if signal.domain == "time" else ("position", "mm", "1/mm")
+    grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.4, 1), sharex="col")
+    beginning = signal.cut(0, min(len(signal), max(2, round(shown * signal.rate))))
+    place = np.arange(len(beginning)) / signal.rate
+    pictures = []
+    window = min(256, len(signal))
+    for row, name in enumerate(signal.axes):
+        grid[row, 0].plot(place, beginning.axis(name), lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
+        grid[row, 0].set_ylabel(f"{name}  {unit_text(signal.unit)}")
+        grid[row, 0].margins(x=0)
+        frames = {"nperseg": window, "noverlap": window // 2, "boundary": None, "padded": False}
+        f, t, z = stft(signal.axis(name), signal.rate, "hamming", **frames)
+        pictures.append((grid[row, 1], f, t, 20 * np.log10(np.abs(z) + 1e-12)))
+        grid[row, 1].set_ylabel(cycles)
+    top = max(float(np.max(db)) for *_, db in pictures)
+    for axes, f, t, db in pictures:
+        cells = _edges(t, (window - window // 2) / signal.rate), _edges(f, signal.rate / window)
+        mesh = axes.pcolormesh(*cells, db, vmin=top - RANGE_DB, vmax=top, cmap="magma", rasterized=True)
+    figure.colorbar(mesh, ax=grid[:, 1], fraction=0.06, pad=0.02, label=f"dB re 1 {unit_text(signal.unit)}")
+    part = "" if len(beginning) == len(signal) else f" (the first {beginning.extent:g} {extent})"
+    grid[-1, 0].set_xlabel(f"{quantity}, {extent}{part}")
+    grid[-1, 1].set(xlabel=f"{quantity}, {extent}", xlim=(0, signal.extent))
+    if title:
+        figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit in typographic form."""
+    return {"m/s^2": "m/s²", "1": "(ratio)"}.get(unit, unit)
+
+
+def _edges(middles: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Return the edges of cells of width ``step`` around ``middles``; shape (cell + 1,)."""
+    return np.append(middles - step / 2, middles[-1] + step / 2)
