@@ -15,6 +15,7 @@ import numpy as np
 from tactogram.datasets.ratings.files import read_ratings
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
+from tactogram.datasets.store.arrays import StoreArrays, store_arrays
 from tactogram.datasets.store.catalogue import Catalogue
 from tactogram.datasets.store.index import ShardIndex, places_of
 from tactogram.datasets.store.layout import (
@@ -111,6 +112,21 @@ class Store:
 
     def __len__(self) -> int:
         return self._count
+
+    @overload
+    def __getitem__(self, key: int | str) -> Recording: ...
+    @overload
+    def __getitem__(self, key: slice) -> list[Recording]: ...
+    def __getitem__(self, key: int | str | slice) -> Recording | list[Recording]:
+        """Return a recording by its place or id, or those of a slice; see `read`."""
+        if isinstance(key, str):
+            return self.read(key)
+        found = self.index[key]
+        return self.read(found.id) if isinstance(found, RecordingInfo) else [self.read(i.id) for i in found]
+
+    def __iter__(self) -> Iterator[Recording]:
+        for info in self.index:
+            yield self.read(info.id)
 
     def __contains__(self, id: object) -> bool:
         return isinstance(id, str) and self._places.find(id) is not None
@@ -216,6 +232,36 @@ class Store:
         streams = {name: self.signal(id, name) for name in self.streams_of(id)}
         values = {f.name: getattr(info, f.name) for f in fields(RecordingInfo)}
         return Recording(streams=streams, image=self.image(id), **values)
+
+    def to_numpy(
+        self, stream: str | None = None, *, seconds: float | None = None, by: str = "session"
+    ) -> StoreArrays:
+        """Return one stream of all recordings that have it as arrays, for scikit-learn or PyTorch.
+
+        Parameters
+        ----------
+        stream : str, optional
+            By default ``acceleration``, or the first.
+        seconds : float, optional
+            Of each recording, from its beginning (mm over displacement). By default all of it, where all are equally
+            long.
+        by : str
+            Field of the recordings whose equal values make a group; a recording without a value is its own group.
+
+        Returns
+        -------
+        X : float32 array, shape (recording, axis, time)
+        y : array of str, shape (recording,)
+            Materials.
+        groups : array of str, shape (recording,)
+            As scikit-learn's ``GroupKFold`` takes them.
+
+        Raises
+        ------
+        ParameterError
+            If the recordings differ in length, rate or axes, or there is no such stream or field.
+        """
+        return store_arrays(self, stream, seconds=seconds, by=by)
 
     @_following
     def image(self, id: str) -> Image | None:
