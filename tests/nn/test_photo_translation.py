@@ -108,7 +108,7 @@ def test_silence_and_other_conditions_are_one_line():
     with pytest.raises(ParameterError, match="none has one"):
         PhotoTranslation(CONFIG, SignalKind(1000.0, "m/s^2", ("z",)), seed=0)
     along = SignalKind(50.0, "1", ("along",), ("a",), domain="displacement")
-    with pytest.raises(ParameterError, match="must be over time, got 1 over displacement; take frictgan"):
+    with pytest.raises(ParameterError, match="must be over time, got ones over displacement; take frictgan"):
         PhotoTranslation(CONFIG, along, seed=0)
 
 
