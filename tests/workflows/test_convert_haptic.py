@@ -184,7 +184,7 @@ def test_the_command_says_what_is_lost(tmp_path, capsys):
     write_signal(tmp_path / "in" / "a.wav", effect())
     assert main(["convert", str(tmp_path / "in" / "a.wav"), str(tmp_path / "a.ahap")]) == 0
     said = capsys.readouterr().out
-    assert "loss: envelope_correlation" in said
+    assert "The file keeps the strength over time, the level and the frequency; loses the waveform.\n" in said
     assert "full_scale: 1" in said
     assert main(["convert", str(tmp_path / "in"), str(tmp_path / "out"), "--to", "haptic"]) == 0
     assert "1 written, 0 failed" in capsys.readouterr().out

@@ -62,21 +62,23 @@ def _checked_text(facts: Mapping[str, Any]) -> str:
 def _converted_text(facts: Mapping[str, Any]) -> str:
     written = facts.get("written") or {}
     other = {name: value for name, value in facts.items() if name != "written"}
-    lines = [lines_of(other), lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss")})]
+    lines = [
+        lines_of(other),
+        lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss", "holds")}),
+    ]
     return "\n".join([*filter(None, lines), *loss_lines(written)])
 
 
 def loss_lines(written: Mapping[str, Any]) -> list[str]:
-    """Return what a haptic file lost, a line per axis; ``written`` is as of `write_haptic`."""
+    """Return what a haptic file keeps and loses, a line per axis; ``written`` is as of `write_haptic`."""
     loss = written.get("loss")
     if not loss:
         return []
+    from tactogram.rendering.files import ConversionLoss, loss_text
+
     by_axis = loss if isinstance(next(iter(loss.values())), Mapping) else {"": loss}
-    return [
-        f"loss{f' of {axis}' * bool(axis)}: "
-        + text_of({name: value for name, value in values.items() if value is not None})
-        for axis, values in by_axis.items()
-    ]
+    told = {axis: loss_text(ConversionLoss(**values), written["holds"]) for axis, values in by_axis.items()}
+    return [f"{axis or 'The file'} {text}." for axis, text in told.items()]
 
 
 def _folder_text(facts: Mapping[str, Any]) -> str:

@@ -15,6 +15,13 @@ FLAT = 1e-6
 """Spread of samples, relative to their largest, below which a correlation is meaningless."""
 FLAT_ENVELOPE = 0.02
 """The same for an envelope: smaller variations are noise of the analysis."""
+KEPT, ROUGHLY = 0.9, 0.6
+"""Correlations of the envelopes above which `loss_text` calls the strength over time kept, or roughly kept. Ours."""
+STEADY = 0.3
+"""Error of an envelope without correlation, one that hardly varies, below which it is kept. Ours."""
+KEPT_DB, KEPT_OCTAVES = 3.0, 0.25
+"""Differences up to which level and frequency count as kept. Ours."""
+LOSSLESS_DB = 60.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,43 @@ def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
         waveform_correlation=correlation,
         snr_db=snr,
     )
+
+
+def loss_text(loss: ConversionLoss, holds: str) -> str:
+    """Return in a sentence what a file keeps of a signal and what it loses.
+
+    ``holds`` is that of the file's format (`HapticFormat`).
+    """
+    if holds == "waveform":
+        if loss.snr_db is None or loss.snr_db > LOSSLESS_DB:
+            return "keeps the waveform"
+        return f"keeps the waveform with an error of {-loss.snr_db:.0f} dB"
+    kept, lost = [], ["the waveform"]
+    similar = loss.envelope_correlation
+    if similar is None:
+        similar = float(loss.envelope_error is None or loss.envelope_error < STEADY)
+    if similar > ROUGHLY:
+        kept.append("the strength over time" if similar > KEPT else "roughly the strength over time")
+    else:
+        lost.append("the changes of strength")
+    if loss.level_db is not None:
+        found = abs(loss.level_db) <= KEPT_DB
+        (kept if found else lost).append("the level" if found else f"the level ({loss.level_db:+.0f} dB)")
+    if (off := loss.frequency_octaves) is not None:
+        found = off <= KEPT_OCTAVES
+        (kept if found else lost).append(
+            "the frequency" if found else f"the frequency ({off:.1f} octaves off)"
+        )
+    verdict = f"keeps {_listed(kept) or 'little'}; loses {_listed(lost)}"
+    if holds == "on and off":
+        verdict += ". A format with an envelope, such as .haptic or android, keeps more"
+    return verdict
+
+
+def _listed(parts: list[str]) -> str:
+    """Return words as a list in English."""
+    *first, last = parts or [""]
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _waveform(original: Signal, copy: Signal) -> tuple[float | None, float | None]:
