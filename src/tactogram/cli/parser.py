@@ -38,6 +38,7 @@ VERBS = {
         "train": "Train a model on a data set, or continue a run.",
         "crossval": "Cross-validate a classifier, by recording, or a predictor of ratings, by item or rater.",
         "evaluate": "Evaluate a run on recordings that it was not trained on.",
+        "compare": "Compare runs: their data, the settings in which they differ, and their results.",
         "run export": "Pack a run into one .zip file, or write its networks for other programs.",
         "run import": "Unpack a run from a .zip file, or take it from the Hugging Face Hub.",
     },

@@ -1,5 +1,6 @@
 """Verbs that train and evaluate models, and pack runs."""
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields
 from typing import Annotated, Any
 
@@ -50,6 +51,11 @@ class _TrainRequest(TrainingOptions):
 class _UnpackRequest(Request):
     source: Annotated[str, Argument("zip file, folder, or hf://OWNER/NAME of the Hub", "SOURCE")]
     out: Annotated[str, Option(metavar="RUN")]
+
+
+@dataclass(frozen=True)
+class _CompareRequest(Request):
+    runs: Annotated[Sequence[str], Argument("folders or URLs of runs, two or more", "RUN")] = ()
 
 
 def _train(request: _TrainRequest, show: Printer) -> None:
@@ -182,6 +188,16 @@ def _networks_text(facts: dict[str, Any]) -> str:
     return f"{columns(rows)}\nfolder: {facts['folder']}"
 
 
+def _compare(request: _CompareRequest, show: Printer) -> None:
+    from tactogram.workflows.training.run_comparison import compare_runs
+
+    found = compare_runs(request.runs)
+    rows = [("", *found["runs"])]
+    for part in ("facts", "settings", "results"):
+        rows += [(name, *map(text_of, values)) for name, values in found[part].items()]
+    show(found, "\n".join([columns(rows), *(f"note: {note}" for note in found["notes"])]))
+
+
 def _import(request: _UnpackRequest, show: Printer) -> None:
     from tactogram.workflows.training.importing import import_from
 
@@ -240,6 +256,7 @@ VERBS = {
     "train": Verb(_TrainRequest, _train),
     "crossval": Verb(CrossvalRequest, _crossval),
     "evaluate": Verb(EvaluationRequest, _evaluate, folders=("models",)),
+    "compare": Verb(_CompareRequest, _compare),
     "run export": Verb(ExportRequest, _export),
     "run import": Verb(_UnpackRequest, _import),
 }

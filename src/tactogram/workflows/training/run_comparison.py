@@ -1,0 +1,104 @@
+"""Comparison of runs: their data, the settings in which they differ, and their results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.training.remote_run import open_run
+from tactogram.training.run import Run
+from tactogram.workflows.evaluation_results import evaluation_results, numbers_of
+
+OMITTED = ("model", "seed")
+"""Settings with a row of their own."""
+
+
+def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
+    """Return runs side by side.
+
+    Parameters
+    ----------
+    runs : sequence of path or URL
+        Two or more, finished or not.
+
+    Returns
+    -------
+    dict
+        ``runs``, ``facts``, ``settings`` and ``results``: of the last three a list of values by name, one for each
+        run, None where a run has none. ``settings`` are those that all runs have and that differ; ``results`` the
+        validation at the end of training, and the figures of ``evaluate``. ``notes`` says why results do not compare.
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer than two runs.
+    RunError
+        If a folder is no run, or its files are broken.
+    """
+    if len(runs) < 2:
+        raise ParameterError(f"comparing needs two runs or more, got {len(runs)}")
+    opened = [open_run(run) for run in runs]
+    settings = [_flat(run.recipe.model_dump(mode="json")) for run in opened]
+    shared = [key for key in settings[0] if all(key in other for other in settings) and key not in OMITTED]
+    evaluations = [_evaluation(run) for run in opened]
+    results = [_results(run, evaluation) for run, evaluation in zip(opened, evaluations, strict=True)]
+    names = dict.fromkeys(name for found in results for name in found)
+    return {
+        "runs": [run.place for run in opened],
+        "facts": _facts(opened, evaluations),
+        "settings": {
+            key: [values[key] for values in settings]
+            for key in shared
+            if any(values[key] != settings[0][key] for values in settings)
+        },
+        "results": {name: [found.get(name) for found in results] for name in names},
+        "notes": _notes(evaluations),
+    }
+
+
+def _facts(runs: Sequence[Run], evaluations: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    """Return what a run is and what it was trained and evaluated on."""
+    return {
+        "model": [run.recipe.model for run in runs],
+        "seed": [run.recipe.seed for run in runs],
+        "trained on": [run.data["name"] for run in runs],
+        "finished": [run.finished for run in runs],
+        "evaluated on": [evaluation.get("data", {}).get("split") for evaluation in evaluations],
+    }
+
+
+def _notes(evaluations: Sequence[Mapping[str, Any]]) -> list[str]:
+    tested = {
+        (evaluation["data"]["sha256"], evaluation["data"]["split"])
+        for evaluation in evaluations
+        if evaluation.get("data")
+    }
+    if not all(evaluations):
+        return ["a run without figures was not evaluated: tactogram evaluate RUN"]
+    return ["the runs were evaluated on different recordings: their figures do not compare"] * (
+        len(tested) > 1
+    )
+
+
+def _results(run: Run, evaluation: Mapping[str, Any]) -> dict[str, float]:
+    validation = numbers_of(run.facts().get("validation")) if run.finished else {}
+    return {f"validation {name}": value for name, value in validation.items()} | evaluation_results(
+        evaluation
+    )
+
+
+def _evaluation(run: Run) -> dict[str, Any]:
+    return run.read_json("evaluation.json") if (run.folder / "evaluation.json").is_file() else {}
+
+
+def _flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested values by their names with dots, as ``--set`` takes them."""
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{prefix}{name}.")
+        else:
+            found[f"{prefix}{name}"] = value
+    return found
