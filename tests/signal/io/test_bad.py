@@ -22,9 +22,14 @@ ROWS = "time [s],x,y,z\n0.00,1,2,3\n0.01,1,2,3\n0.02,1,2,3\n0.03,1,2,3\n"
 TABLES = {
     "ragged": (ROWS.replace("0.02,1,2,3", "0.02,1,2"), "row 4: expected 4 columns, got 3"),
     "ragged, more": (ROWS.replace("0.02,1,2,3", "0.02,1,2,3,4"), "row 4: expected 4 columns, got 5"),
-    "empty cell": (ROWS.replace("0.02,1,", "0.02,,"), "row 4, column 'x': expected a number, got nothing"),
+    "empty cell without time": ("x,y\n1,2\n,2\n", "row 3, column 'x': expected a number, got nothing"),
+    "empty time": (ROWS.replace("0.02,", ","), "row 4, column 'time \\[s\\]': expected a finite time"),
+    "a long gap": (
+        ROWS + "".join(f"0.0{k},1,,3\n" for k in range(4, 8)) + "0.08,1,2,3\n",
+        "rows 6 to 9 lack a number; at most 3 in a row are interpolated",
+    ),
     "word": (ROWS.replace("0.01,1,", "0.01,one,"), "row 3, column 'x': expected a number, got 'one'"),
-    "nan": (ROWS.replace("0.02,1,", "0.02,nan,"), "row 4, column 'x': expected a finite number, got nan"),
+    "nan without time": ("x,y\n1,2\nnan,2\n", "row 3, column 'x': expected a finite number, got nan"),
     "inf": (
         ROWS.replace("0.02,1,2,", "0.02,1,-inf,"),
         "row 4, column 'y': expected a finite number, got -inf",
@@ -64,8 +69,8 @@ TABLES = {
         "columns are in different units: f \\[N\\], v \\[mm/s\\]",
     ),
     "twice the same": ("t [s],x,x\n0,1,2\n1,2,3\n", "different names, got x, x"),
-    "decimal comma": (
-        "t [s];x\n0,00;1,5\n0,01;2,5\n",
+    "decimal comma beside points": (
+        "t [s];x\n0.00;1,5\n0.01;2,5\n",
         "row 2, .*: expected a number, got '1,5'; write decimal points",
     ),
     "decimal comma in csv": (

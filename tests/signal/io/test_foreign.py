@@ -115,6 +115,72 @@ def test_comments_blank_lines_quotes_and_last_separators(tmp_path):
     np.testing.assert_array_equal(read_signal(written(tmp_path, text)).samples[0], np.arange(9))
 
 
+LOGGERS = {
+    "phyphox": (
+        "Time (s),Linear Acceleration x (m/s^2),Linear Acceleration y (m/s^2),Linear Acceleration z (m/s^2),"
+        "Absolute acceleration (m/s^2)"
+    ),
+    "phyphox in German": "Zeit (s);Beschleunigung x (m/s²);Beschleunigung y (m/s²);Beschleunigung z (m/s²)",
+    "Physics Toolbox": "time,ax (m/s^2),ay (m/s^2),az (m/s^2),aT (m/s^2)",
+    "Physics Toolbox, in g": "time,gFx,gFy,gFz,TgF",
+    "MetaMotion": "elapsed (s),x-axis (g),y-axis (g),z-axis (g)",
+    "a logger": "Elapsed Time,X-Axis (g),Y-Axis (g),Z-Axis (g)",
+    "milliseconds": "timestamp_ms,acc_x,acc_y,acc_z",
+    "Sensor Logger": "time,seconds_elapsed,z,y,x",
+}
+
+
+@pytest.mark.parametrize("logger", LOGGERS)
+def test_loggers_are_understood(logger, tmp_path):
+    heading = LOGGERS[logger]
+    separator = ";" if ";" in heading else ","
+    ms = "_ms" in heading
+    rows = []
+    for k, value in enumerate(X):
+        sides = [value, 2 * value, 3 * value, np.sqrt(14) * abs(value)]
+        time = [1.7e18 + 1e7 * k, 0.01 * k] if "seconds_elapsed" in heading else [(10 if ms else 0.01) * k]
+        count = heading.count(separator) + 1 - len(time)
+        row = separator.join(f"{number:.9g}" for number in [*time, *sides[:count]])
+        rows.append(row.replace(".", ",") if separator == ";" else row)
+    text = "Logger X200\nSerial: 1234\n\n" * (logger == "a logger") + "\n".join([heading, *rows])
+    signal = read_signal(written(tmp_path, text), unit=None if "(m/s" in heading or "(g)" in heading else "g")
+    axes = ("z", "y", "x") if logger == "Sensor Logger" else ("x", "y", "z")
+    assert (signal.rate, signal.unit, signal.axes) == (pytest.approx(100), "m/s^2", axes)
+    gravity = 1.0 if "(m/s" in heading else 9.80665
+    np.testing.assert_allclose(signal.samples, gravity * np.outer([1, 2, 3], X), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("missing", "suffix"), [("", ".csv"), ("nan", ".csv"), ("NaN", ".csv"), ("", ".xlsx")]
+)
+def test_short_gaps_are_interpolated_and_reported(missing, suffix, tmp_path):
+    wave = np.sin(2 * np.pi * np.arange(400) / 25)
+    rows = [[k / 100, value, -value] for k, value in enumerate(wave)]
+    for k in (100, 200, 201, 202):
+        rows[k][2 if k < 200 else 1] = missing
+    if suffix == ".csv":
+        path = written(tmp_path, "t [s],x [g],y [g]\n" + "\n".join(",".join(map(str, row)) for row in rows))
+    else:
+        path, book = tmp_path / "a.xlsx", openpyxl.Workbook()
+        for row in (["t [s]", "x [g]", "y [g]"], *rows):
+            book.active.append(row)
+        book.save(path)
+    file = read_file(path)
+    assert file.timing.dropped == 4
+    np.testing.assert_allclose(file.signal.samples[0], 9.80665 * wave, atol=0.05)
+
+
+def test_columns_that_are_not_three_axes_keep_their_names(tmp_path):
+    for heading in ("t [s],ax,ay,bx", "t [s],left,right,abs", "t [s],xx,yy,zz"):
+        text = "\n".join([heading, *(f"{k / 100},1,2,{k}" for k in range(9))])
+        assert read_signal(written(tmp_path, text), unit="1").axes == tuple(heading.split(",")[1:])
+
+
+def test_chosen_columns_keep_their_names(tmp_path):
+    text = "\n".join(["t [s],acc_x,acc_y", *(f"{k / 100},1,{k}" for k in range(9))])
+    assert read_signal(written(tmp_path, text), unit="g", columns=("acc_y",)).axes == ("acc_y",)
+
+
 def test_a_table_without_heading(tmp_path):
     text = "\n".join(f"{i} {2 * i} {3 * i}" for i in range(9))
     signal = read_signal(written(tmp_path, text, "a.txt"), rate=100, unit="N")

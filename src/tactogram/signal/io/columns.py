@@ -15,8 +15,27 @@ from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 
-TIME_NAMES = ("time", "t", "timestamp", "timestamps", "time_stamp", "seconds")
+TIME_NAMES = (
+    *(
+        "time",
+        "t",
+        "timestamp",
+        "timestamps",
+        "time stamp",
+        "seconds",
+        "sample time",
+        "relative time",
+        "zeit",
+    ),
+    *("elapsed", "elapsed time", "time elapsed", "seconds elapsed", "elapsed seconds"),
+)
 """Headings of a column of time stamps, in any case, with ``_s``, ``_ms``, ``_us`` or ``[s]`` … for the unit."""
+_AXIS = re.compile(r"(?:.*[^a-z])?(?:a|acc|accel|gf)?([xyz])(?:[^a-z]*(?:axis|achse|value))?")
+"""Name of an axis in a heading: ``Acceleration x``, ``X-Axis``, ``acc_y``, ``az``."""
+_MAGNITUDE = re.compile(r"(?:absolute|abs|total|resultant)\b.*|.*\b(?:magnitude|norm|abs)|at|tgf|atotal")
+"""Columns computed from three axes: ``Absolute acceleration`` (phyphox), ``aT`` and ``TgF`` (Physics Toolbox)."""
+MOST_MISSING = 3
+"""Rows without a sample, one after the other, that are left to the resampling between time stamps (`to_uniform`)."""
 SLOWEST = 0.1
 """Step above which a time column needs a unit, since it is likely in ms."""
 
@@ -58,12 +77,14 @@ def choose(
     if columns is None and axes is not None and all(name in names for name in axes):
         columns = axes
     if columns is None:
-        places = [i for i in range(len(names)) if i != at]
+        places = _samples(names, at, described=description is not None)
     else:
         places = [_find(headings, names, name, path) for name in columns]
     if not places:
         raise DataError(f"{path}: no column of samples besides the time, got {', '.join(headings)}")
     chosen = tuple(names[i] for i in places)
+    if columns is None and description is None:
+        chosen = axis_names(chosen) or chosen
     if len(set(chosen)) < len(chosen):
         raise DataError(f"{path}: columns must have different names, got {', '.join(chosen)}")
     if description is not None and columns is None and chosen != description.axes:
@@ -96,6 +117,9 @@ def table_content(
     named: bool,
 ) -> FileContent:
     """Return the content of a table from ``numbers`` (row, used column) and the numbers of its rows in the file."""
+    if chosen.time is not None and description is None:
+        kept = _without_gaps(numbers, rows, path)
+        numbers, rows = numbers[kept], [rows[i] for i in kept]
     samples, times = numbers[:, : len(chosen.places)].T, None
     if any(factor != 1 for factor in chosen.factors):
         samples = samples * np.array(chosen.factors)[:, None]
@@ -123,6 +147,19 @@ def table_content(
     )
 
 
+def _without_gaps(numbers: NDArray[np.float64], rows: Sequence[int], path: Path) -> NDArray[np.int64]:
+    """Return the rows that have all samples; a `DataError` if more than `MOST_MISSING` in a row have not."""
+    missing = np.isnan(numbers[:, :-1]).any(axis=1)
+    places = np.flatnonzero(missing)
+    for gap in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+        if len(gap) > MOST_MISSING:
+            raise DataError(
+                f"{path}: rows {rows[gap[0]]} to {rows[gap[-1]]} lack a number; at most {MOST_MISSING} in a row are "
+                "interpolated, cut the recording there"
+            )
+    return np.flatnonzero(~missing)
+
+
 def _find(headings: Sequence[str], names: Sequence[str], name: str, path: Path) -> int:
     for candidates in (headings, names):
         if name in candidates:
@@ -130,17 +167,38 @@ def _find(headings: Sequence[str], names: Sequence[str], name: str, path: Path) 
     raise DataError(f"{path}: no column {name!r}, there are {', '.join(headings)}")
 
 
+def axis_names(names: Sequence[str]) -> tuple[str, ...] | None:
+    """Return x, y and z as far as each name names another of them; None if any does not."""
+    found = [_AXIS.fullmatch(name.lower()) for name in names]
+    letters = tuple(match[1] for match in found if match)
+    return letters if len(letters) == len(set(letters)) == len(names) else None
+
+
+def _samples(names: Sequence[str], time: int | None, *, described: bool) -> list[int]:
+    """Return the indices of the samples: all but time stamps, and the magnitude of three axes."""
+    if described or time is None:
+        return [i for i in range(len(names)) if i != time]
+    places = [i for i, name in enumerate(names) if i != time and _plain(name) not in TIME_NAMES]
+    axes = [i for i in places if not _MAGNITUDE.fullmatch(names[i].lower())]
+    return axes if len(axes) == 3 and axis_names([names[i] for i in axes]) else places
+
+
+def _plain(name: str) -> str:
+    """Return a heading in lower case without the unit at its end, its words divided by blanks."""
+    words = re.sub(r"[\s_-]+", " ", name.lower()).strip()
+    return re.sub(r" (s|ms|us|ns)$", "", words)
+
+
 def _time(headings: Sequence[str], names: Sequence[str], path: Path, time: str | None) -> int | None:
     if time is not None:
         return _find(headings, names, time, path)
-    for i, name in enumerate(names):
-        if re.sub(r"_(s|ms|us|ns)$", "", name.lower()) in TIME_NAMES:
-            return i
-    return None
+    found = {_plain(name): i for i, name in reversed([*enumerate(names)]) if _plain(name) in TIME_NAMES}
+    # Sensor Logger writes both: nanoseconds since 1970 as ``time``, and seconds.
+    return found.get("seconds elapsed", min(found.values(), default=None))
 
 
 def _seconds(name: str, unit: str | None) -> float | None:
-    if unit is None and name.lower() == "seconds":
+    if unit is None and "seconds" in _plain(name).split():
         return 1.0
     ending = name.lower().rpartition("_")[2] if "_" in name else ""
     return parse_seconds(unit if unit is not None else ending)

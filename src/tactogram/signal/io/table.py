@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Sequence
 from contextlib import suppress
@@ -22,6 +23,7 @@ from tactogram.text_files import decode_text
 
 COMMENTS = ("#", "%")
 _SNIFFED_ROWS = 50
+_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 """A cell among blanks; in a heading, the unit in brackets belongs to it."""
 
@@ -36,8 +38,8 @@ def read(
     """Return the content of a text table with one row per sample.
 
     Separated by tab, semicolon, comma or blanks, whichever fits; lines that begin with ``#`` or ``%`` are comments; the
-    first other line is a heading if it is not all numbers. Decimal points only. A `DataError` names the line, counted
-    from 1, and the column.
+    first other line is a heading if it is not all numbers. Lines of a logger above the heading are omitted. Decimals
+    have points, or commas where these do not separate. A `DataError` names the line, counted from 1, and the column.
     """
     table = _read_table(path)
     headings = table.headings
@@ -46,7 +48,7 @@ def read(
     stamps = headings[0] if description is not None else time
     chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
     named = not (headings[0] == "1" and headings[-1] == str(len(headings)))
-    numbers = table.numbers(chosen.used)
+    numbers = table.numbers(chosen.used, gaps=chosen.time is not None and description is None)
     return table_content(numbers, chosen, table.lines, headings, description, path, named=named)
 
 
@@ -88,24 +90,26 @@ class _TextTable:
     comments: list[str]
     separator: str
 
-    def numbers(self, used: Sequence[int]) -> NDArray[np.float64]:
-        """Return the used columns as float64, shape (row, used column)."""
+    def numbers(self, used: Sequence[int], *, gaps: bool) -> NDArray[np.float64]:
+        """Return the used columns as float64, shape (row, used column); with ``gaps`` an empty cell is NaN."""
         quoted = any('"' in row for row in self.rows)
         count = len(self.headings)
         if self.separator == " " or quoted:
             complete = all(len(_cells(row, self.separator, self.path)) == count for row in self.rows)
         else:
             complete = all(row.count(self.separator) == count - 1 for row in self.rows)
-        with suppress(ValueError):
-            if complete:
-                return np.loadtxt(
-                    self.rows,
-                    delimiter=None if self.separator == " " else self.separator,
-                    usecols=used,
-                    comments=None,
-                    quotechar='"' if quoted else None,
-                    ndmin=2,
-                )
+        for converter in (None, _number_or_nan) if gaps else (None,):
+            with suppress(ValueError):
+                if complete:
+                    return np.loadtxt(
+                        self.rows,
+                        delimiter=None if self.separator == " " else self.separator,
+                        usecols=used,
+                        comments=None,
+                        quotechar='"' if quoted else None,
+                        ndmin=2,
+                        converters=converter,
+                    )
         raise DataError(f"{self.path}: {self._problem(used)}")
 
     def _problem(self, used: Sequence[int]) -> str:
@@ -119,7 +123,7 @@ class _TextTable:
             for i in used:
                 if _is_number(cells[i]):
                     continue
-                comma = re.fullmatch(r"[-+]?\d*,\d+([eE][-+]?\d+)?", cells[i]) is not None
+                comma = _DECIMAL_COMMA.fullmatch(cells[i]) is not None
                 hint = "write decimal points, not commas" if comma else "choose the columns to read"
                 got = repr(cells[i]) if cells[i] else "nothing"
                 return f"row {number}, column {self.headings[i]!r}: expected a number, got {got}; {hint}"
@@ -136,6 +140,8 @@ def _read_table(path: Path) -> _TextTable:
     if not rows:
         raise DataError(f"{path}: no rows")
     separator = "\t" if path.suffix.lower() == ".tsv" else _separator(rows)
+    preamble = _preamble(rows, separator, path)
+    kept, rows = kept[preamble:], rows[preamble:]
     headings = _cells(rows[0], separator, path)
     if all(_is_number(cell) for cell in headings):
         headings = _commented(comments, len(headings), separator, path) or [
@@ -146,6 +152,8 @@ def _read_table(path: Path) -> _TextTable:
     if not rows:
         raise DataError(f"{path}: no rows below the heading")
     rows, headings = _without_last_separator(rows, headings, separator)
+    if separator != "," and _has_decimal_commas(rows, separator, path):
+        rows = [row.replace(",", ".") for row in rows]
     return _TextTable(path, headings, rows, kept, comments, separator)
 
 
@@ -169,6 +177,25 @@ def _separator(rows: Sequence[str]) -> str:
         if sum(candidate in row for row in first) > len(first) / 2:
             return candidate
     return " "
+
+
+def _preamble(rows: Sequence[str], separator: str, path: Path) -> int:
+    """Return the number of lines that a logger wrote above the heading: these have other numbers of cells."""
+    if separator == " ":
+        return 0
+    counts = [len(_cells(row, separator, path)) for row in rows[:_SNIFFED_ROWS]]
+    common = max(set(counts), key=counts.count)
+    first = counts.index(common)
+    headed = not any(_is_number(cell) for cell in _cells(rows[first], separator, path))
+    return first if headed else 0
+
+
+def _has_decimal_commas(rows: Sequence[str], separator: str, path: Path) -> bool:
+    """Return whether numbers have commas, and none has a point."""
+    cells = [cell for row in rows[:_SNIFFED_ROWS] for cell in _cells(row, separator, path)]
+    return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells) and not any(
+        "." in cell and _is_number(cell) for cell in cells
+    )
 
 
 def _cells(row: str, separator: str, path: Path) -> list[str]:
@@ -200,6 +227,14 @@ def _without_last_separator(
     if not headings[-1] or headings[-1].isdigit():
         headings = headings[:-1]
     return [row.rstrip(" ")[:-1] for row in rows], headings
+
+
+def _number_or_nan(cell: str) -> float:
+    if not cell.strip():
+        return math.nan
+    if not _is_number(cell):
+        raise ValueError
+    return float(cell)
 
 
 def _is_number(cell: str) -> bool:

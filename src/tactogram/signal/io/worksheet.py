@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -59,7 +60,8 @@ def read(
         values: list[list[float]] = []
         for number, row in chain([] if named else [(first, head)], filled):
             kept.append(number)
-            values.append([_number(row, i, number, headings, path) for i in chosen.used])
+            gaps = chosen.places if chosen.time is not None and description is None else ()
+            values.append([_number(row, i, number, headings, path, gap=i in gaps) for i in chosen.used])
     if not values:
         raise DataError(f"{path}: no rows below the heading")
     numbers = np.array(values, dtype=np.float64)
@@ -137,8 +139,12 @@ def _sheet(book: Any, path: Path, sheet: str | None, description: SignalDescript
     return book[sheet]
 
 
-def _number(row: Sequence[Any], i: int, number: int, headings: Sequence[str], path: Path) -> float:
+def _number(
+    row: Sequence[Any], i: int, number: int, headings: Sequence[str], path: Path, *, gap: bool
+) -> float:
     cell = row[i] if i < len(row) else None
+    if gap and cell in (None, ""):
+        return math.nan
     if isinstance(cell, int | float) and not isinstance(cell, bool):
         return float(cell)
     got = "nothing" if cell in (None, "") else repr(cell)
