@@ -67,7 +67,15 @@ def _import(request: ImportRequest, show: Printer) -> None:
 
     with shown() as progress:
         report = import_store(**vars(request) | {"progress": progress})
-    show(report, lines_of(report))
+    lines = [
+        lines_of({name: value for name, value in report.items() if name not in ("skipped", "duplicates")})
+    ]
+    lines += [
+        f"duplicate: {each['dropped']} has the same samples as {each['kept']}"
+        for each in report["duplicates"]
+    ]
+    lines += [f"skipped: {each['reason']}" for each in report["skipped"]]
+    show(report, "\n".join(lines))
 
 
 def _simulate(request: SimulationRequest, show: Printer) -> None:

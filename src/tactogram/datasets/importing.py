@@ -205,7 +205,7 @@ class _ImportSink:
 
     def _skip(self, source: str, reason: str) -> None:
         if not self.skip_bad:
-            raise DataError(f"{reason}; skip_bad leaves it out")
+            raise DataError(f"{reason}; skip_bad (--skip-bad) leaves it out")
         skipped = {"source": printable(source), "reason": printable(reason)}
         if skipped not in self.target.skipped:
             self.target.skipped.append(skipped)
