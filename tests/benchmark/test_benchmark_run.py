@@ -1,5 +1,6 @@
 """Runs, results, tables, the page, and answers from other frameworks."""
 
+import dataclasses
 import json
 import re
 import subprocess
@@ -115,6 +116,11 @@ def test_a_result_of_another_version_of_the_task_is_refused(results, tasks):
         ParameterError, match="judge must be 1, the version of classification, got 2; run it again"
     ):
         check_result(result.model_copy(update={"judge": 2}), known, where="x.json")
+    turned = dataclasses.replace(result.main, better="lower")
+    with pytest.raises(
+        ParameterError, match="first figure must be accuracy, higher is better, got accuracy, lower"
+    ):
+        check_result(result.model_copy(update={"figures": {"accuracy": turned}}), known, where="x.json")
     with pytest.raises(ParameterError, match="task must be one of"):
         check_result(result.model_copy(update={"task": "nome"}), known, where="x.json")
 
@@ -158,6 +164,13 @@ def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, mo
     file = str(results / "rate" / "constant_guess-0.json")
     assert main(["benchmark", "check", file, "--tasks", str(tasks.folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["ok"]
+    renamed = tmp_path / "other-0.json"
+    renamed.write_bytes(Path(file).read_bytes())
+    assert main(["benchmark", "check", str(renamed), "--tasks", str(tasks.folder)]) == 1
+    assert "must be called constant_guess-0.json" in capsys.readouterr().err
+    command = ["benchmark", "run", "lmt108-name", "--folder", str(tasks.work), "--tasks", str(tasks.folder)]
+    assert main(command) == 1  # it was asked for, and its data is missing
+    assert "skipped: " in capsys.readouterr().out
     page = tmp_path / "page.html"
     command = ["benchmark", "table", str(results), "--tasks", str(tasks.folder), "--out", str(page)]
     assert main(command) == 0
@@ -202,7 +215,9 @@ def test_plain_numpy_takes_part(tasks, tmp_path, name):
 def test_questions_tell_neither_materials_nor_what_the_judge_learns_from(tasks, tmp_path):
     write_questions(tasks.open("generate"), tmp_path / "generate")
     listed = json.loads((tmp_path / "generate" / "task.json").read_text())
-    assert all(re.fullmatch("[0-9a-f]{16}", question["id"]) for question in listed["questions"])
+    ids = [question["id"] for question in listed["questions"]]
+    assert all(re.fullmatch("[0-9a-f]{16}", id) for id in ids)
+    assert ids == sorted(ids)  # in the store's order those of one material would be neighbours
     report = write_questions(tasks.open("words"), tmp_path / "words")
     assert "validation" not in report
     assert {file.name for file in (tmp_path / "words").iterdir()} == {
@@ -227,6 +242,12 @@ def test_answers_without_facts_or_files_are_refused(tasks, tmp_path):
     (tmp_path / "about.json").write_text('{"model": "m y", "how": "?"}')
     with pytest.raises(ParameterError, match=r"about.json: model: "):
         score_answers(opened, tmp_path, tmp_path / "results")
+    for taken in ("stroke_cnn", "linear_discriminant"):
+        (tmp_path / "about.json").write_text(json.dumps({"model": taken, "how": "by hand"}))
+        with pytest.raises(
+            ParameterError, match=f"model {taken} is one of this package; choose another name"
+        ):
+            score_answers(opened, tmp_path, tmp_path / "results")
     (tmp_path / "about.json").write_text('{"model": "mine", "how": "by hand"}')
     with pytest.raises(DataError, match=r"expected answers as 0.npz, 1.npz, … by seed, found none"):
         score_answers(opened, tmp_path, tmp_path / "results")

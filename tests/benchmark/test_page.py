@@ -100,7 +100,9 @@ def test_recorded_and_simulated_data_are_filtered(page):
     page.get_by_label("model").select_option("middle")
     assert page.locator("#lmt108-generate").is_visible()
     assert not page.locator("#strokes-generate").is_visible()
+    assert page.locator("nav tbody tr:visible").count() == 1
     page.get_by_label("model").select_option("")
+    assert page.locator("nav tbody tr:visible").count() == 2
     assert page.locator("#strokes-generate").is_visible()
 
 
@@ -137,10 +139,11 @@ def test_values_are_told_to_the_digits_that_their_interval_allows(low, high, tex
     assert "lower is better; at best 0, by chance 1." in page
 
 
-def test_a_model_that_copies_is_marked_and_is_not_called_the_best():
+def test_beside_a_model_that_copies_the_best_that_makes_something_new_is_named():
     text = markdown([table("lmt108-generate", {"replay": 0.05, "texture_var": 0.3}, copying=["replay"])])
     overview = next(line for line in text.splitlines() if line.startswith("| [Generate"))
-    assert "`texture_var` 0.3" in overview
+    assert "| `replay` (copies) 0.05" in overview
+    assert "; making something new: `texture_var` 0.3" in overview
     assert "| 1 | `replay` (copies) | 0.05" in text
 
 

@@ -6,14 +6,16 @@ from scipy.stats import permutation_test
 
 from tactogram.benchmark.ranking import rank_models, sign_flip_p
 from tactogram.benchmark.result import BenchmarkResult
+from tactogram.errors import ParameterError
 
 
-def result(model, values, *, seed=0, better="lower", failed=""):
-    by_item = {f"item {n}": float(value) for n, value in enumerate(values)}
+def result(model, values, *, seed=0, better="lower", failed="", recipe="", named="item"):
+    by_item = {f"{named} {n}": float(value) for n, value in enumerate(values)}
     main = {"value": float(np.mean(values)), "better": better, "title": "error", "by_item": by_item}
     return BenchmarkResult(
         task="t", task_sha256="", model=model, entry="model", seed=seed,
         data={"name": "d", "sha256": "", "simulated": True}, split_sha256="", judge=1, code="", device="", finished="",
+        recipe=recipe,
         figures={} if failed else {"error": main}, failed=failed,
     )  # fmt: skip
 
@@ -80,3 +82,25 @@ def test_models_without_a_common_seed_are_not_told():
 def test_few_items_tell_nothing():
     ranked = rank_models([result("a", [0.0, 0.1, 0.0, 0.1]), result("b", [1.0, 1.1, 1.0, 1.1])])
     assert [entry.rank_text for entry in ranked] == ["1–2", "1–2"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"better": "higher"}, "main figure must be error, lower is better, as of one; got error, higher"),
+        ({"named": "question"}, "t, two with seed 0: answers other questions than one"),
+        (
+            {"model": "one", "seed": 1, "recipe": "paper"},
+            "one with seed 1: made by 'paper', seed 0 by 'model'",
+        ),
+    ],
+)
+def test_what_does_not_compare_is_refused(changes, message):
+    other = {"model": "two", "values": [1, 2, 3]} | changes
+    with pytest.raises(ParameterError, match=message):
+        rank_models([result("one", [1, 2, 3]), result(**other)])
+
+
+def test_a_ranking_is_of_plain_types_as_json_needs():
+    ranked = rank_models([result("one", np.ones(20)), result("two", np.arange(20))])
+    assert {type(value) for entry in ranked for value in (entry.best_rank, entry.worst_rank)} == {int}

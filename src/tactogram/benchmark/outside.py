@@ -20,8 +20,9 @@ from tactogram.benchmark.result import BenchmarkResult, result_of
 from tactogram.benchmark.shown import save_shown
 from tactogram.benchmark.task import BenchmarkTask
 from tactogram.benchmark.task_kind import kind_of
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 from tactogram.model import ImageExample
+from tactogram.models import available
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.arrays import load_arrays
 from tactogram.signal.io.atomic import atomic_write, write_text
@@ -65,7 +66,8 @@ def write_questions(opened: OpenTask, out: Path) -> dict[str, Any]:
     """
     check_writable(out, folder=True)
     kind, task = kind_of(opened.task.kind), opened.task
-    form, questions = kind.form(opened), _hashed(task, kind.questions(opened))
+    # In the order of the hashes: that of the store would tell which recordings are of one material.
+    form, questions = kind.form(opened), sorted(_hashed(task, kind.questions(opened)), key=lambda q: q.id)
     parts: dict[str, list[dict[str, Any]]] = {}
     for part in ("train",) if kind.validation_judges else ("train", "validation"):
         arrays: dict[str, NDArray[Any]] = {}
@@ -119,10 +121,14 @@ def score_answers(
     if not isinstance(values, dict):
         raise DataError(f"{folder / ABOUT}: must hold model and how, got {type(values).__name__}")
     about = validated(AboutModel, values, where=str(folder / ABOUT))
+    kind = kind_of(opened.task.kind)
+    if about.model in available() or about.model in kind.baselines:
+        raise ParameterError(
+            f"{folder / ABOUT}: model {about.model} is one of this package; choose another name"
+        )
     files = {int(file.stem): file for file in sorted(folder.glob("*.npz")) if file.stem.isdecimal()}
     if not files:
         raise DataError(f"{folder}: expected answers as 0.npz, 1.npz, … by seed, found none")
-    kind = kind_of(opened.task.kind)
     own, form = kind.questions(opened), kind.form(opened)
     questions = _hashed(opened.task, own)
     results = []

@@ -126,7 +126,11 @@ def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
         "unit": first.main.unit,
         "better": first.main.better,
         "span": span_text(first.main),
-        "best": (table.best.model, about_text(table.best), value_text(table.best)),
+        "best": [
+            (entry.model, about_text(entry), value_text(entry), ", ".join(entry.not_told_apart))
+            for entry in (table.best, table.best_new)
+            if entry
+        ],
         "columns": [(heading(key), first.figures[key].title) for key in others],
         "rows": [_row(entry, table, others) for entry in table.ranked],
         "failed": [(r.model, r.failed) for r in table.failed],

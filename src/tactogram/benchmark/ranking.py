@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import false_discovery_control
 
 from tactogram.benchmark.result import BenchmarkResult, Entry
+from tactogram.errors import ParameterError
 
 SIGNIFICANCE = 0.05
 FLIPS = 20_000
@@ -56,6 +57,11 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
     at least one. p is corrected for all pairs of the task so that of the differences told, one in twenty is expected to
     be false (Benjamini & Hochberg 1995). With a correction that expects none, such as Holm's, models that enter would
     take away the others' differences, since of few items no p is small. Failed results are left out.
+
+    Raises
+    ------
+    ParameterError
+        If results are of other questions or figures than the first, or those of a model were not made alike.
     """
     by_model: dict[str, list[BenchmarkResult]] = {}
     for result in sorted(results, key=lambda r: (r.model, r.seed)):
@@ -63,6 +69,7 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
             by_model.setdefault(result.model, []).append(result)
     if not by_model:
         return []
+    _check_comparable(list(by_model.values()))
     sign = 1.0 if next(iter(by_model.values()))[0].main.better == "higher" else -1.0
     better = _comparisons(by_model, sign)
     names = sorted(by_model, key=lambda name: -sign * _mean(by_model[name]))
@@ -93,6 +100,25 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
     return ranked
 
 
+def _check_comparable(by_model: Sequence[Sequence[BenchmarkResult]]) -> None:
+    first = by_model[0][0]
+    for held in by_model:
+        for result in held:
+            where = f"{result.task}, {result.model} with seed {result.seed}"
+            if (result.main_name, result.main.better) != (first.main_name, first.main.better):
+                raise ParameterError(
+                    f"{where}: main figure must be {first.main_name}, {first.main.better} is better, as of "
+                    f"{first.model}; got {result.main_name}, {result.main.better}"
+                )
+            if result.main.by_item.keys() != first.main.by_item.keys():
+                raise ParameterError(f"{where}: answers other questions than {first.model}; measure it again")
+            if (result.entry, result.recipe) != (held[0].entry, held[0].recipe):
+                raise ParameterError(
+                    f"{where}: made by {result.recipe or result.entry!r}, seed {held[0].seed} by "
+                    f"{held[0].recipe or held[0].entry!r}; keep those of one"
+                )
+
+
 def _comparisons(
     by_model: Mapping[str, Sequence[BenchmarkResult]], sign: float
 ) -> dict[tuple[str, str], bool]:
@@ -113,7 +139,7 @@ def _comparisons(
     corrected = false_discovery_control(ps) if ps else []
     found = {}
     for (one, other), p, first, sure in zip(pairs, corrected, directions, steady, strict=True):
-        told = p < SIGNIFICANCE and sure
+        told = bool(p < SIGNIFICANCE and sure)
         found[one, other], found[other, one] = told and bool(first), told and not first
     return found
 

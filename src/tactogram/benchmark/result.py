@@ -112,7 +112,7 @@ class BenchmarkResult(BaseModel):
         """
         values = read_json(path)
         if not isinstance(values, dict) or values.get("format") != FORMAT:
-            raise DataError(f"{path}: must say format {FORMAT!r}; this is no result of a benchmark")
+            raise DataError(f"{path}: must say format {FORMAT!r}; it is not a benchmark result")
         return validated(cls, values, where=str(path))
 
 
@@ -164,9 +164,15 @@ def check_result(result: BenchmarkResult, tasks: Mapping[str, BenchmarkTask], *,
                 f"{where}: {name} must be {expected[:12]}… as in {task.file.name}, got {got[:12]}…: it was measured on "
                 "another version of the task; run it again"
             )
-    if result.judge != (version := kind_of(task.kind).version):
+    kind = kind_of(task.kind)
+    if result.judge != kind.version:
         raise ParameterError(
-            f"{where}: judge must be {version}, the version of {task.kind}, got {result.judge}; run it again"
+            f"{where}: judge must be {kind.version}, the version of {task.kind}, got {result.judge}; run it again"
+        )
+    if result.figures and (result.main_name, result.main.better) != kind.main:
+        raise ParameterError(
+            f"{where}: first figure must be {kind.main[0]}, {kind.main[1]} is better, got {result.main_name}, "
+            f"{result.main.better}"
         )
 
 

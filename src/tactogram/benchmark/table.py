@@ -32,8 +32,15 @@ class TaskTable:
 
     @property
     def best(self) -> RankedModel:
-        """The best of the models that do not copy their training data, if there is one."""
-        return next((entry for entry in self.ranked if not copies(entry)), self.ranked[0])
+        """The best model."""
+        return self.ranked[0]
+
+    @property
+    def best_new(self) -> RankedModel | None:
+        """The best of the models that make something new, if the best does not, and there is one."""
+        return (
+            next((entry for entry in self.ranked if not copies(entry)), None) if copies(self.best) else None
+        )
 
     @property
     def main(self) -> tuple[str, str]:
@@ -72,6 +79,8 @@ def markdown(tables: Sequence[TaskTable]) -> str:
         main = first.results[0].main
         given = kind_of(task.kind).given_in(task)
         best = f"`{first.model}`{about_text(first)} {value_text(first)}"
+        if table.best_new:
+            best += f"; making something new: `{table.best_new.model}` {value_text(table.best_new)}"
         ends = map(number, (main.floor, main.ceiling))
         lines.append(_row(f"[{task.title}](#{task.name})", data_text(task), given, best, tied, *ends))
     for table in tables:
@@ -109,14 +118,19 @@ def _row(*cells: str) -> str:
 
 
 def copies(entry: RankedModel) -> bool:
-    """Return whether signals are more like the training data than half way from unseen recordings to copies of it."""
+    """Return whether a model plays its training data.
+
+    Its signals are then nearer to that than half way from unseen recordings to copies.
+    """
+    if entry.model in HOLDING_RECORDINGS:
+        return True
     near = [r.figures["training_correlation"] for r in entry.results if "training_correlation" in r.figures]
     return bool(near) and all(figure.value > ((figure.floor or 0.0) + 1) / 2 for figure in near)
 
 
 def about_text(entry: RankedModel) -> str:
     """Return what sets an entry apart: a baseline, answers from outside, or one that copies."""
-    marks = ["copies"] if copies(entry) or entry.model in HOLDING_RECORDINGS else []
+    marks = ["copies"] if copies(entry) else []
     marks += [entry.entry] if entry.entry != "model" else []
     return f" ({', '.join(marks)})" if marks else ""
 

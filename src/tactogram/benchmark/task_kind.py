@@ -80,6 +80,8 @@ class TaskKind(ABC):
     """Of its questions and figures: a change of either makes it another, and earlier results invalid."""
     rank: int = 100
     """Place of its tasks in tables, the smallest first."""
+    main: tuple[str, Literal["lower", "higher"]]
+    """Name of the main figure, and whether lower or higher is better."""
     given: str
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str

@@ -8,6 +8,7 @@ from typing import Annotated
 
 from tactogram.cli.printing import Printer, columns, lines_of
 from tactogram.cli.verbs import Verb
+from tactogram.errors import ParameterError
 from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.worker_options import ON
 
@@ -40,7 +41,7 @@ class _RunRequest(_Places):
             above=0,
         ),
     ] = None
-    again: Annotated[bool, Option("measure again what is there")] = False
+    again: Annotated[bool, Option("measure again what has a result")] = False
     on: Annotated[str, ON] = ""
     processes: Annotated[int, Option("processes on this machine", least=1)] = 1
 
@@ -107,7 +108,8 @@ def _run(request: _RunRequest, show: Printer) -> int:
         f"skipped: {line}" for line in report["skipped"]
     ]
     show(report, "\n".join(lines))
-    return 1 if report["failed"] else 0
+    asked_in_vain = report["skipped"] and any(name in known for name in request.names)
+    return 1 if report["failed"] or asked_in_vain else 0
 
 
 def _table(request: _TableRequest, show: Printer) -> None:
@@ -123,6 +125,8 @@ def _check(request: _CheckRequest, show: Printer) -> None:
 
     result = BenchmarkResult.load(Path(request.file))
     check_result(result, available_tasks(), where=request.file)
+    if Path(request.file).name != result.file(Path()).name:
+        raise ParameterError(f"{request.file}: must be called {result.file(Path()).name}; rename it")
     facts = {
         "task": result.task,
         "model": result.model,

@@ -27,6 +27,7 @@ class Classification(TaskKind):
     """Questions are the test recordings; answers, probabilities of the materials of the training part."""
 
     name, rank = "classification", 1
+    main = ("accuracy", "higher")
     given = "a recording"
     asked = "the probability of each material"
 

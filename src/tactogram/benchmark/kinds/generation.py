@@ -111,6 +111,7 @@ class Generation(TaskKind):
     """A signal is asked for each test recording that it is compared with, under the conditions of that recording."""
 
     name, rank = "generation", 4
+    main = ("distance", "lower")
     given = "a material, a photograph or a stroke, at a speed and force"
     asked = "a signal"
 

@@ -37,6 +37,7 @@ class Mixing(TaskKind):
     """Signals are placed on the line between recordings of the two materials."""
 
     name, rank, version = "mixing", 5, 2
+    main = ("position_error", "lower")
     given = "weights of two materials"
     asked = "a signal"
 

@@ -25,6 +25,7 @@ class Rating(TaskKind):
     """Questions are the test recordings or images; items that were rated are in one part."""
 
     name, rank = "rating", 7
+    main = ("error", "lower")
     given = "a recording or an image"
     asked = "the mean score of people in each word"
 

@@ -27,6 +27,7 @@ class Rejection(TaskKind):
     """Questions are test recordings of known and of unknown materials."""
 
     name, rank = "rejection", 2
+    main = ("auroc", "higher")
     given = "a recording, of a known material or not"
     asked = "how strange it is, and whether it is refused"
 

@@ -24,6 +24,7 @@ class Retrieval(TaskKind):
     """Each test recording of an unknown material is searched among the others, by the cosine of embeddings."""
 
     name, rank = "retrieval", 3
+    main = ("average_precision", "higher")
     given = "recordings of surfaces that were not trained on"
     asked = "an embedding of each"
 

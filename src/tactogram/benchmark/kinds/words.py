@@ -46,6 +46,7 @@ class Words(TaskKind):
     """Questions are the mean scores of the test items; answers are scored by a rater model."""
 
     name, rank, version = "words", 6, 2
+    main = ("correlation", "higher")
     given = "scores in words"
     validation_judges = True
     asked = "a vibration or an image"
