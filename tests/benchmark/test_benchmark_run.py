@@ -183,7 +183,7 @@ def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, mo
         main(["benchmark", "list", "--tasks", str(tasks.folder), "--folder", str(tasks.work), "--json"]) == 0
     )
     listed = json.loads(capsys.readouterr().out)
-    assert listed["name"]["state"] == "at hand"
+    assert listed["name"]["state"] == "available"
     assert listed["lmt108-name"]["state"] == "missing: import lmt108"
     assert main(["benchmark", "table", str(results), "--tasks", str(tasks.folder), "--out", "x.pdf"]) == 1
     assert "out must end with .md or .html" in capsys.readouterr().err.replace("--out", "out")

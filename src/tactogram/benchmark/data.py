@@ -82,7 +82,7 @@ def open_task(
     Raises
     ------
     DataError
-        If recorded data is not at hand, or simulated data has another hash on this machine.
+        If recorded data is not available, or simulated data has another hash on this machine.
     LeakError
         If the split leaks.
     """
@@ -92,7 +92,7 @@ def open_task(
         store = _simulated(task, folder / "stores", progress)
     if store is None:
         raise DataError(
-            f"{task.name}: needs {task.data.name} (SHA-256 {task.data.sha256[:12]}…), which is not at hand; import it "
+            f"{task.name}: needs {task.data.name} (SHA-256 {task.data.sha256[:12]}…), which is not available; import it "
             f"by `tactogram data import {task.data.importer} PATH --out DIR` and name its folder with `--stores`"
         )
     ids = {segment.id for part in split.parts.values() for segment in part}

@@ -18,7 +18,7 @@ def list_tasks(
 ) -> dict[str, dict[str, Any]]:
     """Return ``title``, ``kind``, ``data``, ``simulated`` and ``state`` of each task by name.
 
-    The state is ``at hand``, ``simulated on demand``, or ``missing``, with the name of its importer.
+    The state is ``available``, ``simulated on demand``, or ``missing``, with the name of its importer.
     """
     places = (Path(folder) / "stores", *further_folders(STORES_VARIABLE, stores))
     found = {}
@@ -30,6 +30,6 @@ def list_tasks(
             "kind": task.kind,
             "data": task.data.what,
             "simulated": task.data.simulated,
-            "state": "at hand" if there else missing,
+            "state": "available" if there else missing,
         }
     return found

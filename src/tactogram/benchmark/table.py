@@ -19,7 +19,8 @@ brackets (the mean of the seeds' intervals). **At best** is the value that other
 perfect answer, would have; **by chance** that of other materials, or of a guess. The rank 2–4 means that one model is
 better, and that two others are not told apart from this one. Models are told apart if a paired permutation test over
 the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task, and the difference
-has the same sign for every seed. A model that **copies** plays back its training recordings, and makes nothing new."""
+has the same sign for every seed. Intervals are over questions alone: the standard deviation shows how trainings
+differ. A model that **copies** plays back its training recordings, and makes nothing new."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ def _section(table: TaskTable) -> list[str]:
         f"({task.name})=",
         f"## {task.title}",
         "",
-        f"`{task.name}`: {data_text(task)}. Given {kind.given_in(task)}, asked {kind.asked}. "
+        f"`{task.name}`: {data_text(task)}. Given {kind.given_in(task)}, a model returns {kind.asked}. "
         f"Figure: {title}{f', {result.main.unit}' if result.main.unit else ''}, {result.main.better} is better; "
         f"{span_text(result.main)}.",
         "",

@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Annotated
 
-from tactogram.cli.printing import Printer, columns, lines_of
+from tactogram.cli.printing import Printer, columns, lines_of, text_of
 from tactogram.cli.verbs import Verb
 from tactogram.errors import ParameterError
 from tactogram.workflows.request import Argument, Option, Request
@@ -157,18 +157,19 @@ def _score(request: _ScoreRequest, show: Printer) -> None:
     from tactogram.workflows.progress import shown
 
     work = Path(request.folder)
+    out = Path(request.out or work / "results")
     with shown() as progress:
         opened = open_task(find_task(request.task), work, progress=progress)
-        results = score_answers(
-            opened, Path(request.answers), Path(request.out or work / "results"), progress=progress
-        )
-    rows = [
-        (str(result.seed), name, f"{figure.value:.4g}", figure.title)
-        for result in results
-        for name, figure in result.figures.items()
-    ]
-    facts = {"results": [result.model_dump(mode="json") for result in results]}
-    show(facts, columns([("seed", "figure", "value", "title"), *rows]))
+        results = score_answers(opened, Path(request.answers), out, progress=progress)
+    rows = [("seed", results[0].main_name, "interval", "at best", "by chance")]
+    for result in results:
+        main = result.main
+        interval = "-" if main.low is None or main.high is None else f"{main.low:.4g} to {main.high:.4g}"
+        ends = text_of(main.floor), text_of(main.ceiling)
+        rows.append((str(result.seed), text_of(main.value), interval, *ends))
+    files = [str(result.file(out)) for result in results]
+    facts = {"results": [result.model_dump(mode="json") for result in results], "files": files}
+    show(facts, "\n".join([columns(rows), *(f"result: {file}" for file in files)]))
 
 
 PLACES = ("tasks", "stores")
