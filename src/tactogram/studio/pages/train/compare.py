@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated
 from urllib.parse import quote
 
 from fastapi import Query
@@ -15,6 +15,7 @@ from tactogram.studio.layout import heading, in_background, page, route
 from tactogram.studio.pages.train.log import loss_curves, read_metrics
 from tactogram.studio.pages.train.run_summary import RunSummary, run_summary
 from tactogram.studio.pages.train.widgets import TrainContext, loss_options
+from tactogram.workflows.training.run_comparison import flat
 
 MOST_RUNS = 8
 Curves = dict[str, list[tuple[int, float]]]
@@ -101,18 +102,8 @@ def _flat_settings(summary: RunSummary) -> dict[str, str]:
     data = {name: summary.data.get(name) for name in ("name", "label", "split", "simulated")}
     data["sha256"] = str(summary.data.get("sha256", ""))[:12]
     recipe = {key: value for key, value in summary.recipe.items() if key != "model"}
-    return flat({"model": summary.model, "data": data, **recipe})
-
-
-def flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
-    """Return nested values by dotted key, as JSON."""
-    items: dict[str, str] = {}
-    for key, value in values.items():
-        if isinstance(value, Mapping):
-            items |= flat(value, f"{prefix}{key}.")
-        else:
-            items[f"{prefix}{key}"] = json.dumps(value, ensure_ascii=False)
-    return items
+    found = flat({"model": summary.model, "data": data, **recipe})
+    return {key: json.dumps(value, ensure_ascii=False) for key, value in found.items()}
 
 
 def _draw_table(title: str, rows: Mapping[str, Mapping[str, str]], runs: Sequence[str]) -> None:
