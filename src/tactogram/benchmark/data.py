@@ -93,7 +93,8 @@ def open_task(
     if store is None:
         raise DataError(
             f"{task.name}: needs {task.data.name} (SHA-256 {task.data.sha256[:12]}…), which is not available; "
-            f"import it by `tactogram data import {task.data.importer} PATH --out DIR` and name its folder with `--stores`"
+            f"import it by `tactogram data import {task.data.importer} PATH --out DIR` and name its folder with "
+            "`--stores`"
         )
     ids = {segment.id for part in split.parts.values() for segment in part}
     if missing := [id for id in ids if id not in store]:
