@@ -154,3 +154,14 @@ def run_id(resolved: Mapping[str, Any], data_sha256: str) -> str:
     """Return 10 hex digits that identify a run by everything that affects its result."""
     facts = json.dumps({"recipe": resolved, "data": data_sha256}, sort_keys=True)
     return hashlib.sha256(facts.encode()).hexdigest()[:10]
+
+
+def dotted(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return nested values by their names with dots, as ``--set`` takes them."""
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            found |= dotted(value, f"{prefix}{name}.")
+        else:
+            found[f"{prefix}{name}"] = value
+    return found

@@ -5,7 +5,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.search_space import SearchSpace
-from tactogram.workflows.training.sweep import sweep
+from tactogram.workflows.training.sweep import drop_torn_states, sweep
 
 
 def test_a_range_or_choices_are_drawn_from():
@@ -42,3 +42,11 @@ def test_a_sweep_needs_ray_and_a_folder(store, space):
         sweep(TrainingRequest("stroke_cnn", store), space, on="")
     with pytest.raises(ParameterError, match="out must be a folder for a sweep"):
         sweep(TrainingRequest("stroke_cnn", store), space)
+
+
+def test_states_that_a_kill_cut_short_are_dropped(tmp_path):
+    for name, text in (("1", '{"trials": []}'), ("2", ""), ("3", '{"trials": [')):
+        (tmp_path / f"experiment_state-{name}.json").write_text(text)
+    drop_torn_states(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["experiment_state-1.json"]
+    drop_torn_states(tmp_path / "none")

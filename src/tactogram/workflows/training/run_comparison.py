@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.recipe import dotted
 from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
 from tactogram.workflows.evaluation_results import evaluation_results, numbers_of
@@ -40,7 +41,7 @@ def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
     if len(runs) < 2:
         raise ParameterError(f"comparing needs two runs or more, got {len(runs)}")
     opened = [open_run(run) for run in runs]
-    settings = [flat(run.recipe.model_dump(mode="json")) for run in opened]
+    settings = [dotted(run.recipe.model_dump(mode="json")) for run in opened]
     shared = [key for key in settings[0] if all(key in other for other in settings) and key not in OMITTED]
     evaluations = [_evaluation(run) for run in opened]
     results = [_results(run, evaluation) for run, evaluation in zip(opened, evaluations, strict=True)]
@@ -91,14 +92,3 @@ def _results(run: Run, evaluation: Mapping[str, Any]) -> dict[str, float]:
 
 def _evaluation(run: Run) -> dict[str, Any]:
     return run.read_json("evaluation.json") if (run.folder / "evaluation.json").is_file() else {}
-
-
-def flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return nested values by their names with dots, as ``--set`` takes them."""
-    found: dict[str, Any] = {}
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            found |= flat(value, f"{prefix}{name}.")
-        else:
-            found[f"{prefix}{name}"] = value
-    return found

@@ -109,6 +109,15 @@ def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") 
     return result
 
 
+def drop_torn_states(place: Path) -> None:
+    """Delete states of a sweep that a kill cut short; Ray would end a sweep that it restores from one."""
+    for file in place.glob("experiment_state-*.json"):
+        try:
+            json.loads(file.read_text(encoding="utf-8"))
+        except ValueError:
+            file.unlink()
+
+
 def _trials(request: TrainingRequest, space: SearchSpace, place: Path, address: str) -> list[dict[str, Any]]:
     """Return the trials of a sweep, best first."""
     os.environ.setdefault("RAY_AIR_NEW_OUTPUT", "0")
@@ -119,6 +128,7 @@ def _trials(request: TrainingRequest, space: SearchSpace, place: Path, address: 
         trainable = tune.with_resources(
             tune.with_parameters(_trial, request=request, measure=space.measure, goal=space.goal), {"cpu": 1}
         )
+        drop_torn_states(place)
         if tune.Tuner.can_restore(str(place)):
             tuner = tune.Tuner.restore(str(place), trainable=trainable, resume_unfinished=True)
         else:

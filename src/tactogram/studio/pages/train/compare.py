@@ -11,11 +11,11 @@ from fastapi import Query
 from nicegui import ui
 
 from tactogram.errors import ParameterError
+from tactogram.recipe import dotted
 from tactogram.studio.layout import heading, in_background, page, route
 from tactogram.studio.pages.train.log import loss_curves, read_metrics
 from tactogram.studio.pages.train.run_summary import RunSummary, run_summary
 from tactogram.studio.pages.train.widgets import TrainContext, loss_options
-from tactogram.workflows.training.run_comparison import flat
 
 MOST_RUNS = 8
 Curves = dict[str, list[tuple[int, float]]]
@@ -102,7 +102,7 @@ def _flat_settings(summary: RunSummary) -> dict[str, str]:
     data = {name: summary.data.get(name) for name in ("name", "label", "split", "simulated")}
     data["sha256"] = str(summary.data.get("sha256", ""))[:12]
     recipe = {key: value for key, value in summary.recipe.items() if key != "model"}
-    found = flat({"model": summary.model, "data": data, **recipe})
+    found = dotted({"model": summary.model, "data": data, **recipe})
     return {key: json.dumps(value, ensure_ascii=False) for key, value in found.items()}
 
 
