@@ -74,10 +74,12 @@ def loss_lines(written: Mapping[str, Any]) -> list[str]:
     loss = written.get("loss")
     if not loss:
         return []
-    from tactogram.rendering.files import ConversionLoss, loss_text
+    from tactogram.rendering.files import ConversionLoss, loss_sentence
 
     by_axis = loss if isinstance(next(iter(loss.values())), Mapping) else {"": loss}
-    told = {axis: loss_text(ConversionLoss(**values), written["holds"]) for axis, values in by_axis.items()}
+    told = {
+        axis: loss_sentence(ConversionLoss(**values), written["holds"]) for axis, values in by_axis.items()
+    }
     return [f"{axis or 'The file'} {text}." for axis, text in told.items()]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tactogram.rendering.files import ConversionLoss, loss_text, write_haptic
+from tactogram.rendering.files import ConversionLoss, loss_sentence, write_haptic
 from tactogram.signal import Signal
 
 TIME = np.arange(4000) / 2000
@@ -12,7 +12,7 @@ SWELL = Signal((0.5 + 0.5 * np.sin(2 * np.pi * TIME)) * np.sin(2 * np.pi * 150 *
 
 def told(signal, name, folder):
     written = write_haptic(folder / name, signal, format=name)
-    return loss_text(ConversionLoss(**written["loss"]), written["holds"])
+    return loss_sentence(ConversionLoss(**written["loss"]), written["holds"])
 
 
 @pytest.mark.parametrize(
@@ -55,10 +55,10 @@ def test_a_frequency_that_is_off_is_told(tmp_path):
     ],
 )
 def test_what_is_kept_stands_before_what_is_lost(loss, kept, lost):
-    assert loss_text(ConversionLoss(*loss), "envelope") == f"keeps {kept}; loses {lost}"
+    assert loss_sentence(ConversionLoss(*loss), "envelope") == f"keeps {kept}; loses {lost}"
 
 
 def test_an_error_of_the_waveform_is_told():
-    assert loss_text(ConversionLoss(1.0, 0.0, 0.0, 0.0, 1.0, 41.2), "waveform") == (
+    assert loss_sentence(ConversionLoss(1.0, 0.0, 0.0, 0.0, 1.0, 41.2), "waveform") == (
         "keeps the waveform with an error of -41 dB"
     )

@@ -253,3 +253,8 @@ def test_units_are_spelled_in_many_ways(text, expected):
             parse_unit(text)
     else:
         assert parse_unit(text) == expected
+
+
+def test_stamps_of_an_npz_may_be_called_time_stamp(tmp_path):
+    np.savez(tmp_path / "a.npz", time_stamp=np.arange(40) / 100, x=X)
+    assert read_signal(tmp_path / "a.npz", unit="g").rate == pytest.approx(100)

@@ -11,5 +11,5 @@ from tactogram.rendering.files.documents import DocumentHeader as DocumentHeader
 from tactogram.rendering.files.format import HapticFormat as HapticFormat
 from tactogram.rendering.files.loss import ConversionLoss as ConversionLoss
 from tactogram.rendering.files.loss import loss_between as loss_between
-from tactogram.rendering.files.loss import loss_text as loss_text
+from tactogram.rendering.files.loss import loss_sentence as loss_sentence
 from tactogram.rendering.files.reduction import to_one_axis as to_one_axis

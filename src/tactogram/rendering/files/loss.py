@@ -16,7 +16,7 @@ FLAT = 1e-6
 FLAT_ENVELOPE = 0.02
 """The same for an envelope: smaller variations are noise of the analysis."""
 KEPT, ROUGHLY = 0.9, 0.6
-"""Correlations of the envelopes above which `loss_text` calls the strength over time kept, or roughly kept. Ours."""
+"""Correlations of the envelopes above which `loss_sentence` calls the strength kept, or roughly kept. Ours."""
 STEADY = 0.3
 """Error of an envelope without correlation, one that hardly varies, below which it is kept. Ours."""
 KEPT_DB, KEPT_OCTAVES = 3.0, 0.25
@@ -67,7 +67,7 @@ def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
     )
 
 
-def loss_text(loss: ConversionLoss, holds: str) -> str:
+def loss_sentence(loss: ConversionLoss, holds: str) -> str:
     """Return in a sentence what a file keeps of a signal and what it loses.
 
     ``holds`` is that of the file's format (`HapticFormat`).

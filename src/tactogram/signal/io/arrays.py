@@ -32,7 +32,7 @@ def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None =
         return FileContent(
             samples, description.axes, description.rate, None, description.unit, description, _place(SAMPLES)
         )
-    stamps = time or next((name for name in arrays if name.lower() in TIME_NAMES), None)
+    stamps = time or next((name for name in arrays if name.lower().replace("_", " ") in TIME_NAMES), None)
     names = list(columns or [name for name in arrays if name != stamps and arrays[name].ndim > 0])
     if columns is None and len(names) != 1:
         raise DataError(f"{path}: which array? choose of {', '.join(arrays) or 'none'}")

@@ -15,19 +15,23 @@ from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 
-TIME_NAMES = (
-    *(
-        "time",
+TIME_NAMES = frozenset(
+    [
         "t",
+        "time",
         "timestamp",
         "timestamps",
         "time stamp",
-        "seconds",
         "sample time",
         "relative time",
+        "elapsed",
+        "elapsed time",
+        "time elapsed",
+        "seconds",
+        "seconds elapsed",
+        "elapsed seconds",
         "zeit",
-    ),
-    *("elapsed", "elapsed time", "time elapsed", "seconds elapsed", "elapsed seconds"),
+    ]
 )
 """Headings of a column of time stamps, in any case, with ``_s``, ``_ms``, ``_us`` or ``[s]`` … for the unit."""
 _AXIS = re.compile(r"(?:.*[^a-z])?(?:a|acc|accel|gf)?([xyz])(?:[^a-z]*(?:axis|achse|value))?")
