@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.errors import ParameterError
+from tactogram.recipe import Preparation
 
 if TYPE_CHECKING:
     from tactogram.datasets.store.store import Store
@@ -31,7 +32,7 @@ def store_arrays(store: Store, stream: str | None, *, seconds: float | None, by:
     if by not in RecordingInfo.__dataclass_fields__:
         raise ParameterError(f"by must be a field of the recordings, such as session or subject, got {by!r}")
     names = list(store.streams)
-    stream = stream or ("acceleration" if "acceleration" in names else names[0])
+    stream = stream or Preparation().stream_of(names)
     if stream not in names:
         raise ParameterError(f"stream must be one of {', '.join(names)}, got {stream!r}")
     infos = [info for info in store.index if stream in store.streams_of(info.id)]

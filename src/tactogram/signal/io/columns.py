@@ -54,6 +54,7 @@ class TableColumns:
     factors: tuple[float, ...]  # which convert each column to it
     time: int | None  # index of the time stamps
     seconds: float | None  # their unit in s, if the heading names it
+    stamped: bool  # whether the time stamps place the samples, some of which may then be missing
 
     @property
     def used(self) -> tuple[int, ...]:
@@ -107,6 +108,7 @@ def choose(
         factors=tuple(factor for _, factor in units),
         time=at,
         seconds=None if at is None else _seconds(*split[at]),
+        stamped=at is not None and description is None,
     )
 
 
@@ -121,13 +123,13 @@ def table_content(
     named: bool,
 ) -> FileContent:
     """Return the content of a table from ``numbers`` (row, used column) and the numbers of its rows in the file."""
-    if chosen.time is not None and description is None:
+    if chosen.stamped:
         kept = _without_gaps(numbers, rows, path)
         numbers, rows = numbers[kept], [rows[i] for i in kept]
     samples, times = numbers[:, : len(chosen.places)].T, None
     if any(factor != 1 for factor in chosen.factors):
         samples = samples * np.array(chosen.factors)[:, None]
-    if chosen.time is not None and description is None:
+    if chosen.stamped:
         times = numbers[:, -1]
         if chosen.seconds is None and len(times) > 1 and abs(float(np.median(np.diff(times)))) > SLOWEST:
             raise DataError(

@@ -48,7 +48,7 @@ def read(
     stamps = headings[0] if description is not None else time
     chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
     named = not (headings[0] == "1" and headings[-1] == str(len(headings)))
-    numbers = table.numbers(chosen.used, gaps=chosen.time is not None and description is None)
+    numbers = table.numbers(chosen.used, gaps=chosen.stamped)
     return table_content(numbers, chosen, table.lines, headings, description, path, named=named)
 
 

@@ -60,7 +60,7 @@ def read(
         values: list[list[float]] = []
         for number, row in chain([] if named else [(first, head)], filled):
             kept.append(number)
-            gaps = chosen.places if chosen.time is not None and description is None else ()
+            gaps = chosen.places if chosen.stamped else ()
             values.append([_number(row, i, number, headings, path, gap=i in gaps) for i in chosen.used])
     if not values:
         raise DataError(f"{path}: no rows below the heading")
