@@ -65,7 +65,7 @@ def counted(task):
     return {"square": number**2}
 
 
-def until(true, seconds=60.0):
+def until(true, seconds=300.0):
     """Wait for something, not for ever."""
     deadline = time.monotonic() + seconds
     while not true():
