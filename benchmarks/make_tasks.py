@@ -49,7 +49,7 @@ def last(number: int) -> Callable[[Store], Split]:
 
 
 def unknown_last(unknown: int, number: int) -> Callable[[Store], Split]:
-    """Leave every n-th material out of training; of the others as `last`."""
+    """Leave some materials out of training; of the others as `last`."""
 
     def make(store: Store) -> Split:
         names = sorted({str(info.material) for info in store.index})
@@ -57,6 +57,27 @@ def unknown_last(unknown: int, number: int) -> Callable[[Store], Split]:
         known = split_last([i for i in store.index if i.material not in strange], number, validation=1)
         left_out = tuple(Segment(info.id) for info in store.index if info.material in strange)
         return replace(known, test=(*known.test, *left_out))
+
+    return make
+
+
+def unknown_surfaces(unknown: int) -> Callable[[Store], Split]:
+    """Leave some surfaces out of training; of the others the last stroke at each speed, the one before validates."""
+
+    def make(store: Store) -> Split:
+        names = sorted({str(info.material) for info in store.index})
+        strange = set(np.random.default_rng(0).permutation(names)[:unknown].tolist())
+        strokes: dict[tuple[str, float | None], list[Segment]] = {}
+        for info in store.index:
+            strokes.setdefault((str(info.material), info.speed_mm_s), []).append(Segment(info.id))
+        known = [held for (name, _), held in strokes.items() if name not in strange]
+        left_out = [held for (name, _), held in strokes.items() if name in strange]
+        return Split(
+            tuple(segment for held in known for segment in held[:-2]),
+            tuple(held[-2] for held in known),
+            (*(held[-1] for held in known), *(segment for held in left_out for segment in held)),
+            by="recording",
+        )
 
     return make
 
@@ -190,19 +211,19 @@ def at_speed(speed: float) -> Callable[[Store], Split]:
 SIMULATED = "tactogram data simulate "
 SPLIT_OF = {
     "lmt108": ("lmt108", last(2)),
-    "lmt108-unknown": ("lmt108", unknown_last(5, 2)),
+    "lmt108-unknown": ("lmt108", unknown_last(8, 2)),
     "biotac-photo": ("biotac_slide", photographs(last(8))),
     "biotac-new": ("biotac_slide", photographs(materials_left_out(4, 1))),
     "cdplab": ("cdplab", blocks),
     "vibviz": ("vibviz", items((0.4, 0.35))),
     "strokes": (SIMULATED + "stroking9", last(4)),
-    "strokes-unknown": (SIMULATED + "stroking9", unknown_last(3, 4)),
     "contactor": (
         SIMULATED + "stroking30",
         held_out(lambda i: i.contactor == "pen", lambda i: str(i.contactor)),
     ),
     "speed-30": (SIMULATED + "stroking30", at_speed(200)),
     "speeds": (SIMULATED + "surfaces --seed 1 ", at_speed(120)),
+    "surfaces-unknown": (SIMULATED + "surfaces --seed 1 ", unknown_surfaces(9)),
     "one-stroke": (SIMULATED + "surfaces --seed 1 ", one_stroke(60, 240)),
     "rated": (SIMULATED + "surfaces --seed 2 ", items((0.5, 0.25))),
     "display": (SIMULATED + "ultrasonic", items((0.4, 0.35))),

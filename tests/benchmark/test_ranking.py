@@ -9,9 +9,9 @@ from tactogram.benchmark.result import BenchmarkResult
 from tactogram.errors import ParameterError
 
 
-def result(model, values, *, seed=0, better="lower", failed="", recipe="", named="item"):
+def result(model, values, *, seed=0, better="lower", failed="", recipe="", named="item", **ends):
     by_item = {f"{named} {n}": float(value) for n, value in enumerate(values)}
-    main = {"value": float(np.mean(values)), "better": better, "title": "error", "by_item": by_item}
+    main = {"value": float(np.mean(values)), "better": better, "title": "error", "by_item": by_item} | ends
     return BenchmarkResult(
         task="t", task_sha256="", model=model, entry="model", seed=seed,
         data={"name": "d", "sha256": "", "simulated": True}, split_sha256="", judge=1, code="", device="", finished="",
@@ -104,3 +104,23 @@ def test_what_does_not_compare_is_refused(changes, message):
 def test_a_ranking_is_of_plain_types_as_json_needs():
     ranked = rank_models([result("one", np.ones(20)), result("two", np.arange(20))])
     assert {type(value) for entry in ranked for value in (entry.best_rank, entry.worst_rank)} == {int}
+
+
+def test_the_interval_holds_the_spread_of_trainings_too():
+    """Student's quantile of 2 degrees of freedom is 4.303."""
+    seeds = [
+        result("a", [value, value], seed=n, low=value - 0.3, high=value + 0.4)
+        for n, value in enumerate((1, 1.1, 1.2))
+    ]
+    (entry,) = rank_models(seeds)
+    margin = 4.303 * 0.1 / np.sqrt(3)
+    assert entry.low == pytest.approx(1.1 - np.hypot(0.3, margin), abs=1e-4)
+    assert entry.high == pytest.approx(1.1 + np.hypot(0.4, margin), abs=1e-4)
+    (lone,) = rank_models(seeds[:1])
+    assert (lone.low, lone.high) == (0.7, 1.4)
+
+
+@pytest.mark.parametrize(("better", "bound"), [("lower", (0.0, 3.0)), ("higher", (-1.0, 1.0))])
+def test_an_interval_stays_within_what_is_possible(better, bound):
+    (entry,) = rank_models([result("a", [0.9, 0.9], better=better, low=-1.0, high=3.0)])
+    assert (entry.low, entry.high) == pytest.approx(bound)

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from scipy.stats import false_discovery_control
 
 from tactogram.benchmark.result import BenchmarkResult, Entry
+from tactogram.benchmark.task_kind import Figure
 from tactogram.errors import ParameterError
+from tactogram.evaluation.measures import margin_of
 
 SIGNIFICANCE = 0.05
 FLIPS = 20_000
@@ -33,7 +35,7 @@ class RankedModel:
     sd: float | None
     """Standard deviation over seeds; None for one seed."""
     low: float | None
-    """95 % interval over what was asked, mean over seeds."""
+    """95 % interval over what was asked and, of two seeds or more, over trainings."""
     high: float | None
     best_rank: int
     worst_rank: int
@@ -86,8 +88,7 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
                 tuple(held),
                 float(np.mean(values)),
                 float(np.std(values, ddof=1)) if len(values) > 1 else None,
-                _mean_of([result.main.low for result in held]),
-                _mean_of([result.main.high for result in held]),
+                *_interval([result.main for result in held]),
                 1 + above,
                 len(names) - below,
                 tuple(
@@ -184,6 +185,22 @@ def _mean(results: Sequence[BenchmarkResult]) -> float:
     return float(np.mean([result.main.value for result in results]))
 
 
-def _mean_of(values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return float(np.mean(known)) if len(known) == len(values) and known else None
+def _interval(seeds: Sequence[Figure]) -> tuple[float | None, float | None]:
+    """Return the mean of the seeds' intervals over questions, with Student's margin over seeds added in quadrature.
+
+    An error is at least 0, and what is better if higher, such as an accuracy, at most 1.
+
+    References
+    ----------
+    G. Y. Zou and A. Donner, Stat. Med. 27 (2008) 1693-1702.
+    """
+    ends = [
+        (figure.low, figure.high) for figure in seeds if figure.low is not None and figure.high is not None
+    ]
+    if len(ends) < len(seeds):
+        return None, None
+    value = float(np.mean([figure.value for figure in seeds]))
+    margin = margin_of(np.array([figure.value for figure in seeds])) if len(seeds) > 1 else 0.0
+    below, above = np.abs(np.mean(ends, axis=0) - value)
+    low, high = float(value - np.hypot(below, margin)), float(value + np.hypot(above, margin))
+    return (max(low, 0.0), high) if seeds[0].better == "lower" else (low, min(high, 1.0))

@@ -14,13 +14,13 @@ from tactogram.workflows.evaluation.reference_models import HOLDING_RECORDINGS
 
 NOTES = """\
 Each model was trained only on the training part of its task, except those marked "as it comes", whose weights ship
-with the package. A value is the mean over seeds ± standard deviation, with its 95 % interval over the questions in
-brackets (the mean of the seeds' intervals). **At best** is the value that other recordings of the same material, or a
-perfect answer, would have; **by chance** that of other materials, or of a guess. The rank 2–4 means that one model is
-better, and that two others are not told apart from this one. Models are told apart if a paired permutation test over
-the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task, and the difference
-has the same sign for every seed. Intervals are over questions alone: the standard deviation shows how trainings
-differ. A model that **copies** plays back its training recordings, and makes nothing new."""
+with the package. A value is the mean over seeds ± standard deviation, with its 95 % interval in brackets: over the
+questions and, if there are several seeds, over trainings. **At best** is the value that other recordings of the same
+material, or a perfect answer, would have; **by chance** that of other materials, or of a guess. The rank 2–4 means
+that one model is better, and that two others are not told apart from this one. Models are told apart if a paired
+permutation test over the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task,
+and the difference has the same sign for every seed. A model that **copies** plays back its training recordings, and
+makes nothing new."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,12 +26,11 @@ from tactogram.evaluation.generation.comparison import (
     FLOOR,
     MODEL,
     GenerationResult,
-    bootstrap_interval,
 )
 from tactogram.evaluation.generation.measures import describe_measures
 from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
-from tactogram.evaluation.measures import signal_measures
+from tactogram.evaluation.measures import mean_interval, signal_measures
 from tactogram.model import Example
 from tactogram.models import ModelInfo
 from tactogram.signal import Signal
@@ -110,7 +109,7 @@ class _Compared:
 class Generation(TaskKind):
     """A signal is asked for each test recording that it is compared with, under the conditions of that recording."""
 
-    name, rank = "generation", 4
+    name, rank, version = "generation", 4, 2
     main = ("distance", "lower")
     given = "a material, a photograph or a stroke, at a speed and force"
     asked = "a signal"
@@ -298,7 +297,7 @@ def _distance(result: GenerationResult) -> Figure:
     if not by_item:
         raise ParameterError("no measure separates the materials of the task, so that nothing can be ranked")
     values = np.array(list(by_item.values()))
-    interval = bootstrap_interval(values) or (None, None)
+    interval = mean_interval(values, least=0.0) or (None, None)
     return Figure(
         float(values.mean()),
         "lower",
@@ -334,7 +333,7 @@ def _mean_friction_error(compared: _Compared, made: Mapping[str, Sequence[Signal
     real = {name: mean(signals) for name, signals in compared.test.items()}
     other = {name: mean((compared.floor or compared.train)[name]) for name in real}
     errors = np.array([abs(mean(made[name]) - real[name]) for name in real])
-    low, high = bootstrap_interval(errors) or (None, None)
+    low, high = mean_interval(errors, least=0.0) or (None, None)
     everything = np.array(list(real.values()))
     return Figure(
         float(errors.mean()),

@@ -12,7 +12,7 @@ from tactogram.benchmark.options import TaskOptions, options_of
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import bootstrap_interval
+from tactogram.evaluation.measures import mean_interval
 from tactogram.evaluation.mixing.placement import OVERALL, positions
 from tactogram.models import ModelInfo
 from tactogram.signal import Signal
@@ -36,7 +36,7 @@ class MixingOptions(TaskOptions):
 class Mixing(TaskKind):
     """Signals are placed on the line between recordings of the two materials."""
 
-    name, rank, version = "mixing", 5, 2
+    name, rank, version = "mixing", 5, 3
     main = ("position_error", "lower")
     given = "weights of two materials"
     asked = "a signal"
@@ -111,7 +111,7 @@ class Mixing(TaskKind):
             off.append(float(ladder.off_line[:, column].max()))
             progress("place mixes", number, len(options.pairs))
         values = np.array(list(error.values()))
-        low, high = bootstrap_interval(values) or (None, None)
+        low, high = mean_interval(values, least=0.0) or (None, None)
         return Judgement(
             {
                 "position_error": Figure(

@@ -14,7 +14,7 @@ from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
 from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import bootstrap_interval
+from tactogram.evaluation.measures import mean_interval
 from tactogram.model import ImageExample
 from tactogram.models import ModelInfo
 from tactogram.workflows.progress import ProgressCallback
@@ -24,7 +24,7 @@ from tactogram.workflows.training.loaded_run import LoadedRun
 class Rating(TaskKind):
     """Questions are the test recordings or images; items that were rated are in one part."""
 
-    name, rank = "rating", 7
+    name, rank, version = "rating", 7, 2
     main = ("error", "lower")
     given = "a recording or an image"
     asked = "the mean score of people in each word"
@@ -80,7 +80,7 @@ class Rating(TaskKind):
         errors = np.nanmean(np.abs(said - held), axis=1)
         guess = np.nanmean(mean_scores(opened, items_of(rated_examples(opened, "train"))), axis=0)
         ranks = [_rank(said[:, word], held[:, word]) for word in range(held.shape[1])]
-        low, high = bootstrap_interval(errors) or (None, None)
+        low, high = mean_interval(errors, least=0.0) or (None, None)
         scale = ratings_of(opened).scale
         unit = f"of {scale.low:g} to {scale.high:g}"
         return Judgement(

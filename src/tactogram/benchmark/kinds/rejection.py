@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,7 @@ from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import bootstrap_interval
-from tactogram.evaluation.measures import classifier_features, wilson
+from tactogram.evaluation.measures import classifier_features, mean_interval, wilson
 from tactogram.models import ModelInfo
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
@@ -26,7 +25,7 @@ KEPT = 0.95
 class Rejection(TaskKind):
     """Questions are test recordings of known and of unknown materials."""
 
-    name, rank = "rejection", 2
+    name, rank, version = "rejection", 2, 2
     main = ("auroc", "higher")
     given = "a recording, of a known material or not"
     asked = "how strange it is, and whether it is refused"
@@ -68,43 +67,57 @@ class Rejection(TaskKind):
         return np.array([novelty, float(novelty > 1)])
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
-        """Return the area under the ROC curve, and both rates at the model's own threshold."""
-        known = [e.id for e in opened.test if e.material in opened.materials]
-        unknown = [e.id for e in opened.test if e.material not in opened.materials]
-        far = {name: float(answer[0]) for name, answer in answers.items()}
-        near = np.sort([far[name] for name in known])
-        # An unknown recording's share of known ones that are less strange; ties count half.
-        by_item = {
-            name: float(np.searchsorted(near, far[name], "left") + np.searchsorted(near, far[name], "right"))
-            / (2 * len(near))
-            for name in unknown
-        }
-        values = np.array(list(by_item.values()))
-        interval = bootstrap_interval(values) or (None, None)
+        """Return the area under the ROC curve and both rates at the model's own threshold, means over surfaces.
+
+        Intervals are over surfaces, known and unknown ones: recordings of one surface are alike.
+        """
+        far: dict[bool, dict[str, list[float]]] = {True: {}, False: {}}
+        kept: dict[bool, dict[str, list[bool]]] = {True: {}, False: {}}
+        for example in opened.test:
+            name, known = str(example.material), example.material in opened.materials
+            strangeness, refused = answers[example.id]
+            far[known].setdefault(name, []).append(float(strangeness))
+            kept[known].setdefault(name, []).append(refused == 0)
+        areas = np.array(
+            [[_area(strange, near) for near in far[True].values()] for strange in far[False].values()]
+        )
+        low, high = mean_interval(areas, least=0.0, most=1.0) or (None, None)
+        near = np.sort(np.concatenate(list(far[True].values())))
         threshold = near[min(len(near) - 1, int(np.ceil(KEPT * len(near))) - 1)]
-        kept = wilson(float(np.mean([answers[name][1] == 0 for name in known])), len(known))
-        refused = wilson(float(np.mean([answers[name][1] != 0 for name in unknown])), len(unknown))
-        at = wilson(float(np.mean([far[name] > threshold for name in unknown])), len(unknown))
+
+        def rate(title: str, by_surface: Iterable[Sequence[bool]], chance: float) -> Figure:
+            shares = [float(np.mean(one)) for one in by_surface]
+            found = wilson(float(np.mean(shares)), len(shares))
+            return Figure(
+                found.accuracy, "higher", title, floor=1.0, ceiling=chance, low=found.low, high=found.high
+            )
+
         return Judgement(
             {
                 "auroc": Figure(
-                    float(values.mean()), "higher", "area under the ROC curve",
-                    floor=1.0, ceiling=0.5, low=interval[0], high=interval[1], by_item=by_item,
+                    float(areas.mean()), "higher", "area under the ROC curve",
+                    floor=1.0, ceiling=0.5, low=low, high=high,
+                    by_item=dict(zip(far[False], areas.mean(1).tolist(), strict=True)),
                 ),
-                "unknown_refused": Figure(
-                    refused.accuracy, "higher", "unknown refused, at the model's threshold",
-                    floor=1.0, ceiling=0.0, low=refused.low, high=refused.high,
+                "unknown_refused": rate(
+                    "unknown refused, at the model's threshold",
+                    [[not one for one in held] for held in kept[False].values()],
+                    0.0,
                 ),
-                "known_kept": Figure(
-                    kept.accuracy, "higher", "known kept, at the model's threshold",
-                    floor=1.0, ceiling=0.0, low=kept.low, high=kept.high,
-                ),
-                "refused_at_95": Figure(
-                    at.accuracy, "higher", "unknown refused where 95 % of the known are kept",
-                    floor=1.0, ceiling=0.05, low=at.low, high=at.high,
+                "known_kept": rate("known kept, at the model's threshold", kept[True].values(), 0.0),
+                "refused_at_95": rate(
+                    "unknown refused where 95 % of the known are kept",
+                    [[one > threshold for one in held] for held in far[False].values()],
+                    0.05,
                 ),
             }
         )  # fmt: skip
+
+
+def _area(strange: Sequence[float], near: Sequence[float]) -> float:
+    """Return the share of pairs in which the unknown recording is the stranger one; ties count half."""
+    difference = np.subtract.outer(strange, near)
+    return float(np.mean((np.sign(difference) + 1) / 2))
 
 
 def _nearest_spectrum(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:

@@ -12,8 +12,7 @@ from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import bootstrap_interval
-from tactogram.evaluation.measures import classifier_features, wilson
+from tactogram.evaluation.measures import classifier_features, mean_interval, wilson
 from tactogram.model import Example
 from tactogram.models import ModelInfo
 from tactogram.workflows.progress import ProgressCallback
@@ -23,7 +22,7 @@ from tactogram.workflows.training.loaded_run import LoadedRun
 class Retrieval(TaskKind):
     """Each test recording of an unknown material is searched among the others, by the cosine of embeddings."""
 
-    name, rank = "retrieval", 3
+    name, rank, version = "retrieval", 3, 2
     main = ("average_precision", "higher")
     given = "recordings of surfaces that were not trained on"
     asked = "an embedding of each"
@@ -59,29 +58,34 @@ class Retrieval(TaskKind):
         return loaded.embedder.embed(question.given["vibration"])
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
-        """Return mean average precision, and the share whose nearest recording is of the same material."""
+        """Return mean average precision, and the share whose nearest recording is of the same material.
+
+        Both are means over surfaces, with intervals over these: recordings of one surface are alike.
+        """
         searched = _searched(opened)
         vectors = np.stack([np.asarray(answers[example.id], np.float64) for example in searched])
         vectors /= np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
         names = np.array([str(example.material) for example in searched])
         likeness = vectors @ vectors.T
         np.fill_diagonal(likeness, -np.inf)
-        precision, first = {}, []
-        for place, example in enumerate(searched):
+        precision: dict[str, list[float]] = {}
+        first: dict[str, list[float]] = {}
+        for place, name in enumerate(names.tolist()):
             order = np.argsort(-likeness[place], kind="stable")[:-1]
-            same = names[order] == names[place]
+            same = names[order] == name
             ranks = np.flatnonzero(same) + 1
-            precision[example.id] = float(np.mean(np.arange(1, len(ranks) + 1) / ranks))
-            first.append(bool(same[0]))
-        values = np.array(list(precision.values()))
-        interval = bootstrap_interval(values) or (None, None)
-        one = wilson(float(np.mean(first)), len(first))
+            precision.setdefault(name, []).append(float(np.mean(np.arange(1, len(ranks) + 1) / ranks)))
+            first.setdefault(name, []).append(float(same[0]))
+        by_surface = {name: float(np.mean(held)) for name, held in precision.items()}
+        values = np.array(list(by_surface.values()))
+        interval = mean_interval(values, least=0.0, most=1.0) or (None, None)
+        one = wilson(float(np.mean([np.mean(held) for held in first.values()])), len(first))
         chance = float(np.mean([(names == name).sum() - 1 for name in names])) / (len(names) - 1)
         return Judgement(
             {
                 "average_precision": Figure(
                     float(values.mean()), "higher", "mean average precision",
-                    floor=1.0, ceiling=chance, low=interval[0], high=interval[1], by_item=precision,
+                    floor=1.0, ceiling=chance, low=interval[0], high=interval[1], by_item=by_surface,
                 ),
                 "nearest_right": Figure(
                     one.accuracy, "higher", "nearest recording of the same material",

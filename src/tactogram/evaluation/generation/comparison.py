@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tactogram.evaluation.measures import wilson
+from tactogram.evaluation.measures import mean_interval, wilson
 
 MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
 """Columns of a row: the model, real against other real recordings, other materials (mean), the nearest of them."""
@@ -23,10 +22,6 @@ Tables = dict[str, dict[str, dict[str, float | None]]]
 Row = Mapping[str, float | None]
 Verdict = Literal["floor", "between", "beyond", "undecided"]
 """At the floor or better; between floor and ceiling; beyond the ceiling; the measure does not separate materials."""
-
-FEWEST_MATERIALS = 3
-"""An interval over fewer materials is meaningless."""
-RESAMPLES = 2000
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +95,8 @@ class GenerationResult:
     def advantage(self, measure: str, baseline: str) -> dict[str, Any] | None:
         """Return the gain of the model over ``baseline``, paired by material; None without pairs.
 
-        ``mean`` is in the measure's unit, > 0 if the model is better; ``low`` and ``high`` are the 95 % bootstrap
-        interval over materials (None below three); ``better_on`` is the number of ``materials`` with a gain.
+        ``mean`` is in the measure's unit, > 0 if the model is better; ``low`` and ``high`` are Student's
+        95 % interval over materials (None below three); ``better_on`` is the number of ``materials`` with a gain.
         """
         sign = 1.0 if self.better[measure] == "lower" else -1.0
         rows = self.values[measure].values()
@@ -109,7 +104,7 @@ class GenerationResult:
         gains = np.array([sign * (b - m) for b, m in pairs if b is not None and m is not None])
         if gains.size == 0:
             return None
-        low, high = bootstrap_interval(gains) or (None, None)
+        low, high = mean_interval(gains) or (None, None)
         return {
             "mean": float(gains.mean()),
             "low": low,
@@ -132,8 +127,7 @@ class GenerationResult:
     def interval(self, measure: str, column: str = MODEL) -> tuple[float, float] | None:
         """Return the 95 % interval of an overall value.
 
-        Wilson's for an accuracy, with one trial per recording; otherwise a bootstrap over materials, None below
-        three.
+        Wilson's for an accuracy, with one trial per recording; otherwise Student's over materials, None below three.
         """
         value = self.overall[measure].get(column)
         if value is None:
@@ -142,7 +136,8 @@ class GenerationResult:
             _, low, high = wilson(value, trials)
             return low, high
         known = [row.get(column) for row in self.values[measure].values()]
-        return bootstrap_interval(np.array([v for v in known if v is not None]))
+        least = 0.0 if self.better[measure] == "lower" else -np.inf
+        return mean_interval(np.array([v for v in known if v is not None]), least=least)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as JSON types, under the names that the command line documents."""
@@ -176,15 +171,6 @@ class GenerationResult:
             "pieces": {"seconds": self.seconds, "count": self.count},
             "notes": list(self.notes),
         }
-
-
-def bootstrap_interval(values: NDArray[np.float64]) -> tuple[float, float] | None:
-    """Return the 95 % percentile bootstrap interval of a mean (Efron & Tibshirani 1993, ch. 13); None below three."""
-    if len(values) < FEWEST_MATERIALS:
-        return None
-    drawn = np.random.default_rng(0).integers(len(values), size=(RESAMPLES, len(values)))
-    low, high = np.quantile(values[drawn].mean(axis=1), [(1 - 0.95) / 2, (1 + 0.95) / 2])
-    return float(low), float(high)
 
 
 def _mean(values: Iterable[float | None]) -> float | None:

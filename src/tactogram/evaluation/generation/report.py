@@ -155,7 +155,7 @@ def _summary(result: GenerationResult) -> list[Block]:
     caption = (
         "Means over materials. Floor: real recordings against other real recordings of the same material. Ceiling: "
         "other materials (for accuracies: chance; for memorisation: the training data itself). 95 %: for accuracies "
-        "Wilson's, by recordings; otherwise a bootstrap over materials."
+        "Wilson's, by recordings; otherwise Student's, over materials."
     )
     return [
         ReportText(text),
@@ -204,7 +204,7 @@ def _comparison(result: GenerationResult) -> list[Block]:
         header = (f"against {baseline}", "gain", "95 %", "better on", "the model is", "beyond chance")
         caption = (
             "Gain: by how much the model is better, mean over materials. "
-            "95 %: bootstrap over materials, paired."
+            "95 %: Student's interval over materials, paired."
         )
         blocks.append(ReportTable(header, rows, caption))
     return blocks or [ReportText("No baseline was evaluated.")]

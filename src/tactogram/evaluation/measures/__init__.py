@@ -4,8 +4,6 @@
 labels and of pairs. ``docs/measures.md`` lists what each one detects and what it is blind to.
 """
 
-from tactogram.evaluation.measures.accuracy import Accuracy as Accuracy
-from tactogram.evaluation.measures.accuracy import wilson as wilson
 from tactogram.evaluation.measures.distances.amplitude_distance import (
     amplitude_distance as amplitude_distance,
 )
@@ -39,6 +37,10 @@ from tactogram.evaluation.measures.embedding import (
     precision_recall_density_coverage as precision_recall_density_coverage,
 )
 from tactogram.evaluation.measures.embedding import two_sample_accuracy as two_sample_accuracy
+from tactogram.evaluation.measures.intervals import Accuracy as Accuracy
+from tactogram.evaluation.measures.intervals import margin_of as margin_of
+from tactogram.evaluation.measures.intervals import mean_interval as mean_interval
+from tactogram.evaluation.measures.intervals import wilson as wilson
 from tactogram.evaluation.measures.measure import Measure as Measure
 from tactogram.evaluation.measures.measure import SignalMeasure as SignalMeasure
 from tactogram.evaluation.measures.measure import signal_measures as signal_measures

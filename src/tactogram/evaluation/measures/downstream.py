@@ -10,9 +10,9 @@ from scipy.signal import welch
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.accuracy import Accuracy, wilson
 from tactogram.evaluation.measures.bands import band_edges, band_sums, felt_edges
 from tactogram.evaluation.measures.envelopes import envelopes, modulation_power
+from tactogram.evaluation.measures.intervals import Accuracy, wilson
 from tactogram.evaluation.measures.sets import check_alike, stacks
 from tactogram.evaluation.measures.spectra import SEGMENT_S, SILENT
 from tactogram.signal import Signal

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaln
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.accuracy import Accuracy, wilson
+from tactogram.evaluation.measures.intervals import Accuracy, wilson
 
 CHUNK_DISTANCES = 2**23
 """Maximum number of distances in memory at once (64 MiB)."""
