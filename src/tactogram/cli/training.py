@@ -12,6 +12,7 @@ from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.training.requests import (
     CrossvalRequest,
     ExportRequest,
+    LoggerName,
     TrainingOptions,
     TrainingRequest,
 )
@@ -40,6 +41,7 @@ class _TrainRequest(TrainingOptions):
         ),
     ] = 1
     nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
+    logger: Annotated[LoggerName | None, Option("also log losses and validation to it")] = None
     sweep: Annotated[
         str | None,
         Option("train with values drawn from this space, and keep the best run; needs --out and Ray", "TOML"),
@@ -74,7 +76,7 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     with catch_stop_signals() as stop, shown() as progress:
         values = vars(request) | {"progress": progress, "stop": stop}
         if request.resume:
-            names = ("data", "accelerator", "devices", "nodes", "model_folders", "progress", "stop")
+            names = ("data", "accelerator", "devices", "nodes", "logger", "model_folders", "progress", "stop")
             run = resume(request.resume, **{name: values[name] for name in names})
         else:
             values = {name: value for name, value in values.items() if name not in ("sweep", "on")}

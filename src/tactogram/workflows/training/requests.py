@@ -12,6 +12,8 @@ from tactogram.workflows.worker_options import ON, PROCESSES
 if TYPE_CHECKING:
     from tactogram.datasets import Label
 
+LoggerName = Literal["tensorboard", "wandb"]
+
 
 def never() -> bool:
     """Return False: nothing stops the training."""
@@ -84,6 +86,7 @@ class TrainingRequest(TrainingOptions):
         ),
     ] = 1
     nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
+    logger: Annotated[LoggerName | None, Option("also log losses and validation to it")] = None
     stop: Callable[[], bool] = never
     """Asked after each step: True ends the training after a checkpoint of that step."""
 

@@ -15,7 +15,7 @@ from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.launch import in_processes
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.requests import never
+from tactogram.workflows.training.requests import LoggerName, never
 from tactogram.workflows.training.train import is_launched, train_plan
 
 
@@ -26,6 +26,7 @@ def resume(
     accelerator: str = "auto",
     devices: int = 1,
     nodes: int = 1,
+    logger: LoggerName | None = None,
     model_folders: Sequence[Path] = (),
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
@@ -51,6 +52,7 @@ def resume(
         "accelerator": accelerator,
         "devices": devices,
         "nodes": nodes,
+        "logger": logger,
         "model_folders": model_folders,
     }
     if is_launched(devices, nodes):

@@ -28,6 +28,7 @@ from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import chosen_precision, make_fabric, memory_checked
+from tactogram.training.loggers import TrainingLogger, check_logger, make_logger
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.processes import ALONE, Processes, devices_and_nodes, started_by_torchrun
 from tactogram.training.remote_run import run_at
@@ -36,7 +37,7 @@ from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.launch import in_processes
 from tactogram.workflows.training.plan import TrainingPlan, planned
-from tactogram.workflows.training.requests import TrainingRequest, never
+from tactogram.workflows.training.requests import LoggerName, TrainingRequest, never
 from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
 from tactogram.workflows.training.run_lock import run_lock
 
@@ -98,6 +99,7 @@ def _train_here(request: TrainingRequest, *, progress: ProgressCallback, stop: C
         accelerator=request.accelerator,
         devices=request.devices,
         nodes=request.nodes,
+        logger=request.logger,
         progress=progress,
         stop=stop,
     )
@@ -111,6 +113,7 @@ def train_plan(
     accelerator: str = "auto",
     devices: int = 1,
     nodes: int = 1,
+    logger: LoggerName | None = None,
     prepared: Path | None = None,
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
@@ -123,6 +126,8 @@ def train_plan(
     not be finished yet. Errors as of `train`; another process that trains there is an error, too.
     """
     facts, chosen = plan.facts, plan.recipe
+    if logger:
+        check_logger(logger)
     devices, nodes = devices_and_nodes(devices, nodes)
     fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices, nodes=nodes)
     processes = Processes(fabric)
@@ -144,8 +149,8 @@ def train_plan(
             "and nodes"
         )
     chosen_by = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
-    # `stages` refuses unsuitable examples before anything is written.
-    notes = {"choose weights": chosen_by, "plan": update_text(learner.stages(examples))}
+    stages = learner.stages(examples)  # refuses unsuitable examples before anything is written
+    notes = {"choose weights": chosen_by, "plan": update_text(stages)}
     if chosen.training.precision == "auto":
         notes["precision"] = f"precision {chosen_precision('auto', accelerator)}, by processor or GPU"
     notes = {task: note for task, note in notes.items() if note}
@@ -156,7 +161,11 @@ def train_plan(
     processes.barrier()
     with run_lock(run.folder) if first else nullcontext():
         start = _restored(run, learner, processes) if resume else TrainingPosition()
+        log = None
         try:
+            if logger and first:
+                log = make_logger(logger, run.folder, start=steps_done(stages, start))
+                log.log_hyperparams(chosen.model_dump(mode="json", exclude_none=True))
             with memory_checked(f"the training of {facts.name}"):
                 run_training(
                     learner,
@@ -165,17 +174,29 @@ def train_plan(
                     run=run,
                     start=start,
                     processes=processes,
+                    logger=log,
                     progress=progress,
                     stop=stop,
                 )
         except Exception:  # of any kind: without a first step there is nothing to resume
+            if log:
+                log.finalize("failed")
             if first and not resume:
                 discard_run(run)
             raise
         processes.leave()
         if first:
-            _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
+            found = _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
+        if log:
+            values = {f"validation/{name}": value for name, value in found.items()}
+            log.log_metrics(values, step=sum(stage.steps for stage in stages))
+            log.finalize("success")
     return run
+
+
+def steps_done(stages: Sequence[Stage], position: TrainingPosition) -> int:
+    """Return the number of finished steps of all stages."""
+    return sum(stage.steps for stage in stages[: position.stage]) + position.step
 
 
 def _restored(run: Run, learner: Learner, processes: Processes) -> TrainingPosition:
@@ -232,23 +253,25 @@ def _finish(
     validation: Sequence[Any],
     *,
     notes: Sequence[str],
-) -> None:
-    """Write the trained learner, its index and figures, and finish the run."""
+) -> dict[str, float]:
+    """Write the trained learner, its index and figures, finish the run, and return its validation."""
     if isinstance(learner, Classifier) and isinstance(learner, Embedder):
         from tactogram.workflows.training.surface_index import index_run
 
         index_run(run, learner, examples, validation)
     outcome = {"outcome": learner.outcome()} if isinstance(learner, OutcomeReporter) else {}
     _draw(run, learner)
+    found = learner.validate(validation)
     facts = {
         "model": plan.facts.name,
         "label": plan.label,
         **outcome,
-        "validation": learner.validate(validation),
+        "validation": found,
         "notes": list(notes),
     }
     # Last: the run counts as finished from here on.
     run.finish(learner, kind, facts)
+    return found
 
 
 def run_training(
@@ -259,11 +282,12 @@ def run_training(
     run: Run | None = None,
     start: TrainingPosition = BEGINNING,
     processes: Processes = ALONE,
+    logger: TrainingLogger | None = None,
     task: str = "",
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
 ) -> None:
-    """Fit ``learner``; log and save to ``run`` where there is one, and show progress.
+    """Fit ``learner``; log to ``logger`` and ``run`` and save to ``run`` where there are any, and show progress.
 
     Raises
     ------
@@ -271,11 +295,16 @@ def run_training(
         If ``stop`` ended it, after the checkpoint of that step.
     """
     every = recipe.training
+    stages = learner.stages(examples)
 
     def on_step(position: TrainingPosition, stage: Any, losses: dict[str, float]) -> None:
         last = position.step == stage.steps
+        due = position.step % every.log_every == 0 or last
+        if logger is not None and due:
+            values = {f"{stage.name}/{name}": value for name, value in losses.items()}
+            logger.log_metrics(values, step=steps_done(stages, position))
         if run is not None and processes.first:
-            if position.step % every.log_every == 0 or last:
+            if due:
                 run.log(position, losses)
             if position.step % every.checkpoint_every == 0 or last:
                 run.save_checkpoint(learner, position)
