@@ -1,0 +1,40 @@
+"""
+From a photograph to a file for an engine
+=========================================
+
+A photograph of a surface becomes a vibration, and that a haptic file for a phone. ``nearest_photo`` plays the recording
+whose photograph is most alike: on the benchmark no network comes closer. Photographs and recordings are *simulated*.
+"""
+
+from pathlib import Path
+from tempfile import mkdtemp
+
+import matplotlib.pyplot as plt
+
+import tactogram
+from tactogram.workflows.data.simulate import simulate_to_store
+
+folder = Path(mkdtemp())
+
+# %%
+# A store of recordings with three photographs of each surface.
+simulate_to_store("stroking9", folder / "store", per_class=3, photographs=3, seconds=2, seed=1, workers=1)
+store = tactogram.open_store(folder / "store")
+photograph = store.photograph(store.photographs_of("carpet")[0])
+plt.imshow(photograph.pixels)
+plt.axis("off")
+
+# %%
+# Training takes a second; the photograph is then given as one of a phone's camera would be.
+run = tactogram.train("nearest_photo", folder / "store", out=folder / "run")
+(signal,) = tactogram.generate(tactogram.load_run(run.folder), {"image": photograph}, seconds=2.0, seed=1)
+signal.plot()
+
+# %%
+# The file, and what is lost in it.
+tactogram.write_signal(folder / "carpet.wav", signal)
+for suffix in ("ahap", "haptic"):
+    written = tactogram.convert(folder / "carpet.wav", folder / f"carpet.{suffix}")["written"]
+    kept = written["loss"]["envelope_correlation"]
+    print(f"carpet.{suffix}: {written['bytes']} bytes, the envelope kept at a correlation of {kept:.2f}")
+plt.show()
