@@ -6,6 +6,7 @@
 import base64
 import io
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +53,7 @@ def picture(photograph: np.ndarray, position: np.ndarray, vibration: np.ndarray)
     edges = np.linspace(0, len(vibration), POINTS // 2 + 1).astype(int)
     middle, scale = SURFACE + TRACE / 2 + 10, (TRACE / 2 - 6) / np.abs(vibration).max()
     line = []
-    for number, (start, end) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for number, (start, end) in enumerate(pairwise(edges)):
         x = WIDTH * number / (POINTS // 2)
         piece = vibration[start:end]
         line += [
@@ -67,7 +68,8 @@ def picture(photograph: np.ndarray, position: np.ndarray, vibration: np.ndarray)
 <pattern id="surface" width="{SURFACE}" height="{SURFACE}" patternUnits="userSpaceOnUse">
 <image href="data:image/jpeg;base64,{_jpeg(photograph)}" width="{SURFACE}" height="{SURFACE}"/>
 </pattern>
-<radialGradient id="skin"><stop offset="0" stop-color="#f3c9ab"/><stop offset="1" stop-color="#c98b63"/></radialGradient>
+<radialGradient id="skin">
+<stop offset="0" stop-color="#f3c9ab"/><stop offset="1" stop-color="#c98b63"/></radialGradient>
 <clipPath id="drawn"><rect x="0" y="{SURFACE}" height="{TRACE + 20}" width="{WIDTH}">
 <animate attributeName="width" from="0" to="{WIDTH}" {seconds}/></rect></clipPath>
 </defs>

@@ -2,8 +2,8 @@
 Classify your own recordings
 ============================
 
-From arrays to a trained classifier: make a store, train, evaluate on recordings that were not trained on, and classify a
-new one. The recordings are *simulated* here; yours are arrays of samples at some rate, in some unit.
+From arrays to a trained classifier: make a store, train, evaluate on recordings that were not trained on, and classify
+a new one. The recordings are *simulated* here; yours are arrays of samples at some rate, in some unit.
 """
 
 from pathlib import Path
@@ -27,7 +27,7 @@ rate = recordings[0].stream("acceleration").rate
 print(len(arrays), arrays[0].shape, f"{rate:g} Hz")
 
 # %%
-# A recording is one or more signals with a rate and a unit, and whatever is known about them. A store keeps them on disk.
+# A recording is one or more signals with a rate and a unit, and whatever is known about them. A store keeps them.
 store = create_store(
     folder / "store",
     (
