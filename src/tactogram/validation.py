@@ -24,6 +24,7 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
             hint = f"; known here: {known}" if known else ""
             raise ParameterError(f"{where}: unknown key {key!r}{hint}") from None
         message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+        message = message.replace("a valid tuple", "a list")
         if isinstance(first["input"], Mapping | BaseModel):
             # A whole table is not repeated in the message: it would fill a page.
             raise ParameterError(": ".join(part for part in (where, key, message) if part)) from None

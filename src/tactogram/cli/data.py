@@ -4,7 +4,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Annotated
 
 from tactogram.cli.printing import Printer, columns, lines_of, ratings_text, shortened
-from tactogram.cli.verbs import Verb
+from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.data.requests import (
     AdditionRequest,
     DataExportRequest,
@@ -61,21 +61,28 @@ def _list(request: _ListRequest, show: Printer) -> None:
     show(facts, text)
 
 
-def _import(request: ImportRequest, show: Printer) -> None:
+def _import(request: ImportRequest, show: Printer) -> int:
+    from tactogram.cli.import_preview import preview_text, several_rates
     from tactogram.workflows.data.stores import import_store
     from tactogram.workflows.progress import shown
 
+    if request.out is None and not request.preview:
+        raise UsageError("the following arguments are required: --out (or --preview)")
     with shown() as progress:
         report = import_store(**vars(request) | {"progress": progress})
-    lines = [
-        lines_of({name: value for name, value in report.items() if name not in ("skipped", "duplicates")})
-    ]
+    if request.preview:
+        show(report, preview_text(report))
+        return 1 if report["skipped"] and not request.skip_bad else 0
+    listed = ("skipped", "duplicates", "several_rates_hz")
+    lines = [lines_of({name: value for name, value in report.items() if name not in listed})]
     lines += [
         f"duplicate: {each['dropped']} has the same samples as {each['kept']}"
         for each in report["duplicates"]
     ]
     lines += [f"skipped: {each['reason']}" for each in report["skipped"]]
+    lines += several_rates(report["several_rates_hz"])
     show(report, "\n".join(lines))
+    return 0
 
 
 def _simulate(request: SimulationRequest, show: Printer) -> None:

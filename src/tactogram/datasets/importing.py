@@ -6,17 +6,20 @@ import hashlib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Protocol
 
+from tactogram.datasets.comparison import StoreComparison, StoreMismatchError
 from tactogram.datasets.importer import ImportedPhotograph, Importer, ImportItem, importer
-from tactogram.datasets.ratings.ratings import Ratings, item_of
+from tactogram.datasets.rates import CommonRates
+from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.reading import Reader, read_all
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.photographs import Photograph, read_photograph
-from tactogram.datasets.store.store import Store, open_store
+from tactogram.datasets.store.store import open_store
 from tactogram.datasets.store.writer import StoreWriter
 from tactogram.datasets.store.writing import new_store
 from tactogram.errors import DataError, ParameterError, TactogramError, printable
@@ -60,9 +63,9 @@ def import_dataset(
     dict
         ``set``, ``path``, ``out``, ``unchanged``, ``recordings``, ``photographs`` (of materials and of recordings),
         ``scores`` (of raters), ``sha256``, ``simulated``, ``licence``, lists of dicts ``duplicates`` (``id``,
-        ``kept``, ``dropped``) and ``skipped`` (``source``, ``reason``), and ``stale_parts`` (folders that another,
-        killed import may have left); ``unverified``, what the importer assumes of files that were not at hand when it
-        was written, if any.
+        ``kept``, ``dropped``) and ``skipped`` (``source``, ``reason``), ``several_rates_hz`` (by stream,
+        where there are several) and ``stale_parts`` (folders that another, killed import may have left);
+        ``unverified``, what the importer assumes of files that were not at hand when it was written, if any.
 
     Raises
     ------
@@ -71,22 +74,13 @@ def import_dataset(
     DataError
         Naming the unreadable file, or if ``out`` holds something else.
     """
-    path, out = Path(path), Path(out)
-    source = importer(set_name)
-    if not path.is_dir():
-        raise DataError(f"{path} must be a folder that holds the data set")
-    options = options or {}
-    _check_options(set_name, source, options)
-    items = source.find(path, **options)
-    pictures: list[ImportedPhotograph] = _optional(source, "photographs", path, options) or []
-    if not items and not pictures:
-        raise DataError(f"{path}: nothing to import as {set_name!r}; {source.TITLE} was not found there")
+    path, out, options = Path(path), Path(out), options or {}
+    found = find_set(set_name, path, options)
+    source, items = found.source, found.items
     ratings: Ratings | None = _optional(source, "ratings", path, {})
-    total = len(items) + len(pictures)
-    report = progress or (lambda done, total: None)
-    target: _StoreComparison | StoreWriter
+    target: StoreComparison | StoreWriter
     if out.exists():
-        target = _StoreComparison(open_store(out), path)
+        target = StoreComparison(open_store(out), path)
     else:
         target = new_store(
             out,
@@ -97,16 +91,11 @@ def import_dataset(
             job=_job(set_name, path, options, items),
         )
     stale = clear_stale_parts(out)
-    before = target.tasks_done
-    readings = read(set_name, items[before:], workers, lambda done, _: report(before + done, total))
-    sink = _ImportSink(target, skip_bad=skip_bad)
-    with closing(readings), target:
-        for done, (item, result) in enumerate(readings, before + 1):
-            sink.add_item(item, result)
-            target.keep(done)
-        for done, picture in enumerate(pictures, len(items) + 1):
-            sink.add_picture(picture)
-            report(done, total)
+    with target:
+        begun = target.store_so_far if isinstance(target, StoreWriter) else None
+        rates = CommonRates() if begun is None else CommonRates.of(begun)
+        sink = ImportSink(target, skip_bad=skip_bad, rates=rates)
+        sink.add_all(found, read, workers=workers, progress=progress)
         if ratings is not None and (rated := target.items & set(ratings.items)):
             target.ratings = ratings.select(items=sorted(rated))
         if isinstance(target, StoreWriter):
@@ -118,7 +107,7 @@ def import_dataset(
         "set": set_name,
         "path": str(path),
         "out": str(out),
-        "unchanged": isinstance(target, _StoreComparison),
+        "unchanged": isinstance(target, StoreComparison),
         "recordings": len(store),
         "photographs": len(store.photograph_keys()),
         "scores": 0 if store.facts.ratings is None else store.facts.ratings.rows,
@@ -126,9 +115,33 @@ def import_dataset(
         "simulated": store.simulated,
         "licence": store.licence,
         "duplicates": target.duplicates,
+        "several_rates_hz": sink.rates.several,
         "skipped": target.skipped,
         "stale_parts": [str(part) for part in stale],
     } | ({"unverified": source.UNVERIFIED} if hasattr(source, "UNVERIFIED") else {})
+
+
+@dataclass(frozen=True)
+class FoundSet:
+    """Items and pictures of a data set in a folder."""
+
+    set_name: str
+    source: Importer
+    items: list[ImportItem]
+    pictures: list[ImportedPhotograph]
+
+
+def find_set(set_name: str, path: Path, options: Mapping[str, Any]) -> FoundSet:
+    """Return what an import would read; `ParameterError` and `DataError` as `import_dataset`."""
+    source = importer(set_name)
+    if not path.is_dir():
+        raise DataError(f"{path} must be a folder that holds the data set")
+    _check_options(set_name, source, options)
+    items = source.find(path, **options)
+    pictures: list[ImportedPhotograph] = _optional(source, "photographs", path, options) or []
+    if not items and not pictures:
+        raise DataError(f"{path}: nothing to import as {set_name!r}; {source.TITLE} was not found there")
+    return FoundSet(set_name, source, items, pictures)
 
 
 def _job(set_name: str, path: Path, options: Mapping[str, Any], items: Sequence[ImportItem]) -> str:
@@ -162,31 +175,73 @@ def _optional(source: Importer, function_name: str, path: Path, options: Mapping
     return function(path, **{name: value for name, value in options.items() if name in accepted})
 
 
-class _ImportSink:
-    """Passes readings on to a store; an unusable one stops the import or, with ``skip_bad``, is listed."""
+class ImportTarget(Protocol):
+    """Receiver of recordings and photographs."""
 
-    def __init__(self, target: _StoreComparison | StoreWriter, *, skip_bad: bool) -> None:
+    skipped: list[Any]
+    tasks_done: int
+
+    def add(self, recording: Recording, photograph: Photograph | None = None) -> object:
+        """Take a recording."""
+
+    def add_photograph(self, photograph: Photograph, material: str, *, source: str = "") -> object:
+        """Take a photograph of a material."""
+
+    def keep(self, done: int) -> None:
+        """Make a checkpoint after ``done`` items and pictures."""
+
+
+class ImportSink:
+    """Passes readings on to a target; an unusable one stops the import or, with ``skip_bad``, is listed."""
+
+    def __init__(self, target: ImportTarget, *, skip_bad: bool, rates: CommonRates | None = None) -> None:
         self.target, self.skip_bad = target, skip_bad
+        self.rates = CommonRates() if rates is None else rates
         self._photographs: dict[Path, Photograph | None] = {}
 
+    def add_all(
+        self,
+        found: FoundSet,
+        read: Reader,
+        *,
+        workers: int | None,
+        progress: Callable[[int, int], None] | None,
+    ) -> None:
+        """Read every item and picture after those that the target has already."""
+        report = progress or (lambda done, total: None)
+        before, count = self.target.tasks_done, len(found.items)
+        total = count + len(found.pictures)
+        readings = read(
+            found.set_name, found.items[before:], workers, lambda done, _: report(before + done, total)
+        )
+        with closing(readings):
+            for done, (item, result) in enumerate(readings, before + 1):
+                self.add_item(item, result)
+                self.target.keep(done)
+            for done, picture in enumerate(found.pictures, count + 1):
+                self.add_picture(picture)
+                report(done, total)
+
     def add_item(self, item: ImportItem, result: list[Recording] | str) -> None:
+        """Pass on the recordings of an item, or skip it."""
         if isinstance(result, str):
             self._skip(item.name, result)
             return
         photograph = self._photograph(item)
         for recording in result:
             try:
-                self.target.add(recording, photograph)
-            except _StoreMismatchError:
+                self.target.add(self.rates.united(recording), photograph)
+            except StoreMismatchError:
                 raise
             except TactogramError as error:
                 self._skip(item.name, str(error))
 
     def add_picture(self, picture: ImportedPhotograph) -> None:
+        """Pass on a photograph of a material, or skip it."""
         try:
             photograph = read_photograph(picture.path, width_mm=picture.width_mm)
             self.target.add_photograph(photograph, picture.material, source=picture.name)
-        except _StoreMismatchError:
+        except StoreMismatchError:
             raise
         except TactogramError as error:
             self._skip(picture.name, str(error))
@@ -209,63 +264,3 @@ class _ImportSink:
         skipped = {"source": printable(source), "reason": printable(reason)}
         if skipped not in self.target.skipped:
             self.target.skipped.append(skipped)
-
-
-class _StoreMismatchError(DataError):
-    """The files differ from what the store holds."""
-
-
-class _StoreComparison:
-    """Compares recordings with an existing store; used like a `StoreWriter`."""
-
-    def __init__(self, store: Store, path: Path) -> None:
-        self.store, self.path = store, path
-        self.duplicates: list[dict[str, str]] = []
-        self.skipped: list[dict[str, str]] = []
-        self.ratings: Ratings | None = None
-        self.items: set[str] = set()
-        self.tasks_done = 0
-        self._recordings: dict[str, str] = {}
-        self._photographs: set[tuple[str, str]] = set()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def add(self, recording: Recording, photograph: Photograph | None = None) -> None:
-        where = recording.source or recording.id
-        if earlier := self._recordings.get(recording.id):
-            self.duplicates.append({"id": recording.id, "kept": earlier, "dropped": where})
-            return
-        if not self.store.holds(recording, photograph):
-            raise self._mismatch(f"{where} is another or new")
-        self._recordings[recording.id] = where
-        if item := item_of(recording):
-            self.items.add(item)
-
-    def add_photograph(self, photograph: Photograph, material: str, *, source: str = "") -> None:
-        self._photographs.add((material, photograph.key))
-        if photograph.key not in self.store.facts.photographs.get(material, {}):
-            raise self._mismatch(f"{source} is another or new")
-        self.items.add(material)
-
-    def keep(self, done: int) -> None:
-        pass
-
-    def finish(self) -> None:
-        stored = sum(len(sources) for sources in self.store.facts.photographs.values())
-        if len(self._photographs) != stored:
-            raise self._mismatch(f"{len(self._photographs)} photographs of materials here, {stored} there")
-        if len(self._recordings) != len(self.store):
-            raise self._mismatch(f"{len(self._recordings)} recordings here, {len(self.store)} there")
-        # Ratings that were added to the store of a set without any are no mismatch.
-        if self.ratings is not None and self.ratings.sha256 != self.store.facts.ratings_sha256:
-            raise self._mismatch("its ratings differ")
-
-    def _mismatch(self, how: str) -> _StoreMismatchError:
-        return _StoreMismatchError(
-            f"{self.store.path} exists and holds something else than {self.path} ({how}); "
-            "remove it or choose another out"
-        )

@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, fields
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
+from tactogram.signal.io.layout import ColumnUse
+from tactogram.signal.timing import SamplingTiming
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +55,16 @@ class RecordingInfo:
     simulated: bool = False
 
 
+@dataclass(frozen=True)
+class FileReading:
+    """Columns and timing with which a recording's file was read."""
+
+    columns: tuple[ColumnUse, ...]  # of a table; empty for sounds
+    mapped: bool  # whether a mapping decided about the columns
+    timing: SamplingTiming | None  # of the time stamps, if there are any
+    rate_estimated: bool  # whether the rate follows from the time stamps alone
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Recording(RecordingInfo):
     """One or more named signals, each at its own rate, with their metadata.
@@ -63,12 +75,15 @@ class Recording(RecordingInfo):
         By name: ``acceleration``, ``force``, ``position``, ``sound``, ``friction``, …
     image : Image, optional
         A photograph of the surface.
+    reading : FileReading, optional
+        For an import; it is not stored.
     **info
         Fields of `RecordingInfo`; an empty ``id`` is computed from the streams.
     """
 
     streams: Mapping[str, Signal]
     image: Image | None = None
+    reading: FileReading | None = None
 
     def __post_init__(self) -> None:
         if not self.streams:

@@ -236,9 +236,9 @@ def test_bad_arrays_are_refused(tmp_path):
     assert refusal(path).startswith("x.npy holds pickled objects")
     np.savez(path, x=np.array(["a"]))
     assert refusal(path) == "x must be numbers (axis, time), got <U1 of shape (1,)"
-    np.savez(path, x=np.zeros(3), y=np.zeros(3))
-    assert refusal(path) == "which array? choose of x, y"
-    assert refusal(path, columns=["w"]) == "no array 'w', there are x, y"
+    np.savez(path, left=np.zeros(3), right=np.zeros(3))
+    assert refusal(path) == "which array? choose of left, right"
+    assert refusal(path, columns=["w"]) == "no array 'w', there are left, right"
     np.savez(path, x=np.zeros((100, 3)))
     assert refusal(path, rate=10) == "array must be (axis, time), got (100, 3); transpose it"
     np.savez(path, x=np.array([0, np.nan, 1]))

@@ -5,6 +5,7 @@ import soundfile
 
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.signal.io import read_file, read_metadata, read_signal
+from tactogram.signal.io.layout import TableLayout
 from tactogram.signal.units import parse_unit
 
 X = np.sin(np.arange(40))
@@ -258,3 +259,36 @@ def test_units_are_spelled_in_many_ways(text, expected):
 def test_stamps_of_an_npz_may_be_called_time_stamp(tmp_path):
     np.savez(tmp_path / "a.npz", time_stamp=np.arange(40) / 100, x=X)
     assert read_signal(tmp_path / "a.npz", unit="g").rate == pytest.approx(100)
+
+
+@pytest.mark.parametrize("cell", ["ok", ""])
+def test_a_column_without_numbers_is_left_out_and_said(tmp_path, cell):
+    text = "t [s],x [g],note\n" + "".join(f"{k / 100},{k},{cell}\n" for k in range(9))
+    file = read_file(written(tmp_path, text))
+    assert file.signal.axes == ("x",)
+    assert [column.role for column in file.columns] == ["time", "x", "ignored"]
+
+
+def test_columns_are_reported_as_they_were_selected_and_renamed(tmp_path):
+    path = written(tmp_path, "t [s],a [g],b [g]\n" + "".join(f"{k / 100},1,{k}\n" for k in range(9)))
+    assert [column.role for column in read_file(path, axes=("b",)).columns] == ["time", "ignored", "b"]
+    assert [column.role for column in read_file(path, axes=("x", "y")).columns] == ["time", "x", "y"]
+
+
+def test_a_layout_swaps_axes_and_sets_units(tmp_path):
+    path = written(tmp_path, "clock,x,y\n" + "".join(f"{2 * k},1,{k}\n" for k in range(9)))
+    values = {"columns": ("clock", "x", "y"), "time": "clock", "time_unit": "ms", "unit": "mV"}
+    layout = TableLayout(**values, axes={"x": "y", "y": "x"})
+    file = read_file(path, layouts=[TableLayout(columns=("other",)), layout])
+    assert (file.signal.rate, file.signal.unit, file.signal.axes) == (pytest.approx(500), "V", ("x", "y"))
+    np.testing.assert_allclose(file.signal.samples[0], 1e-3 * np.arange(9), rtol=1e-6)
+    assert file.layout == layout
+
+
+def test_arrays_are_axes_by_their_names(tmp_path):
+    np.savez(tmp_path / "a.npz", time_ms=np.arange(40.0), acc_x=X, acc_y=-X)
+    file = read_file(tmp_path / "a.npz", unit="g")
+    assert (file.signal.rate, file.signal.axes) == (pytest.approx(1000), ("x", "y"))
+    assert [column.role for column in file.columns] == ["time", "x", "y"]
+    np.savez(tmp_path / "b.npz", data=np.stack([X, 2 * X]), Fs=np.float64(500))
+    assert read_signal(tmp_path / "b.npz").rate == 500

@@ -16,7 +16,8 @@ not state them; ``stream`` (by default after the unit: m/s^2 is ``acceleration``
 Other columns become labels; ``recording``, a number, gives the order in time. A row whose file is missing is an
 error; a file without a row is not. A file whose metadata marks it as simulated stays simulated.
 
-The options ``unit``, ``rate``, ``axes`` (``x,y,z``) and ``stream`` apply to all files; a row takes precedence.
+The options ``unit``, ``rate``, ``axes`` (``x,y,z``) and ``stream`` apply to all files; a row takes precedence. The
+option ``mapping`` says what the columns of tables with certain headings hold.
 """
 
 from __future__ import annotations
@@ -28,9 +29,10 @@ from typing import Any
 
 from tactogram.datasets.cells import finite_number
 from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive, files_below
-from tactogram.datasets.recording import Recording
+from tactogram.datasets.mapping import TableMapping
+from tactogram.datasets.recording import FileReading, Recording
 from tactogram.datasets.store.photographs import PICTURES
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_file
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import read_table
@@ -66,10 +68,15 @@ def find(
     rate: float | None = None,
     axes: str | Sequence[str] = "",
     stream: str = "",
+    mapping: TableMapping | None = None,
 ) -> list[ImportItem]:
     """Return an item per signal file; those in the folders ``items``, separated by commas, have no material."""
     rows = _table(folder / TABLE)
     defaults = _options(unit, rate, axes, stream)
+    if mapping is not None:
+        if not isinstance(mapping, TableMapping):
+            raise ParameterError(f"mapping must be a TableMapping, got {mapping!r}; read_mapping reads one")
+        defaults["layouts"] = mapping.layout
     signals = _signals(folder)
     recording_pictures, material_pictures = _pictures(folder, signals)
     missing = sorted(rows.keys() - signals.keys())
@@ -88,7 +95,7 @@ def find(
         else:
             info["material"] = info.get("material") or top
         if not info["material"] and not info.get("labels", {}).get("item"):
-            raise DataError(f"{name}: must be in a folder named after its material, or have it in {TABLE}")
+            info["problem"] = f"{name}: must be in a folder named after its material, or have it in {TABLE}"
         info["material"] = info["material"] or None
         pictures = [] if top in item_folders else material_pictures.get(top, [])
         shared = pictures[0] if len(pictures) == 1 else None
@@ -128,7 +135,16 @@ def read(item: ImportItem) -> list[Recording]:
     """Return the recording in one file."""
     [path] = item.paths
     info = item.info
-    file = read_file(path, unit=info.get("unit"), rate=info.get("rate"), axes=info.get("axes"))
+    if "problem" in info:
+        raise DataError(info["problem"])
+    file = read_file(
+        path,
+        unit=info.get("unit"),
+        rate=info.get("rate"),
+        axes=info.get("axes"),
+        layouts=info.get("layouts", ()),
+    )
+    layout = file.layout
     signal, timing = file.signal, file.timing
     history: tuple[str, ...] = ()
     if timing is not None and not timing.even:
@@ -139,13 +155,19 @@ def read(item: ImportItem) -> list[Recording]:
     metadata: dict[str, Any] = {name: info.get(name) for name in (*NUMBERS, *TEXTS)}
     return [
         Recording(
-            streams={info.get("stream") or STREAM_OF_UNIT[signal.unit]: signal},
+            streams={info.get("stream") or (layout and layout.stream) or STREAM_OF_UNIT[signal.unit]: signal},
             material=info["material"],
             ratings=info.get("ratings", {}),
             labels=info.get("labels", {}),
             source=item.name,
             history=history,
             simulated=info.get("simulated", False) or str(file.metadata.get("simulated")).lower() == "true",
+            reading=FileReading(
+                columns=file.columns,
+                mapped=layout is not None,
+                timing=timing,
+                rate_estimated=timing is not None and (info.get("rate") or (layout and layout.rate)) is None,
+            ),
             **metadata,
         )
     ]

@@ -37,6 +37,7 @@ from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import table
 from tactogram.signal.resampling import resample
+from tactogram.signal.units import split_heading
 
 TITLE = "HapTex: friction of a finger over 120 fabrics"
 LICENCE = "free access for research, no licence stated"
@@ -144,7 +145,7 @@ def friction_over(
 
 def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return displacement in mm and friction coefficient, float64, shape (time,)."""
-    names = table.headings(path)
+    names = [split_heading(heading)[0] for heading in table.headings(path)]
     if names == [str(i + 1) for i in range(len(names))]:
         if len(names) not in (2, 5):
             raise DataError(

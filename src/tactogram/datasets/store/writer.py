@@ -147,6 +147,11 @@ class StoreWriter:
         return True
 
     @property
+    def store_so_far(self) -> Store | None:
+        """The store as it was before this writer, or before the job was interrupted; None if there was none."""
+        return self._store
+
+    @property
     def items(self) -> frozenset[str]:
         """Items that can be rated: all added ones and all stored ones."""
         stored = [] if self._store is None else [item_of(info) for info in self._store.index]

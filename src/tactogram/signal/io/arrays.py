@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,16 +10,37 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io.archives import check_archive
-from tactogram.signal.io.columns import TIME_NAMES
+from tactogram.signal.io.columns import axis_names, time_column, time_unit_of
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
+from tactogram.signal.io.layout import IGNORED, TIME, ColumnUse, TableLayout, layout_for
 from tactogram.signal.signal import Signal
+from tactogram.signal.units import parse_seconds, parse_unit
 
 SAMPLES = "samples"
 DESCRIPTION = "tactogram"
+RATE_NAMES = (
+    "rate",
+    "fs",
+    "sf",
+    "srate",
+    "samplerate",
+    "samplingrate",
+    "samplingfrequency",
+    "samplefrequency",
+)
+"""Names of a single number in Hz, in any case, with or without underscores."""
+STEP_NAMES = ("dt", "ts", "deltat", "sampletime", "samplinginterval")
+"""The same of the time between two samples, s."""
 
 
-def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None = None) -> FileContent:
+def read(
+    path: Path,
+    *,
+    columns: Sequence[str] | None = None,
+    time: str | None = None,
+    layouts: Sequence[TableLayout] = (),
+) -> FileContent:
     """Return the content of an NPZ file: an array (axis, time) or (time,).
 
     Of a foreign file, ``columns`` names the array (or several of shape (time,), one per axis); a single array needs no
@@ -32,24 +53,63 @@ def read(path: Path, *, columns: Sequence[str] | None = None, time: str | None =
         return FileContent(
             samples, description.axes, description.rate, None, description.unit, description, _place(SAMPLES)
         )
-    stamps = time or next((name for name in arrays if name.lower().replace("_", " ") in TIME_NAMES), None)
-    names = list(columns or [name for name in arrays if name != stamps and arrays[name].ndim > 0])
-    if columns is None and len(names) != 1:
-        raise DataError(f"{path}: which array? choose of {', '.join(arrays) or 'none'}")
+    return array_content(arrays, path, columns=columns, time=time, layouts=layouts)
+
+
+def array_content(
+    arrays: Mapping[str, NDArray[np.generic]],
+    path: Path,
+    *,
+    columns: Sequence[str] | None = None,
+    time: str | None = None,
+    layouts: Sequence[TableLayout] = (),
+) -> FileContent:
+    """Return the content of named arrays (axis, time) or (time,), as `read` chooses them."""
+    layout = layout_for([*arrays], layouts) if columns is None else None
+    if layout is not None:
+        time, columns = layout.time, [*layout.axes.values()] or None
+    if time is None and (layout is None or not layout.axes):
+        place = time_column([*arrays], path)
+        time = None if place is None else [*arrays][place]
+    names = list(columns or _unnamed(arrays, time, path))
     parts = [np.atleast_2d(_numbers(arrays, name, path)) for name in names]
     if len({part.shape[1] for part in parts}) > 1:
         raise DataError(f"{path}: arrays must be equally long, got {', '.join(str(p.shape) for p in parts)}")
     samples = np.concatenate(parts)
     if samples.shape[0] > samples.shape[1] > 0:
         raise DataError(f"{path}: array must be (axis, time), got {samples.shape}; transpose it")
-    times = None if stamps is None else _numbers(arrays, stamps, path)
-    if times is not None and times.shape != (samples.shape[1],):
-        raise DataError(f"{path}: {stamps} must have shape ({samples.shape[1]},), got {times.shape}")
     axes = tuple(names) if len(names) > 1 and len(names) == len(samples) else ()
-    rate = None
-    if "rate" in arrays and arrays["rate"].shape == ():
-        rate = float(_numbers(arrays, "rate", path, dimensions=(0,)))
-    return FileContent(samples, axes, rate, times, None, None, _place(names[0]))
+    if columns is None:
+        axes = axis_names(axes) or axes
+    unit, uses = None, {name: ColumnUse(name, ", ".join(axes) or SAMPLES) for name in names}
+    if layout is not None:
+        if len(layout.axes) == len(samples):
+            axes = tuple(layout.axes)
+        uses |= {name: ColumnUse(name, axis, layout.unit) for axis, name in layout.axes.items()}
+        if layout.unit is not None:
+            unit, factor = parse_unit(layout.unit)
+            samples = samples * factor
+    elif len(names) == len(axes):
+        uses = {name: ColumnUse(name, axis) for name, axis in zip(names, axes, strict=True)}
+    times = None
+    if time is not None:
+        times = _numbers(arrays, time, path)
+        if times.shape != (samples.shape[1],):
+            raise DataError(f"{path}: {time} must have shape ({samples.shape[1]},), got {times.shape}")
+        time_unit = (layout and layout.time_unit) or time_unit_of(time) or "s"
+        times = times * (parse_seconds(time_unit) or 1.0)
+        uses[time] = ColumnUse(time, TIME, time_unit)
+    return FileContent(
+        samples,
+        axes,
+        _rate(arrays, path),
+        times,
+        unit,
+        None,
+        _place(names[0]),
+        uses=tuple(uses.get(name, ColumnUse(name, IGNORED)) for name in arrays),
+        layout=layout,
+    )
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -102,8 +162,25 @@ def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> SignalDescr
     return found
 
 
+def _unnamed(arrays: Mapping[str, NDArray[np.generic]], time: str | None, path: Path) -> list[str]:
+    """Return the only array besides time stamps and single numbers, or those that are axes by their names."""
+    names = [name for name in arrays if name != time and arrays[name].ndim > 0]
+    if len(names) == 1 or (names and axis_names(names) and all(arrays[name].ndim == 1 for name in names)):
+        return names
+    raise DataError(f"{path}: which array? choose of {', '.join(arrays) or 'none'}")
+
+
+def _rate(arrays: Mapping[str, NDArray[np.generic]], path: Path) -> float | None:
+    for name, values in arrays.items():
+        plain = name.lower().replace("_", "")
+        if values.shape == () and plain in (*RATE_NAMES, *STEP_NAMES):
+            number = float(_numbers(arrays, name, path, dimensions=(0,)))
+            return 1 / number if plain in STEP_NAMES and number > 0 else number
+    return None
+
+
 def _numbers(
-    arrays: dict[str, NDArray[np.generic]], name: str, path: Path, *, dimensions: Sequence[int] = (1, 2)
+    arrays: Mapping[str, NDArray[np.generic]], name: str, path: Path, *, dimensions: Sequence[int] = (1, 2)
 ) -> NDArray[np.float64]:
     if name not in arrays:
         raise DataError(f"{path}: no array {name!r}, there are {', '.join(arrays)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError, UnitError
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription
+from tactogram.signal.io.layout import IGNORED, TIME, ColumnUse, TableLayout, layout_for
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 
 TIME_NAMES = frozenset(
@@ -38,6 +39,7 @@ _AXIS = re.compile(r"(?:.*[^a-z])?(?:a|acc|accel|gf)?([xyz])(?:[^a-z]*(?:axis|ac
 """Name of an axis in a heading: ``Acceleration x``, ``X-Axis``, ``acc_y``, ``az``."""
 _MAGNITUDE = re.compile(r"(?:absolute|abs|total|resultant)\b.*|.*\b(?:magnitude|norm|abs)|at|tgf|atotal")
 """Columns computed from three axes: ``Absolute acceleration`` (phyphox), ``aT`` and ``TgF`` (Physics Toolbox)."""
+DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
 MOST_MISSING = 3
 """Rows without a sample, one after the other, that are left to the resampling between time stamps (`to_uniform`)."""
 SLOWEST = 0.1
@@ -50,11 +52,13 @@ class TableColumns:
 
     names: tuple[str, ...]  # of the sample columns
     places: tuple[int, ...]  # their indices
-    unit: str | None  # one of `UNITS`, if the headings name it
+    unit: str | None  # one of `UNITS`, if headings or layout name it
     factors: tuple[float, ...]  # which convert each column to it
     time: int | None  # index of the time stamps
-    seconds: float | None  # their unit in s, if the heading names it
+    seconds: float | None  # their unit in s, if heading or layout names it
     stamped: bool  # whether the time stamps place the samples, some of which may then be missing
+    uses: tuple[ColumnUse, ...]  # of every column
+    layout: TableLayout | None = None  # which decided
 
     @property
     def used(self) -> tuple[int, ...]:
@@ -67,29 +71,37 @@ def choose(
     path: Path,
     description: SignalDescription | None,
     *,
-    columns: Sequence[str] | None,
-    axes: Sequence[str] | None,
-    time: str | None,
+    columns: Sequence[str] | None = None,
+    axes: Sequence[str] | None = None,
+    time: str | None = None,
+    layouts: Sequence[TableLayout] = (),
+    text: Collection[int] = (),
 ) -> TableColumns:
     """Return the columns to read.
 
-    They are those named by ``columns``; else by ``axes``, if they are headings; else all but the time. A missing or
-    repeated one, or different units, are a `DataError`.
+    They are those named by ``columns``; else by the one of ``layouts`` with these headings; else by ``axes``, if they
+    are headings; else all but the time and those of ``text``. A missing or repeated one, or different units, are a
+    `DataError`.
     """
-    split = [split_heading(text) for text in headings]
+    split = [split_heading(heading) for heading in headings]
     names = [name for name, _ in split]
-    at = _time(headings, names, path, time)
-    if columns is None and axes is not None and all(name in names for name in axes):
-        columns = axes
-    if columns is None:
-        places = _samples(names, at, described=description is not None)
+    layout = None if description is not None or columns is not None else layout_for(headings, layouts)
+    if layout is not None and layout.axes:
+        at = None if layout.time is None else headings.index(layout.time)
+        places, chosen = [headings.index(heading) for heading in layout.axes.values()], tuple(layout.axes)
     else:
-        places = [_find(headings, names, name, path) for name in columns]
+        at = time_column(headings, path, time if layout is None else layout.time, text)
+        if columns is None and axes is not None and all(name in names for name in axes):
+            columns = axes
+        if columns is None:
+            places = _samples(names, at, text, described=description is not None)
+        else:
+            places = [_find(headings, names, name, path) for name in columns]
+        chosen = tuple(names[i] for i in places)
+        if columns is None and description is None:
+            chosen = axis_names(chosen) or chosen
     if not places:
         raise DataError(f"{path}: no column of samples besides the time, got {', '.join(headings)}")
-    chosen = tuple(names[i] for i in places)
-    if columns is None and description is None:
-        chosen = axis_names(chosen) or chosen
     if len(set(chosen)) < len(chosen):
         raise DataError(f"{path}: columns must have different names, got {', '.join(chosen)}")
     if description is not None and columns is None and chosen != description.axes:
@@ -97,19 +109,50 @@ def choose(
             f"{path}: described with axes {', '.join(description.axes)}, its columns are {', '.join(chosen)}; "
             "remove the description"
         )
-    units = [_unit(split[i][1]) for i in places]
+    spelled = [split[i][1] if layout is None or layout.unit is None else layout.unit for i in places]
+    units = [_unit(one) for one in spelled]
     if len({unit for unit, _ in units}) > 1:
         listed = ", ".join(headings[i] for i in places)
         raise DataError(f"{path}: columns are in different units: {listed}; choose those of one as axes")
+    time_unit = None if layout is None else layout.time_unit
+    uses = {
+        i: ColumnUse(headings[i], name, unit) for i, name, unit in zip(places, chosen, spelled, strict=True)
+    }
+    if at is not None:
+        uses[at] = ColumnUse(headings[at], TIME, time_unit or time_unit_of(headings[at]))
     return TableColumns(
         names=chosen,
         places=tuple(places),
         unit=units[0][0],
         factors=tuple(factor for _, factor in units),
         time=at,
-        seconds=None if at is None else _seconds(*split[at]),
+        seconds=None if at is None else parse_seconds(uses[at].unit or ""),
         stamped=at is not None and description is None,
+        uses=tuple(uses.get(i, ColumnUse(heading, IGNORED)) for i, heading in enumerate(headings)),
+        layout=layout,
     )
+
+
+def is_number(cell: object) -> bool:
+    """Return whether a cell holds a number, as text or as a value of a worksheet."""
+    if not isinstance(cell, str):
+        return isinstance(cell, int | float) and not isinstance(cell, bool)
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def text_columns(rows: Sequence[Sequence[object]]) -> frozenset[int]:
+    """Return the columns without a number in the first rows; none if no column has any."""
+    width = min((len(row) for row in rows), default=0)
+    text = [i for i in range(width) if not any(is_number(row[i]) or _comma(row[i]) for row in rows)]
+    return frozenset(text if len(text) < width else ())
+
+
+def _comma(cell: object) -> bool:
+    return isinstance(cell, str) and DECIMAL_COMMA.fullmatch(cell) is not None
 
 
 def table_content(
@@ -150,6 +193,8 @@ def table_content(
         unit=description.unit if description else chosen.unit,
         description=description,
         place=place,
+        uses=chosen.uses,
+        layout=chosen.layout,
     )
 
 
@@ -166,6 +211,30 @@ def _without_gaps(numbers: NDArray[np.float64], rows: Sequence[int], path: Path)
     return np.flatnonzero(~missing)
 
 
+def time_column(
+    headings: Sequence[str], path: Path, time: str | None = None, text: Collection[int] = ()
+) -> int | None:
+    """Return the place of the time stamps: the column ``time``, else the one headed as such, if there is one."""
+    names = [split_heading(heading)[0] for heading in headings]
+    if time is not None:
+        return _find(headings, names, time, path)
+    found = {_plain(name): i for i, name in reversed([*enumerate(names)]) if i not in text}
+    found = {name: i for name, i in found.items() if name in TIME_NAMES}
+    # Sensor Logger writes both: nanoseconds since 1970 as ``time``, and seconds.
+    return found.get("seconds elapsed", min(found.values(), default=None))
+
+
+def time_unit_of(heading: str) -> str | None:
+    """Return the unit of time that a heading names: ``Time (ms)``, ``t_us``, ``seconds elapsed``."""
+    name, unit = split_heading(heading)
+    if unit is not None:
+        return unit
+    if "seconds" in _plain(name).split():
+        return "s"
+    ending = name.lower().rpartition("_")[2] if "_" in name else ""
+    return ending if parse_seconds(ending) else None
+
+
 def _find(headings: Sequence[str], names: Sequence[str], name: str, path: Path) -> int:
     for candidates in (headings, names):
         if name in candidates:
@@ -180,11 +249,14 @@ def axis_names(names: Sequence[str]) -> tuple[str, ...] | None:
     return letters if len(letters) == len(set(letters)) == len(names) else None
 
 
-def _samples(names: Sequence[str], time: int | None, *, described: bool) -> list[int]:
-    """Return the indices of the samples: all but time stamps, and the magnitude of three axes."""
-    if described or time is None:
+def _samples(names: Sequence[str], time: int | None, text: Collection[int], *, described: bool) -> list[int]:
+    """Return the indices of the samples: all but time stamps, texts, and the magnitude of three axes."""
+    if described:
         return [i for i in range(len(names)) if i != time]
-    places = [i for i, name in enumerate(names) if i != time and _plain(name) not in TIME_NAMES]
+    places = [i for i in range(len(names)) if i != time and i not in text]
+    if time is None:
+        return places
+    places = [i for i in places if _plain(names[i]) not in TIME_NAMES]
     axes = [i for i in places if not _MAGNITUDE.fullmatch(names[i].lower())]
     return axes if len(axes) == 3 and axis_names([names[i] for i in axes]) else places
 
@@ -193,21 +265,6 @@ def _plain(name: str) -> str:
     """Return a heading in lower case without the unit at its end, its words divided by blanks."""
     words = re.sub(r"[\s_-]+", " ", name.lower()).strip()
     return re.sub(r" (s|ms|us|ns)$", "", words)
-
-
-def _time(headings: Sequence[str], names: Sequence[str], path: Path, time: str | None) -> int | None:
-    if time is not None:
-        return _find(headings, names, time, path)
-    found = {_plain(name): i for i, name in reversed([*enumerate(names)]) if _plain(name) in TIME_NAMES}
-    # Sensor Logger writes both: nanoseconds since 1970 as ``time``, and seconds.
-    return found.get("seconds elapsed", min(found.values(), default=None))
-
-
-def _seconds(name: str, unit: str | None) -> float | None:
-    if unit is None and "seconds" in _plain(name).split():
-        return 1.0
-    ending = name.lower().rpartition("_")[2] if "_" in name else ""
-    return parse_seconds(unit if unit is not None else ending)
 
 
 def _unit(text: str | None) -> tuple[str | None, float]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, TactogramError
 from tactogram.signal.io.description import SignalDescription
+from tactogram.signal.io.layout import ColumnUse, TableLayout
 from tactogram.signal.signal import Signal, check_rate
 from tactogram.signal.timing import to_uniform
 from tactogram.signal.units import parse_unit
@@ -33,6 +34,8 @@ class FileContent:
     description: SignalDescription | None  # if this package wrote the file
     place: Callable[[int, int], str]  # of (axis, sample): "row 7, column 'x'"; axis -1 is the time stamp
     comment: str | None = None  # of a foreign WAV or FLAC
+    uses: tuple[ColumnUse, ...] = ()  # of the columns of a table, or the arrays of an NPZ
+    layout: TableLayout | None = None  # which decided about them
 
 
 def check(content: FileContent, path: Path) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,9 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import arrays, sound, table, worksheet
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.content import assemble
+from tactogram.signal.io.content import FileContent, assemble
 from tactogram.signal.io.description import SignalDescription
+from tactogram.signal.io.layout import IGNORED, UNCLEAR, ColumnUse, TableLayout
 from tactogram.signal.signal import Signal
 from tactogram.signal.timing import SamplingTiming, estimate_timing
 
@@ -32,6 +34,10 @@ class SignalFile:
     signal: Signal
     metadata: dict[str, Any]
     times: NDArray[np.float64] | None
+    columns: tuple[ColumnUse, ...] = ()
+    """What each column of a table, or array of an NPZ, was read as."""
+    layout: TableLayout | None = None
+    """The given layout that applied."""
 
     @cached_property
     def timing(self) -> SamplingTiming | None:
@@ -48,6 +54,7 @@ def read_file(
     columns: Sequence[str] | None = None,
     time: str | None = None,
     sheet: str | None = None,
+    layouts: Sequence[TableLayout] = (),
     full_scale: float | None = None,
 ) -> SignalFile:
     """Return the signal in a file, with metadata and timing.
@@ -73,6 +80,8 @@ def read_file(
         Column or array of time stamps; by default one called time, t or timestamp, ``[s]``, ``[ms]``, ``_ms`` …
     sheet : str, optional
         Worksheet, if there are several.
+    layouts : sequence of TableLayout, optional
+        What the columns of tables with certain headings hold; not for files of this package, or with ``columns``.
     full_scale : float, optional
         Value of 1.0 in a WAV or FLAC, in ``unit``.
 
@@ -96,13 +105,18 @@ def read_file(
         case ".wav" | ".flac":
             content = sound.read(path, full_scale=full_scale)
         case ".npz":
-            content = arrays.read(path, columns=columns, time=time)
+            content = arrays.read(path, columns=columns, time=time, layouts=layouts)
         case ".xlsx":
-            content = worksheet.read(path, columns=columns, axes=axes, time=time, sheet=sheet)
+            content = worksheet.read(
+                path, columns=columns, axes=axes, time=time, sheet=sheet, layouts=layouts
+            )
         case _:
-            content = table.read(path, columns=columns, axes=axes, time=time)
+            content = table.read(path, columns=columns, axes=axes, time=time, layouts=layouts)
+    if rate is None and content.layout is not None:
+        rate = content.layout.rate
     signal = assemble(content, path, unit=unit, axes=axes, rate=rate)
-    return SignalFile(signal, _metadata(content.description or content.comment), content.times)
+    metadata = _metadata(content.description or content.comment)
+    return SignalFile(signal, metadata, content.times, _uses(content, signal.axes), content.layout)
 
 
 def read_signal(path: str | Path, **options: Any) -> Signal:
@@ -122,6 +136,26 @@ def read_metadata(path: str | Path) -> dict[str, Any]:
             return _metadata(worksheet.describe(path))
         case _:
             return _metadata(table.describe(path))
+
+
+def read_columns(path: str | Path, *, layouts: Sequence[TableLayout] = ()) -> tuple[ColumnUse, ...]:
+    """Return the columns of a table, or arrays of an NPZ, that `read_file` cannot read; none of other files.
+
+    Their roles are those that headings and ``layouts`` suggest, or `UNCLEAR`. A `DataError` if there are no headings.
+    """
+    path = _existing(path)
+    match _suffix(path, READABLE):
+        case ".wav" | ".flac":
+            return ()
+        case ".npz":
+            headings = [*arrays.load_arrays(path)]
+        case ".xlsx":
+            headings = worksheet.headings(path)
+        case _:
+            headings = table.headings(path)
+            with suppress(DataError):
+                return table.uses(path, layouts)
+    return tuple(ColumnUse(heading, UNCLEAR) for heading in headings)
 
 
 def write_signal(
@@ -178,6 +212,18 @@ def _metadata(description: SignalDescription | str | None) -> dict[str, Any]:
     if isinstance(description, str):
         return {"comment": description}
     return dict(description.metadata) if description else {}
+
+
+def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
+    """Return the uses of the columns, with the axes of the signal as they were selected or renamed."""
+    names = [use.role for use in content.uses if use.role in content.axes]
+    if set(axes) <= set(names):
+        kept = dict(zip(axes, axes, strict=True))
+        others = dict.fromkeys(names, IGNORED)
+    else:
+        kept, others = dict(zip(content.axes, axes, strict=False)), {}
+    roles = others | kept
+    return tuple(replace(use, role=roles.get(use.role, use.role)) for use in content.uses)
 
 
 def _existing(path: str | Path) -> Path:

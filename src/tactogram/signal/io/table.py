@@ -8,22 +8,29 @@ import re
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.io.columns import choose, table_content
+from tactogram.signal.io.columns import (
+    DECIMAL_COMMA,
+    TableColumns,
+    choose,
+    is_number,
+    table_content,
+    text_columns,
+)
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription, decode
+from tactogram.signal.io.layout import ColumnUse, TableLayout
 from tactogram.signal.signal import Signal
-from tactogram.signal.units import split_heading
 from tactogram.text_files import decode_text
 
 COMMENTS = ("#", "%")
-_SNIFFED_ROWS = 50
-_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+SNIFFED_ROWS = 50
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 """A cell among blanks; in a heading, the unit in brackets belongs to it."""
 
@@ -34,6 +41,7 @@ def read(
     columns: Sequence[str] | None = None,
     axes: Sequence[str] | None = None,
     time: str | None = None,
+    layouts: Sequence[TableLayout] = (),
 ) -> FileContent:
     """Return the content of a text table with one row per sample.
 
@@ -42,19 +50,21 @@ def read(
     have points, or commas where these do not separate. A `DataError` names the line, counted from 1, and the column.
     """
     table = _read_table(path)
-    headings = table.headings
-    descriptions = (decode(line, str(path)) for line in table.comments[:3])
-    description = next((found for found in descriptions if found), None)
-    stamps = headings[0] if description is not None else time
-    chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
+    headings, description = table.headings, table.description
+    chosen = table.chosen(columns=columns, axes=axes, time=time, layouts=layouts)
     named = not (headings[0] == "1" and headings[-1] == str(len(headings)))
     numbers = table.numbers(chosen.used, gaps=chosen.stamped)
     return table_content(numbers, chosen, table.lines, headings, description, path, named=named)
 
 
 def headings(path: Path) -> list[str]:
-    """Return the names of the columns of a text table without units; ``"1"``, ``"2"``, … if it has no heading."""
-    return [split_heading(name)[0] for name in _read_table(path).headings]
+    """Return the headings of a text table; ``"1"``, ``"2"``, … if it has none."""
+    return _read_table(path).headings
+
+
+def uses(path: Path, layouts: Sequence[TableLayout]) -> tuple[ColumnUse, ...]:
+    """Return what the columns would be read as; a `DataError` where headings and layouts leave that open."""
+    return _read_table(path).chosen(layouts=layouts).uses
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -90,6 +100,32 @@ class _TextTable:
     comments: list[str]
     separator: str
 
+    @cached_property
+    def description(self) -> SignalDescription | None:
+        """The description in the first comments, if there is one."""
+        descriptions = (decode(line, str(self.path)) for line in self.comments[:3])
+        return next((found for found in descriptions if found), None)
+
+    def chosen(
+        self,
+        *,
+        columns: Sequence[str] | None = None,
+        axes: Sequence[str] | None = None,
+        time: str | None = None,
+        layouts: Sequence[TableLayout] = (),
+    ) -> TableColumns:
+        """Return the columns to read."""
+        return choose(
+            self.headings,
+            self.path,
+            self.description,
+            columns=columns,
+            axes=axes,
+            time=time if self.description is None else self.headings[0],
+            layouts=layouts,
+            text=text_columns([_cells(row, self.separator, self.path) for row in self.rows[:SNIFFED_ROWS]]),
+        )
+
     def numbers(self, used: Sequence[int], *, gaps: bool) -> NDArray[np.float64]:
         """Return the used columns as float64, shape (row, used column); with ``gaps`` an empty cell is NaN."""
         quoted = any('"' in row for row in self.rows)
@@ -121,9 +157,9 @@ class _TextTable:
                 hint = "; write decimal points, not commas" if comma else ""
                 return f"row {number}: expected {len(self.headings)} columns, got {len(cells)}{hint}"
             for i in used:
-                if _is_number(cells[i]):
+                if is_number(cells[i]):
                     continue
-                comma = _DECIMAL_COMMA.fullmatch(cells[i]) is not None
+                comma = DECIMAL_COMMA.fullmatch(cells[i]) is not None
                 hint = "write decimal points, not commas" if comma else "choose the columns to read"
                 got = repr(cells[i]) if cells[i] else "nothing"
                 return f"row {number}, column {self.headings[i]!r}: expected a number, got {got}; {hint}"
@@ -143,7 +179,7 @@ def _read_table(path: Path) -> _TextTable:
     preamble = _preamble(rows, separator, path)
     kept, rows = kept[preamble:], rows[preamble:]
     headings = _cells(rows[0], separator, path)
-    if all(_is_number(cell) for cell in headings):
+    if all(is_number(cell) for cell in headings):
         headings = _commented(comments, len(headings), separator, path) or [
             str(i + 1) for i in range(len(headings))
         ]
@@ -168,7 +204,7 @@ def _text(path: Path, length: int = -1) -> str:
 
 def _separator(rows: Sequence[str]) -> str:
     """Return the separator of the first rows: the first candidate that is in every one of them."""
-    first = rows[:_SNIFFED_ROWS]
+    first = rows[:SNIFFED_ROWS]
     for candidate in ("\t", ";", ","):
         if all(candidate in row for row in first):
             return candidate
@@ -183,18 +219,18 @@ def _preamble(rows: Sequence[str], separator: str, path: Path) -> int:
     """Return the number of lines that a logger wrote above the heading: these have other numbers of cells."""
     if separator == " ":
         return 0
-    counts = [len(_cells(row, separator, path)) for row in rows[:_SNIFFED_ROWS]]
+    counts = [len(_cells(row, separator, path)) for row in rows[:SNIFFED_ROWS]]
     common = max(set(counts), key=counts.count)
     first = counts.index(common)
-    headed = not any(_is_number(cell) for cell in _cells(rows[first], separator, path))
+    headed = not any(is_number(cell) for cell in _cells(rows[first], separator, path))
     return first if headed else 0
 
 
 def _has_decimal_commas(rows: Sequence[str], separator: str, path: Path) -> bool:
     """Return whether numbers have commas, and none has a point."""
-    cells = [cell for row in rows[:_SNIFFED_ROWS] for cell in _cells(row, separator, path)]
-    return any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells) and not any(
-        "." in cell and _is_number(cell) for cell in cells
+    cells = [cell for row in rows[:SNIFFED_ROWS] for cell in _cells(row, separator, path)]
+    return any(DECIMAL_COMMA.fullmatch(cell) for cell in cells) and not any(
+        "." in cell and is_number(cell) for cell in cells
     )
 
 
@@ -215,7 +251,7 @@ def _commented(comments: Sequence[str], count: int, separator: str, path: Path) 
     if len(comments[-1]) > csv.field_size_limit():
         return None
     cells = _cells(comments[-1], separator, path)
-    return cells if len(cells) == count and not any(_is_number(cell) for cell in cells) else None
+    return cells if len(cells) == count and not any(is_number(cell) for cell in cells) else None
 
 
 def _without_last_separator(
@@ -226,20 +262,14 @@ def _without_last_separator(
         return rows, headings
     if not headings[-1] or headings[-1].isdigit():
         headings = headings[:-1]
+    elif rows[0].count(separator) == len(headings) - 1:  # an empty column with a heading
+        return rows, headings
     return [row.rstrip(" ")[:-1] for row in rows], headings
 
 
 def _number_or_nan(cell: str) -> float:
     if not cell.strip():
         return math.nan
-    if not _is_number(cell):
+    if not is_number(cell):
         raise ValueError
     return float(cell)
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return "_" not in cell

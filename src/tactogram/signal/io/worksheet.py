@@ -6,7 +6,7 @@ import math
 import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import ParseError
@@ -15,10 +15,11 @@ import numpy as np
 
 from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.signal.io.archives import check_archive
-from tactogram.signal.io.columns import choose, table_content
+from tactogram.signal.io.columns import choose, table_content, text_columns
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.table import heading
+from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.table import SNIFFED_ROWS, heading
 from tactogram.signal.signal import Signal
 
 SHEET = "signal"
@@ -34,6 +35,7 @@ def read(
     axes: Sequence[str] | None = None,
     time: str | None = None,
     sheet: str | None = None,
+    layouts: Sequence[TableLayout] = (),
 ) -> FileContent:
     """Return the content of a worksheet, ``sheet`` or the only one; its first row that is not empty is the heading.
 
@@ -41,24 +43,21 @@ def read(
     """
     with _opened(path) as book:
         description = _describe(book, path)
-        rows = (
-            (n, row)
-            for n, row in enumerate(_sheet(book, path, sheet, description).iter_rows(values_only=True), 1)
+        headings, named, below = _headed(_sheet(book, path, sheet, description), path)
+        sniffed = [*islice(below, SNIFFED_ROWS)]
+        chosen = choose(
+            headings,
+            path,
+            description,
+            columns=columns,
+            axes=axes,
+            time=headings[0] if description is not None else time,
+            layouts=layouts,
+            text=text_columns([row for _, row in sniffed]),
         )
-        filled = ((n, row) for n, row in rows if any(cell not in (None, "") for cell in row))
-        first, head = next(filled, (0, ()))
-        width = max((i for i, cell in enumerate(head, 1) if cell not in (None, "")), default=0)
-        if not width:
-            raise DataError(f"{path}: no rows")
-        headings = [str(cell if cell is not None else "").strip() for cell in head[:width]]
-        named = not all(isinstance(cell, int | float) for cell in head[:width])
-        if not named:
-            headings = [str(i + 1) for i in range(width)]
-        stamps = headings[0] if description is not None else time
-        chosen = choose(headings, path, description, columns=columns, axes=axes, time=stamps)
         kept: list[int] = []
         values: list[list[float]] = []
-        for number, row in chain([] if named else [(first, head)], filled):
+        for number, row in chain(sniffed, below):
             kept.append(number)
             gaps = chosen.places if chosen.stamped else ()
             values.append([_number(row, i, number, headings, path, gap=i in gaps) for i in chosen.used])
@@ -66,6 +65,12 @@ def read(
         raise DataError(f"{path}: no rows below the heading")
     numbers = np.array(values, dtype=np.float64)
     return table_content(numbers, chosen, kept, headings, description, path, named=named)
+
+
+def headings(path: Path) -> list[str]:
+    """Return the headings of the only worksheet."""
+    with _opened(path) as book:
+        return _headed(_sheet(book, path, None, _describe(book, path)), path)[0]
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -137,6 +142,21 @@ def _sheet(book: Any, path: Path, sheet: str | None, description: SignalDescript
     if sheet not in names:
         raise DataError(f"{path}: no sheet {sheet!r}, there are {', '.join(names)}")
     return book[sheet]
+
+
+def _headed(sheet: Any, path: Path) -> tuple[list[str], bool, Iterator[tuple[int, Sequence[Any]]]]:
+    """Return the headings, whether the sheet has them, and the numbered rows below that are not empty."""
+    rows = enumerate(sheet.iter_rows(values_only=True), 1)
+    filled = ((n, row) for n, row in rows if any(cell not in (None, "") for cell in row))
+    first, head = next(filled, (0, ()))
+    width = max((i for i, cell in enumerate(head, 1) if cell not in (None, "")), default=0)
+    if not width:
+        raise DataError(f"{path}: no rows")
+    named = not all(isinstance(cell, int | float) for cell in head[:width])
+    texts = [str(cell if cell is not None else "").strip() for cell in head[:width]]
+    if named:
+        return texts, True, filled
+    return [str(i + 1) for i in range(width)], False, chain([(first, head)], filled)
 
 
 def _number(

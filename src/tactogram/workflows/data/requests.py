@@ -21,8 +21,18 @@ class ImportRequest(Request):
         str, Argument("one of `tactogram data list`; `folder` for MATERIAL/*.wav and the like", "SET")
     ]
     path: Annotated[Path | str, Argument(metavar="PATH")]
-    out: Annotated[Path | str, Option(metavar="DIR")]
+    out: Annotated[Path | str | None, Option("the new store", "DIR")] = None
     _: KW_ONLY
+    preview: Annotated[
+        bool, Option("show what each column is read as and which files would be skipped; no store is written")
+    ] = False
+    mapping: Annotated[
+        Path | str | None, Option("what the columns of the tables hold, of the set `folder`", "FILE.toml")
+    ] = None
+    save_mapping: Annotated[
+        Path | str | None,
+        Option("with --preview: write the mapping that it shows, to be edited", "FILE.toml"),
+    ] = None
     skip_bad: Annotated[bool, Option("report broken files and continue without them")] = False
     options: Annotated[
         Mapping[str, Any] | None,

@@ -20,13 +20,18 @@ from tactogram.datasets import (
 )
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset
+from tactogram.datasets.mapping import read_mapping, write_mapping
+from tactogram.datasets.preview import preview_dataset, proposed_layouts
+from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.reading import Reader, read_all
+from tactogram.datasets.recording import FileReading
 from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import is_remote
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
+from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.data.cluster_reading import read_on
 from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
@@ -56,8 +61,17 @@ def list_sets() -> dict[str, Any]:
 def import_store(request: ImportRequest) -> dict[str, Any]:
     """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned.
 
-    If ``out`` is a URL, the store is written to the system's temporary folder and copied from there.
+    If ``out`` is a URL, the store is written to the system's temporary folder and copied from there. With ``preview``
+    nothing but the file ``save_mapping`` is written, and the result is that of
+    `tactogram.datasets.preview.preview_dataset` with ``mapping`` (the file written, if any) and ``unused_layouts``
+    (columns of layouts in ``mapping`` that no file has).
     """
+    if request.preview:
+        return _preview(request)
+    if request.save_mapping is not None:
+        raise ParameterError("save_mapping must come with `preview`")
+    if request.out is None:
+        raise ParameterError("out must be given, except with `preview`")
     if not is_remote(request.out):
         return _import_to(Path(request.out), request)
     with TemporaryDirectory(prefix="tactogram-import-") as folder:
@@ -77,12 +91,45 @@ def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
         request.set_name,
         path,
         out,
-        options=request.options,
+        options=_options(request),
         skip_bad=request.skip_bad,
         workers=request.workers,
         read=read,
         progress=partial(request.progress, "reading"),
     )
+
+
+def _options(request: ImportRequest) -> dict[str, Any]:
+    options = dict(request.options or {})
+    if request.mapping is not None:
+        options["mapping"] = read_mapping(Path(request.mapping))
+    return options
+
+
+def _preview(request: ImportRequest) -> dict[str, Any]:
+    if request.on:
+        raise ParameterError("on must be omitted with `preview`, which reads on this machine")
+    saved = None if request.save_mapping is None else Path(request.save_mapping)
+    if saved is not None:
+        if saved.exists():
+            raise ParameterError(
+                f"save_mapping must be a new file, {saved} exists; remove it or choose another"
+            )
+        check_writable(saved)
+    options = _options(request)
+    facts = preview_dataset(
+        request.set_name,
+        Path(request.path),
+        options=options,
+        workers=request.workers,
+        progress=partial(request.progress, "reading"),
+    )
+    if saved is not None:
+        write_mapping(saved, proposed_layouts(facts))
+    met = [[column["heading"] for column in layout["columns"]] for layout in facts["layouts"]]
+    layouts = options["mapping"].layout if request.mapping is not None else ()
+    unused = [list(layout.columns) for layout in layouts if list(layout.columns) not in met]
+    return facts | {"mapping": None if saved is None else str(saved), "unused_layouts": unused}
 
 
 def copy(source: Path | str, target: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
@@ -178,7 +225,8 @@ def compact_store(path: Path | str, *, progress: ProgressCallback = silent) -> d
 def add_signal(request: AdditionRequest) -> dict[str, Any]:
     """Add a signal file to a store as a recording; it is on the disk when this returns.
 
-    The unit is by default that of the store's stream. A file that says it is simulated is taken as simulated.
+    The unit is by default that of the store's stream, and so is a rate estimated from time stamps if it is close. A
+    file that says it is simulated is taken as simulated.
 
     Returns
     -------
@@ -214,7 +262,11 @@ def add_signal(request: AdditionRequest) -> dict[str, Any]:
         contactor=request.contactor,
         session=request.session,
         subject=request.subject,
+        reading=FileReading(
+            read.columns, False, read.timing, read.timing is not None and request.rate is None
+        ),
     )
+    recording = CommonRates.of(store).united(recording)
     bigger = add_recordings(store, [recording], durable=True)
     return {
         "path": str(request.path),

@@ -1,0 +1,66 @@
+"""Preview of an import as text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from tactogram.cli.printing import columns, shortened, text_of
+
+
+def preview_text(facts: Mapping[str, Any]) -> str:
+    """Return the layouts, then a line for each skipped file, then what to know about the whole."""
+    lines = [_layout(number, layout) for number, layout in enumerate(facts["layouts"], 1)]
+    lines += [f"skipped: {each['reason']}" for each in facts["skipped"]]
+    lines.append(
+        f"files: {facts['files']}, of which {len({each['source'] for each in facts['skipped']})} would be skipped; "
+        f"photographs: {facts['photographs']}; duplicates: {facts['duplicates']}"
+    )
+    lines += several_rates(facts["several_rates_hz"])
+    lines += [f"mapping: no file has the columns {', '.join(names)}" for names in facts["unused_layouts"]]
+    if facts["mapping"]:
+        lines.append(f"mapping: {facts['mapping']}; edit it, and use it with --mapping {facts['mapping']}")
+    elif any(layout["skipped"] for layout in facts["layouts"]):
+        lines.append(
+            "to read columns otherwise: --save-mapping FILE.toml writes these layouts as a file to edit"
+        )
+    return "\n".join(lines)
+
+
+def several_rates(rates: Mapping[str, list[float]]) -> list[str]:
+    """Return a line for each stream with several rates, with what to do."""
+    return [
+        f"{stream}: {text_of(each)} Hz; a training needs one rate: train … --set prepare.rate={each[0]:g}"
+        for stream, each in rates.items()
+    ]
+
+
+def _layout(number: int, layout: Mapping[str, Any]) -> str:
+    materials = ", ".join(f"{name or '(none)'} {count}" for name, count in layout["materials"].items())
+    count = f"{layout['files']} file{'s' * (layout['files'] != 1)}"
+    skipped = f", {layout['skipped']} skipped" if layout["skipped"] else ""
+    mapped = ", by the mapping" if layout["mapped"] else ""
+    lines = [f"layout {number}: {count}{skipped}, e.g. {layout['example']}{mapped}"]
+    rows = [(f"  {use['heading']}", use["role"], use["unit"] or "") for use in layout["columns"]]
+    lines += [columns(rows)] if rows else []
+    for name, stream in layout["streams"].items():
+        lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}")
+    if layout["seconds"]:
+        lines.append(f"  {_timing(layout)}")
+        lines.append(
+            f"  materials: {text_of(shortened(layout['materials'])) if len(materials) > 900 else materials}"
+        )
+    return "\n".join(lines)
+
+
+def _timing(layout: Mapping[str, Any]) -> str:
+    low, high = layout["seconds"]
+    text = f"{text_of(layout['rates_hz'])} Hz"
+    if layout["estimated_rates_hz"]:
+        least, most = (f"{rate:.7g}" for rate in layout["estimated_rates_hz"])
+        text += f" (time stamps: {least if least == most else f'{least} to {most}'} Hz"
+        text += f", jitter up to {1e6 * layout['jitter_s']:.3g} us)" if layout["jitter_s"] > 1e-7 else ")"
+    text += f", {low:.4g} s" if low == high else f", {low:.4g} to {high:.4g} s"
+    if layout["interpolated"]:
+        text += f"; {layout['interpolated']} samples interpolated, longest gap {1e3 * layout['largest_gap_s']:.3g} ms"
+    return text

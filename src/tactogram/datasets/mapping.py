@@ -1,0 +1,49 @@
+"""Mapping file: layouts of tables in TOML, proposed by a preview, edited by hand and used by imports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Self
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from tactogram.errors import ParameterError
+from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io.layout import TableLayout
+from tactogram.text_files import read_toml
+from tactogram.validation import validated
+
+
+class TableMapping(BaseModel):
+    """Layouts of the tables in a folder."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    layout: Annotated[tuple[TableLayout, ...], Field(min_length=1)]
+    """Layouts, each of tables with other columns."""
+
+    @model_validator(mode="after")
+    def _distinct(self) -> Self:
+        seen = [layout.columns for layout in self.layout]
+        if twice := [columns for columns in seen if seen.count(columns) > 1]:
+            raise ValueError(f"two layouts have the columns {', '.join(twice[0])}; keep one of them")
+        return self
+
+
+def read_mapping(path: Path) -> TableMapping:
+    """Return the mapping in a file; `DataError` or `ParameterError` in one line if it is not valid."""
+    return validated(TableMapping, read_toml(path), where=str(path))
+
+
+def write_mapping(path: Path, layouts: Sequence[TableLayout]) -> None:
+    """Write a mapping to a new file; `ParameterError` if there are no layouts."""
+    if not layouts:
+        raise ParameterError(f"{path}: there is no table whose columns could be mapped; nothing was written")
+    values = [
+        {name: value for name, value in layout.model_dump(mode="json").items() if value not in (None, {})}
+        for layout in layouts
+    ]
+    with atomic_write(path) as part:
+        part.write_text(tomli_w.dumps({"layout": values}), encoding="utf-8")

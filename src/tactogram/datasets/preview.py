@@ -1,0 +1,205 @@
+"""Preview of an import: layouts of the files, and what would be skipped. Nothing is written."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tactogram.datasets.importing import ImportSink, find_set
+from tactogram.datasets.ratings.ratings import item_of
+from tactogram.datasets.reading import Reader, read_all
+from tactogram.datasets.recording import Recording
+from tactogram.datasets.store.layout import StoreStreamInfo
+from tactogram.datasets.store.photographs import Photograph
+from tactogram.errors import DataError, TactogramError, UnitError
+from tactogram.signal import Signal
+from tactogram.signal.io import read_columns
+from tactogram.signal.io.layout import IGNORED, TIME, UNCLEAR, ColumnUse, TableLayout
+from tactogram.signal.units import parse_seconds, parse_unit
+
+
+def preview_dataset(
+    set_name: str,
+    path: Path,
+    *,
+    options: Mapping[str, Any] | None = None,
+    workers: int | None = None,
+    read: Reader = read_all,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
+    """Read the data set in ``path`` as `import_dataset` does, and write nothing.
+
+    Returns
+    -------
+    dict
+        ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number), ``several_rates_hz``
+        (streams with several rates, Hz), ``skipped`` (``source``, ``reason``) and ``layouts``, most files first. Each
+        layout has ``files`` (number), ``example``, ``columns`` (``heading``, ``role``: an axis, ``time``, ``ignored``
+        or ``unclear``; ``unit`` as the heading spells it), ``mapped``
+        (whether a mapping decided), ``skipped`` (number) and ``materials`` (number of files by name); ``streams``
+        (by name: ``unit``, ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (lowest and highest of the
+        time stamps, or null), ``jitter_s`` (largest, rms), ``interpolated`` (samples), ``largest_gap_s``
+        and ``seconds`` (shortest and longest).
+
+    Raises
+    ------
+    ParameterError, DataError
+        As `import_dataset`, except for unreadable files.
+    """
+    found = find_set(set_name, Path(path), options or {})
+    target = _PreviewTarget()
+    sink = ImportSink(target, skip_bad=True)
+    sink.add_all(found, read, workers=workers, progress=progress)
+    items = {item.name: item for item in found.items}
+    for skipped in target.skipped:
+        if item := items.get(skipped["source"]):
+            target.add_unreadable(item.name, item.paths[0], item.info.get("layouts", ()))
+    groups = sorted(target.groups.values(), key=lambda group: -group.files)
+    return {
+        "set": set_name,
+        "path": str(path),
+        "files": len(found.items),
+        "photographs": len(target.photographs),
+        "duplicates": target.duplicates,
+        "several_rates_hz": sink.rates.several,
+        "layouts": [group.facts() for group in groups],
+        "skipped": target.skipped,
+    }
+
+
+def proposed_layouts(preview: Mapping[str, Any]) -> list[TableLayout]:
+    """Return the layouts of a preview as a mapping would state them, those of files without columns left out."""
+    layouts = []
+    for facts in preview["layouts"]:
+        uses = [ColumnUse(**column) for column in facts["columns"]]
+        axes = {use.role: use.heading for use in uses if use.role not in (TIME, IGNORED, UNCLEAR)}
+        time = next((use for use in uses if use.role == TIME), None)
+        units = {use.unit for use in uses if use.heading in axes.values()}
+        if not uses or any("," in name for name in axes):  # several axes in one array have no headings
+            continue
+        values = {
+            "columns": [use.heading for use in uses],
+            "axes": axes,
+            "unit": _known(units.pop()) if len(units) == 1 else None,
+            "time": time and time.heading,
+            "time_unit": time.unit if time and parse_seconds(time.unit or "") else None,
+        }
+        layouts.append(TableLayout.model_validate(values))
+    return layouts
+
+
+def _known(unit: str | None) -> str | None:
+    try:
+        parse_unit(unit or "")
+    except UnitError:
+        return None
+    return unit
+
+
+@dataclass
+class _Group:
+    """Files with the same headings, or the same axes and rate where there are none."""
+
+    example: str
+    columns: tuple[ColumnUse, ...]
+    mapped: bool = False
+    files: int = 0
+    skipped: int = 0
+    materials: Counter[str] = field(default_factory=Counter)
+    streams: dict[str, dict[str, Any]] = field(default_factory=dict)
+    rates: set[float] = field(default_factory=set)
+    estimated: list[float] = field(default_factory=list)
+    jitter_s: float = 0.0
+    interpolated: int = 0
+    largest_gap_s: float = 0.0
+    seconds: list[float] = field(default_factory=list)
+
+    def add(self, recording: Recording) -> None:
+        self.files += 1
+        self.materials[item_of(recording) or ""] += 1
+        for name, signal in recording.streams.items():
+            self.streams[name] = {"unit": signal.unit, "axes": list(signal.axes)}
+            self.rates.add(signal.rate)
+            self.seconds.append(len(signal) / signal.rate)
+        timing = recording.reading.timing if recording.reading else None
+        if timing is not None:
+            self.estimated.append(timing.rate)
+            self.jitter_s = max(self.jitter_s, timing.jitter_rms)
+            self.interpolated += timing.dropped
+            self.largest_gap_s = max(self.largest_gap_s, timing.largest_gap)
+
+    def facts(self) -> dict[str, Any]:
+        return {
+            "files": self.files,
+            "example": self.example,
+            "columns": [asdict(column) for column in self.columns],
+            "mapped": self.mapped,
+            "skipped": self.skipped,
+            "materials": dict(self.materials),
+            "streams": self.streams,
+            "rates_hz": sorted(self.rates),
+            "estimated_rates_hz": [min(self.estimated), max(self.estimated)] if self.estimated else None,
+            "jitter_s": self.jitter_s,
+            "interpolated": self.interpolated,
+            "largest_gap_s": self.largest_gap_s,
+            "seconds": [min(self.seconds), max(self.seconds)] if self.seconds else None,
+        }
+
+
+class _PreviewTarget:
+    """Collects facts about recordings; used like a `StoreWriter`."""
+
+    def __init__(self) -> None:
+        self.skipped: list[dict[str, str]] = []
+        self.duplicates = 0
+        self.tasks_done = 0
+        self.photographs: set[str] = set()
+        self.groups: dict[Any, _Group] = {}
+        self._streams: dict[str, StoreStreamInfo] = {}
+        self._seen: dict[str, tuple[str | None, str]] = {}
+
+    def add(self, recording: Recording, photograph: Photograph | None = None) -> None:
+        item, where = item_of(recording), recording.source or recording.id
+        earlier = self._seen.setdefault(recording.id, (item, where))
+        if earlier[0] != item:
+            raise DataError(
+                f"{where}: the same samples as {earlier[1]}, but called {item!r} here and {earlier[0]!r} there"
+            )
+        self.duplicates += earlier[1] != where
+        for name, signal in recording.streams.items():
+            known = self._streams.get(name) or StoreStreamInfo(signal.unit, signal.domain, ())
+            self._streams[name] = known.widened(name, signal, where)
+        if photograph is not None:
+            self.photographs.add(photograph.key)
+        columns = recording.reading.columns if recording.reading else ()
+        key = columns or _signals_key(recording.streams)
+        group = self.groups.setdefault(key, _Group(recording.source, columns))
+        group.mapped |= recording.reading is not None and recording.reading.mapped
+        group.add(recording)
+
+    def add_photograph(self, photograph: Photograph, material: str, *, source: str = "") -> None:
+        self.photographs.add(photograph.key)
+
+    def keep(self, done: int) -> None:
+        pass
+
+    def add_unreadable(self, name: str, path: Path, layouts: Sequence[TableLayout]) -> None:
+        """Count a skipped table among the files with its headings."""
+        try:
+            columns = read_columns(path, layouts=layouts)
+        except TactogramError:
+            return
+        if not columns:
+            return
+        headings = [use.heading for use in columns]
+        alike = (g for g in self.groups.values() if [use.heading for use in g.columns] == headings)
+        group = next(alike, None) or self.groups.setdefault(columns, _Group(name, columns))
+        group.files += 1
+        group.skipped += 1
+
+
+def _signals_key(streams: Mapping[str, Signal]) -> tuple[object, ...]:
+    return tuple((name, signal.unit, signal.axes, signal.rate) for name, signal in streams.items())
