@@ -17,7 +17,7 @@ from tactogram.datasets.store.photographs import Photograph
 from tactogram.errors import DataError, TactogramError, UnitError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_columns
-from tactogram.signal.io.layout import IGNORED, TIME, UNCLEAR, ColumnUse, TableLayout
+from tactogram.signal.io.layout import IGNORED, RATE, TIME, UNCLEAR, ColumnUse, TableLayout
 from tactogram.signal.units import parse_seconds, parse_unit
 
 
@@ -36,13 +36,12 @@ def preview_dataset(
     -------
     dict
         ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number), ``several_rates_hz``
-        (streams with several rates, Hz), ``skipped`` (``source``, ``reason``) and ``layouts``, most files first. Each
-        layout has ``files`` (number), ``example``, ``columns`` (``heading``, ``role``: an axis, ``time``, ``ignored``
-        or ``unclear``; ``unit`` as the heading spells it), ``mapped``
-        (whether a mapping decided), ``skipped`` (number) and ``materials`` (number of files by name); ``streams``
-        (by name: ``unit``, ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (lowest and highest of the
-        time stamps, or null), ``jitter_s`` (largest, rms), ``interpolated`` (samples), ``largest_gap_s``
-        and ``seconds`` (shortest and longest).
+        (by stream, where there are several), ``skipped`` (``source``, ``reason``) and ``layouts``, most files first.
+        Each layout has ``files`` (number), ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``,
+        ``rate``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``mapped`` (whether a mapping
+        decided), ``skipped`` (number), ``materials`` (number of files by name), ``streams`` (by name: ``unit``,
+        ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (lowest and highest of the time stamps, or null),
+        ``jitter_s`` (largest, rms), ``interpolated`` (samples), ``largest_gap_s`` and ``seconds`` (shortest, longest).
 
     Raises
     ------
@@ -75,7 +74,7 @@ def proposed_layouts(preview: Mapping[str, Any]) -> list[TableLayout]:
     layouts = []
     for facts in preview["layouts"]:
         uses = [ColumnUse(**column) for column in facts["columns"]]
-        axes = {use.role: use.heading for use in uses if use.role not in (TIME, IGNORED, UNCLEAR)}
+        axes = {use.role: use.heading for use in uses if use.role not in (TIME, RATE, IGNORED, UNCLEAR)}
         time = next((use for use in uses if use.role == TIME), None)
         units = {use.unit for use in uses if use.heading in axes.values()}
         if not uses or any("," in name for name in axes):  # several axes in one array have no headings

@@ -77,6 +77,16 @@ TABLES = {
         "a,b\n0,0,1,5\n0,1,2,5\n",
         "row 2: expected 2 columns, got 4; write decimal points",
     ),
+    "a wrong calendar stamp": (
+        "time,x\n2026-05-04T10:00:00,1\n2026-05-04T10:00:01,2\n"
+        + "2026-05-04T10:00:02,3\n" * 49
+        + "2026-05-04T25:00:00,3\n",
+        "row 53, column 'time': expected a time stamp, got '2026-05-04T25:00:00'",
+    ),
+    "calendar stamps of two kinds": (
+        "time,x\n2026-05-04T10:00:00,1\n2026-05-04T10:00:01Z,2\n",
+        "row 3, column 'time': expected a time stamp without time zone",
+    ),
     "Python's underscore": (
         ROWS.replace("0.02,1,", "0.02,1_0,"),
         "row 4, column 'x': expected a number, got '1_0'",

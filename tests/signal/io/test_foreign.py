@@ -1,3 +1,5 @@
+from datetime import datetime
+
 import numpy as np
 import openpyxl
 import pytest
@@ -292,3 +294,47 @@ def test_arrays_are_axes_by_their_names(tmp_path):
     assert [column.role for column in file.columns] == ["time", "x", "y"]
     np.savez(tmp_path / "b.npz", data=np.stack([X, 2 * X]), Fs=np.float64(500))
     assert read_signal(tmp_path / "b.npz").rate == 500
+
+
+STAMPS = {
+    "T and fraction": "2026-05-04T10:59:59.{:06d}",
+    "blank": "2026-05-04 10:59:59.{:06d}",
+    "UTC": "2026-05-04T10:59:59.{:06d}Z",
+    "time zone": "2026-05-04T10:59:59.{:06d}+09:00",
+    "slashes": "2026/05/04 10:59:59.{:06d}",
+    "nanoseconds": "2026-05-04T10:59:59.{:06d}000",
+}
+
+
+@pytest.mark.parametrize("name", STAMPS)
+@pytest.mark.parametrize("heading", ["timestamp,x", "when it was,x", None])
+def test_calendar_stamps_are_times(tmp_path, name, heading):
+    rows = [f"{STAMPS[name].format(2000 * k)},{value:.6f}" for k, value in enumerate(X)]
+    file = read_file(written(tmp_path, "\n".join([heading, *rows] if heading else rows)), unit="g")
+    assert (file.signal.rate, file.times[0]) == (pytest.approx(500), 0)
+    assert file.columns[0].role == "time"
+    np.testing.assert_allclose(file.signal.samples[0], 9.80665 * X, atol=1e-4)
+
+
+def test_calendar_stamps_go_on_after_midnight_and_through_a_gap(tmp_path):
+    first = np.datetime64("2026-12-31T23:59:59.900", "us")
+    rows = [f"{first + np.timedelta64(10000 * k, 'us')};{'' if k == 20 else k / 10}" for k in range(40)]
+    text = "time;x [g]\n" + "\n".join(rows).replace(".", ",")
+    file = read_file(written(tmp_path, text))
+    assert (file.signal.rate, file.timing.dropped) == (pytest.approx(100), 1)
+    np.testing.assert_allclose(file.times[-1], 0.39, atol=1e-9)
+
+
+@pytest.mark.parametrize("value", [str, lambda stamp: stamp])
+def test_calendar_stamps_of_a_worksheet(tmp_path, value):
+    book = openpyxl.Workbook()
+    book.active.append(["date", "x"])
+    for k, sample in enumerate(X):
+        book.active.append([value(datetime(2026, 5, 4, 10, 0, 0, 20000 * k)), sample])
+    book.save(tmp_path / "a.xlsx")
+    assert read_signal(tmp_path / "a.xlsx", unit="g").rate == pytest.approx(50, rel=1e-3)
+
+
+def test_seconds_go_before_calendar_stamps(tmp_path):
+    rows = "".join(f"2026-05-04T10:00:{k:02d},{k / 1000},{k}\n" for k in range(40))
+    assert read_signal(written(tmp_path, "date,elapsed (s),x\n" + rows)).rate == pytest.approx(1000)

@@ -1,9 +1,9 @@
 """A plain folder: one folder per material with signal files in it, and an optional table of metadata.
 
-``MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}``, also deeper; the first folder names the material. A picture with the name
-of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the other pictures in a
-material's folder, a single one is the photograph of all its recordings without one; several are photographs of the
-material. A folder may hold photographs alone.
+``MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx,mat,lvm}``, also deeper; the first folder names the material. A picture with
+the name of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the other pictures
+in a material's folder, a single one is the photograph of all its recordings without one; several are photographs of
+the material. A folder may hold photographs alone.
 
 Items that are rated but have no material, such as display signals or images, lie in folders that the option ``items``
 names (``items=signals,images``): each file's name without suffix becomes the label ``item`` of a signal, or the
@@ -40,13 +40,13 @@ from tactogram.text_files import read_table
 TITLE = "a plain folder of recordings"
 LICENCE = "not stated"
 DESCRIPTION = (
-    "MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx}, with an optional recordings.csv: file, material, speed_mm_s, force_n, "
-    "direction_deg, contactor, session, subject, image, unit, rate, axes, stream, rating_WORD, and labels. Pictures in "
-    "MATERIAL/ are its photographs, or a recording's own if they have its name."
+    "MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx,mat,lvm}, with an optional recordings.csv: file, material, speed_mm_s, "
+    "force_n, direction_deg, contactor, session, subject, image, unit, rate, axes, stream, rating_WORD, and labels. "
+    "Pictures in MATERIAL/ are its photographs, or a recording's own if they have its name."
 )
 
 TABLE = "recordings.csv"
-SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
+SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx", ".mat", ".lvm")
 NUMBERS = ("speed_mm_s", "force_n", "direction_deg")
 TEXTS = ("contactor", "session", "subject")
 READING = ("unit", "rate", "axes", "stream", "image", "image_width_mm", "material", "file")

@@ -13,7 +13,7 @@ from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.columns import axis_names, time_column, time_unit_of
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.layout import IGNORED, TIME, ColumnUse, TableLayout, layout_for
+from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout, layout_for
 from tactogram.signal.signal import Signal
 from tactogram.signal.units import parse_seconds, parse_unit
 
@@ -99,10 +99,12 @@ def array_content(
         time_unit = (layout and layout.time_unit) or time_unit_of(time) or "s"
         times = times * (parse_seconds(time_unit) or 1.0)
         uses[time] = ColumnUse(time, TIME, time_unit)
+    if rate := _rate(arrays, path):
+        uses[rate[0]] = ColumnUse(rate[0], RATE)
     return FileContent(
         samples,
         axes,
-        _rate(arrays, path),
+        rate and rate[1],
         times,
         unit,
         None,
@@ -165,17 +167,20 @@ def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> SignalDescr
 def _unnamed(arrays: Mapping[str, NDArray[np.generic]], time: str | None, path: Path) -> list[str]:
     """Return the only array besides time stamps and single numbers, or those that are axes by their names."""
     names = [name for name in arrays if name != time and arrays[name].ndim > 0]
+    if time is not None and len(names) > 1:
+        names = [name for name in names if arrays[name].shape[-1] == arrays[time].size] or names
     if len(names) == 1 or (names and axis_names(names) and all(arrays[name].ndim == 1 for name in names)):
         return names
     raise DataError(f"{path}: which array? choose of {', '.join(arrays) or 'none'}")
 
 
-def _rate(arrays: Mapping[str, NDArray[np.generic]], path: Path) -> float | None:
+def _rate(arrays: Mapping[str, NDArray[np.generic]], path: Path) -> tuple[str, float] | None:
+    """Return name and value in Hz of the single number that is the rate."""
     for name, values in arrays.items():
         plain = name.lower().replace("_", "")
         if values.shape == () and plain in (*RATE_NAMES, *STEP_NAMES):
             number = float(_numbers(arrays, name, path, dimensions=(0,)))
-            return 1 / number if plain in STEP_NAMES and number > 0 else number
+            return name, 1 / number if plain in STEP_NAMES and number > 0 else number
     return None
 
 

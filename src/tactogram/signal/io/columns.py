@@ -14,6 +14,7 @@ from tactogram.errors import DataError, UnitError
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.io.layout import IGNORED, TIME, ColumnUse, TableLayout, layout_for
+from tactogram.signal.io.stamps import stamp_columns
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 
 TIME_NAMES = frozenset(
@@ -40,6 +41,8 @@ _AXIS = re.compile(r"(?:.*[^a-z])?(?:a|acc|accel|gf)?([xyz])(?:[^a-z]*(?:axis|ac
 _MAGNITUDE = re.compile(r"(?:absolute|abs|total|resultant)\b.*|.*\b(?:magnitude|norm|abs)|at|tgf|atotal")
 """Columns computed from three axes: ``Absolute acceleration`` (phyphox), ``aT`` and ``TgF`` (Physics Toolbox)."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+CALENDAR = "date and time"
+"""Unit of calendar time stamps in `ColumnUse`."""
 MOST_MISSING = 3
 """Rows without a sample, one after the other, that are left to the resampling between time stamps (`to_uniform`)."""
 SLOWEST = 0.1
@@ -57,6 +60,7 @@ class TableColumns:
     time: int | None  # index of the time stamps
     seconds: float | None  # their unit in s, if heading or layout names it
     stamped: bool  # whether the time stamps place the samples, some of which may then be missing
+    calendar: bool  # whether the time stamps are dates with times
     uses: tuple[ColumnUse, ...]  # of every column
     layout: TableLayout | None = None  # which decided
 
@@ -75,14 +79,15 @@ def choose(
     axes: Sequence[str] | None = None,
     time: str | None = None,
     layouts: Sequence[TableLayout] = (),
-    text: Collection[int] = (),
+    rows: Sequence[Sequence[object]] = (),
 ) -> TableColumns:
-    """Return the columns to read.
+    """Return the columns to read of a table with these headings and first rows.
 
     They are those named by ``columns``; else by the one of ``layouts`` with these headings; else by ``axes``, if they
-    are headings; else all but the time and those of ``text``. A missing or repeated one, or different units, are a
+    are headings; else all but the time and those without numbers. A missing or repeated one, or different units, are a
     `DataError`.
     """
+    text, stamps = text_columns(rows), stamp_columns(rows)
     split = [split_heading(heading) for heading in headings]
     names = [name for name, _ in split]
     layout = None if description is not None or columns is not None else layout_for(headings, layouts)
@@ -90,7 +95,9 @@ def choose(
         at = None if layout.time is None else headings.index(layout.time)
         places, chosen = [headings.index(heading) for heading in layout.axes.values()], tuple(layout.axes)
     else:
-        at = time_column(headings, path, time if layout is None else layout.time, text)
+        at = time_column(headings, path, time if layout is None else layout.time, text - stamps)
+        if at is None:
+            at = min(stamps, default=None)
         if columns is None and axes is not None and all(name in names for name in axes):
             columns = axes
         if columns is None:
@@ -114,7 +121,8 @@ def choose(
     if len({unit for unit, _ in units}) > 1:
         listed = ", ".join(headings[i] for i in places)
         raise DataError(f"{path}: columns are in different units: {listed}; choose those of one as axes")
-    time_unit = None if layout is None else layout.time_unit
+    calendar = at in stamps
+    time_unit = CALENDAR if calendar else layout and layout.time_unit
     uses = {
         i: ColumnUse(headings[i], name, unit) for i, name, unit in zip(places, chosen, spelled, strict=True)
     }
@@ -126,8 +134,9 @@ def choose(
         unit=units[0][0],
         factors=tuple(factor for _, factor in units),
         time=at,
-        seconds=None if at is None else parse_seconds(uses[at].unit or ""),
+        seconds=1.0 if calendar else None if at is None else parse_seconds(uses[at].unit or ""),
         stamped=at is not None and description is None,
+        calendar=calendar,
         uses=tuple(uses.get(i, ColumnUse(heading, IGNORED)) for i, heading in enumerate(headings)),
         layout=layout,
     )

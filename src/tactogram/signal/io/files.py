@@ -1,4 +1,4 @@
-"""Signal files, by suffix: .wav, .flac, .csv, .tsv, .txt (read only), .npz, .xlsx."""
+"""Signal files, by suffix: .wav, .flac, .csv, .tsv, .npz, .xlsx, and, read only, .txt, .mat, .lvm."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io import arrays, sound, table, worksheet
+from tactogram.signal.io import arrays, labview, matlab, sound, table, worksheet
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import FileContent, assemble
 from tactogram.signal.io.description import SignalDescription
@@ -23,8 +23,8 @@ from tactogram.signal.timing import SamplingTiming, estimate_timing
 
 SOUND = (".wav", ".flac")
 TABLES = (".csv", ".tsv", ".txt")
-READABLE = (*SOUND, *TABLES, ".npz", ".xlsx")
-WRITABLE = tuple(suffix for suffix in READABLE if suffix != ".txt")
+READABLE = (*SOUND, *TABLES, ".npz", ".xlsx", ".mat", ".lvm")
+WRITABLE = tuple(suffix for suffix in READABLE if suffix not in (".txt", ".mat", ".lvm"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +106,10 @@ def read_file(
             content = sound.read(path, full_scale=full_scale)
         case ".npz":
             content = arrays.read(path, columns=columns, time=time, layouts=layouts)
+        case ".mat":
+            content = matlab.read(path, columns=columns, time=time, layouts=layouts)
+        case ".lvm":
+            content = labview.read(path, columns=columns, axes=axes, time=time, layouts=layouts)
         case ".xlsx":
             content = worksheet.read(
                 path, columns=columns, axes=axes, time=time, sheet=sheet, layouts=layouts
@@ -134,6 +138,8 @@ def read_metadata(path: str | Path) -> dict[str, Any]:
             return _metadata(arrays.describe(path))
         case ".xlsx":
             return _metadata(worksheet.describe(path))
+        case ".mat" | ".lvm":
+            return {}
         case _:
             return _metadata(table.describe(path))
 
@@ -149,6 +155,10 @@ def read_columns(path: str | Path, *, layouts: Sequence[TableLayout] = ()) -> tu
             return ()
         case ".npz":
             headings = [*arrays.load_arrays(path)]
+        case ".mat":
+            headings = [*matlab.variables(path)]
+        case ".lvm":
+            headings = labview.headings(path)
         case ".xlsx":
             headings = worksheet.headings(path)
         case _:

@@ -12,7 +12,7 @@ from tactogram.errors import UnitError
 from tactogram.signal.signal import RATES
 from tactogram.signal.units import parse_seconds, parse_unit
 
-TIME, IGNORED, UNCLEAR = "time", "ignored", "unclear"
+TIME, RATE, IGNORED, UNCLEAR = "time", "rate", "ignored", "unclear"
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class ColumnUse:
     """One column and what it is read as."""
 
     heading: str
-    role: str  # name of the axis, `TIME`, `IGNORED` or `UNCLEAR`
+    role: str  # name of the axis, or one of those above
     unit: str | None = None  # as the heading or the layout spells it
 
 

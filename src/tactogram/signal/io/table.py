@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,11 +21,11 @@ from tactogram.signal.io.columns import (
     choose,
     is_number,
     table_content,
-    text_columns,
 )
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.layout import ColumnUse, TableLayout
+from tactogram.signal.io.stamps import StampClock, parse_stamp
 from tactogram.signal.signal import Signal
 from tactogram.text_files import decode_text
 
@@ -49,12 +49,23 @@ def read(
     first other line is a heading if it is not all numbers. Lines of a logger above the heading are omitted. Decimals
     have points, or commas where these do not separate. A `DataError` names the line, counted from 1, and the column.
     """
-    table = _read_table(path)
+    return table_file_content(_read_table(path), columns=columns, axes=axes, time=time, layouts=layouts)
+
+
+def table_file_content(
+    table: TextTable,
+    *,
+    columns: Sequence[str] | None = None,
+    axes: Sequence[str] | None = None,
+    time: str | None = None,
+    layouts: Sequence[TableLayout] = (),
+) -> FileContent:
+    """Return the content of a text table that was taken apart."""
     headings, description = table.headings, table.description
     chosen = table.chosen(columns=columns, axes=axes, time=time, layouts=layouts)
     named = not (headings[0] == "1" and headings[-1] == str(len(headings)))
-    numbers = table.numbers(chosen.used, gaps=chosen.stamped)
-    return table_content(numbers, chosen, table.lines, headings, description, path, named=named)
+    numbers = table.numbers(chosen)
+    return table_content(numbers, chosen, table.lines, headings, description, table.path, named=named)
 
 
 def headings(path: Path) -> list[str]:
@@ -92,7 +103,9 @@ def heading(signal: Signal) -> list[str]:
 
 
 @dataclass(frozen=True)
-class _TextTable:
+class TextTable:
+    """Lines of a text table, not yet converted to numbers."""
+
     path: Path
     headings: list[str]
     rows: list[str]  # below the heading
@@ -123,40 +136,52 @@ class _TextTable:
             axes=axes,
             time=time if self.description is None else self.headings[0],
             layouts=layouts,
-            text=text_columns([_cells(row, self.separator, self.path) for row in self.rows[:SNIFFED_ROWS]]),
+            rows=[_cells(row, self.separator, self.path) for row in self.rows[:SNIFFED_ROWS]],
         )
 
-    def numbers(self, used: Sequence[int], *, gaps: bool) -> NDArray[np.float64]:
-        """Return the used columns as float64, shape (row, used column); with ``gaps`` an empty cell is NaN."""
+    def numbers(self, chosen: TableColumns) -> NDArray[np.float64]:
+        """Return the used columns as float64, shape (row, used column); between stamps an empty cell is NaN."""
         quoted = any('"' in row for row in self.rows)
         count = len(self.headings)
         if self.separator == " " or quoted:
             complete = all(len(_cells(row, self.separator, self.path)) == count for row in self.rows)
         else:
             complete = all(row.count(self.separator) == count - 1 for row in self.rows)
-        for converter in (None, _number_or_nan) if gaps else (None,):
+        for converter in (None, _number_or_nan) if chosen.stamped else (None,):
+            converters: dict[int | str, Callable[[str], float]] = {}
+            if converter is not None:
+                converters |= dict.fromkeys(chosen.used, converter)
+            if chosen.calendar and chosen.time is not None:
+                converters[chosen.time] = StampClock()
             with suppress(ValueError):
                 if complete:
                     return np.loadtxt(
                         self.rows,
                         delimiter=None if self.separator == " " else self.separator,
-                        usecols=used,
+                        usecols=chosen.used,
                         comments=None,
                         quotechar='"' if quoted else None,
                         ndmin=2,
-                        converters=converter,
+                        converters=converters or None,
                     )
-        raise DataError(f"{self.path}: {self._problem(used)}")
+        raise DataError(f"{self.path}: {self._problem(chosen)}")
 
-    def _problem(self, used: Sequence[int]) -> str:
+    def _problem(self, chosen: TableColumns) -> str:
         """Return what is wrong with the first invalid row."""
+        clock = StampClock()
         for number, row in zip(self.lines, self.rows, strict=True):
             cells = _cells(row, self.separator, self.path)
             if len(cells) != len(self.headings):
                 comma = self.separator == "," and len(cells) == 2 * len(self.headings)
                 hint = "; write decimal points, not commas" if comma else ""
                 return f"row {number}: expected {len(self.headings)} columns, got {len(cells)}{hint}"
-            for i in used:
+            for i in chosen.used:
+                if i == chosen.time and chosen.calendar:
+                    try:
+                        clock(cells[i])
+                    except ValueError as error:
+                        return f"row {number}, column {self.headings[i]!r}: {error}"
+                    continue
                 if is_number(cells[i]):
                     continue
                 comma = DECIMAL_COMMA.fullmatch(cells[i]) is not None
@@ -166,8 +191,8 @@ class _TextTable:
         return "not a table of numbers"
 
 
-def _read_table(path: Path) -> _TextTable:
-    lines = _text(path).split("\n")
+def _read_table(path: Path) -> TextTable:
+    lines = read_lines(path)
     comments = [line[1:].strip() for line in lines if line.startswith(COMMENTS)]
     kept = [
         n for n, line in enumerate(lines, 1) if line and not line.isspace() and not line.startswith(COMMENTS)
@@ -179,7 +204,7 @@ def _read_table(path: Path) -> _TextTable:
     preamble = _preamble(rows, separator, path)
     kept, rows = kept[preamble:], rows[preamble:]
     headings = _cells(rows[0], separator, path)
-    if all(is_number(cell) for cell in headings):
+    if all(is_number(cell) or parse_stamp(cell) for cell in headings):
         headings = _commented(comments, len(headings), separator, path) or [
             str(i + 1) for i in range(len(headings))
         ]
@@ -190,7 +215,12 @@ def _read_table(path: Path) -> _TextTable:
     rows, headings = _without_last_separator(rows, headings, separator)
     if separator != "," and _has_decimal_commas(rows, separator, path):
         rows = [row.replace(",", ".") for row in rows]
-    return _TextTable(path, headings, rows, kept, comments, separator)
+    return TextTable(path, headings, rows, kept, comments, separator)
+
+
+def read_lines(path: Path) -> list[str]:
+    """Return the lines of a text file; a `DataError` if it is empty or not UTF-8."""
+    return _text(path).split("\n")
 
 
 def _text(path: Path, length: int = -1) -> str:

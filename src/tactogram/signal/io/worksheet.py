@@ -15,10 +15,11 @@ import numpy as np
 
 from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.signal.io.archives import check_archive
-from tactogram.signal.io.columns import choose, table_content, text_columns
+from tactogram.signal.io.columns import choose, table_content
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.stamps import StampClock, parse_stamp
 from tactogram.signal.io.table import SNIFFED_ROWS, heading
 from tactogram.signal.signal import Signal
 
@@ -53,14 +54,23 @@ def read(
             axes=axes,
             time=headings[0] if description is not None else time,
             layouts=layouts,
-            text=text_columns([row for _, row in sniffed]),
+            rows=[row for _, row in sniffed],
         )
+        clock = StampClock()
         kept: list[int] = []
         values: list[list[float]] = []
         for number, row in chain(sniffed, below):
             kept.append(number)
             gaps = chosen.places if chosen.stamped else ()
-            values.append([_number(row, i, number, headings, path, gap=i in gaps) for i in chosen.used])
+            calendar = chosen.time if chosen.calendar else None
+            values.append(
+                [
+                    _seconds(clock, row, i, number, headings, path)
+                    if i == calendar
+                    else _number(row, i, number, headings, path, gap=i in gaps)
+                    for i in chosen.used
+                ]
+            )
     if not values:
         raise DataError(f"{path}: no rows below the heading")
     numbers = np.array(values, dtype=np.float64)
@@ -152,11 +162,20 @@ def _headed(sheet: Any, path: Path) -> tuple[list[str], bool, Iterator[tuple[int
     width = max((i for i, cell in enumerate(head, 1) if cell not in (None, "")), default=0)
     if not width:
         raise DataError(f"{path}: no rows")
-    named = not all(isinstance(cell, int | float) for cell in head[:width])
+    named = not all(isinstance(cell, int | float) or parse_stamp(cell) for cell in head[:width])
     texts = [str(cell if cell is not None else "").strip() for cell in head[:width]]
     if named:
         return texts, True, filled
     return [str(i + 1) for i in range(width)], False, chain([(first, head)], filled)
+
+
+def _seconds(
+    clock: StampClock, row: Sequence[Any], i: int, number: int, headings: Sequence[str], path: Path
+) -> float:
+    try:
+        return clock(row[i] if i < len(row) else None)
+    except ValueError as error:
+        raise DataError(f"{path}: row {number}, column {headings[i]!r}: {error}") from None
 
 
 def _number(

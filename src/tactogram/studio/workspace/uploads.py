@@ -22,6 +22,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import READABLE, decode_image, read_signal
 from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io.matlab import check_unpacked
 from tactogram.signal.io.picture import picture_size
 from tactogram.signal.io.riff import read_header
 from tactogram.study.study_file import Study
@@ -42,7 +43,7 @@ MOST_OTHER_BYTES = 32 * MIB
 MOST_SAMPLES = 2**25
 """Of all axes: 11 minutes of one axis at 48 kHz, 256 MiB in memory."""
 MOST_UNPACKED = 8 * MOST_SAMPLES
-"""Unpacked bytes of a ZIP (NPZ, XLSX)."""
+"""Unpacked bytes of a ZIP (NPZ, XLSX) or MAT file."""
 MOST_MEMBERS = 200
 MOST_CHANNELS = 64
 LONGEST_NAME = 160
@@ -53,9 +54,11 @@ HEADS: dict[str, tuple[bytes, ...]] = {
     ".npz": (b"PK\x03\x04",),
     ".xlsx": (b"PK\x03\x04",),
     ".parquet": (b"PAR1",),
+    ".mat": (b"MATLAB 5.0",),
+    ".lvm": (b"LabVIEW Measurement",),
 }
 """First bytes by suffix; all others are text, or pictures, which Pillow recognises."""
-_TEXT = (".csv", ".tsv", ".txt", ".toml")
+_TEXT = (".csv", ".tsv", ".txt", ".toml", ".lvm")
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 _saving = threading.Lock()
 
@@ -156,6 +159,8 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
         picture_size(data, name=safe)
     if suffix in (".npz", ".xlsx"):
         check_archive(io.BytesIO(data), safe, most_bytes=MOST_UNPACKED, most_members=MOST_MEMBERS)
+    if suffix == ".mat":
+        check_unpacked(io.BytesIO(data), safe, most_bytes=MOST_UNPACKED)
     if suffix == ".parquet":
         from tactogram.datasets.parquet_table import check_parquet
 
