@@ -9,6 +9,7 @@ import soundfile
 from PIL import Image as Pillow
 from scipy import signal as scipy_signal
 
+from tactogram.cli import main
 from tactogram.datasets import Ratings, add_ratings, item_of, open_store
 from tactogram.datasets.importers import biotac_slide, cluster, folder, lmt108, vibviz
 from tactogram.datasets.importing import import_dataset
@@ -515,6 +516,34 @@ class TestFolder:
         self.write(tmp_path / "f", "a.wav")
         with pytest.raises(DataError, match=r"a.wav: must be in a folder named after its material"):
             imported("folder", tmp_path / "f", tmp_path)
+
+    def test_text_tables_are_read_and_notes_are_reported(self, tmp_path):
+        for n in range(3):
+            self.write(tmp_path / "f", f"cork/{n}.wav", n)
+        rows = "".join(f"{k / 100:.2f} {k % 7}\n" for k in range(30))
+        (tmp_path / "f" / "cork" / "log.txt").write_text("t [s] force [N]\n" + rows)
+        (tmp_path / "f" / "cork" / "notes.txt").write_text("Stroked 3 times\n1. slowly\n2. fast, at 1.5 N\n")
+        (tmp_path / "f" / "cork" / "setup.pdf").write_text("x")
+        (tmp_path / "f" / "cork" / "0.dat").write_text("the original of 0.wav")
+        report, store = imported("folder", tmp_path / "f", tmp_path)
+        assert [info.source for info in store.index][3] == "cork/log.txt"
+        assert report["skipped"] == [
+            {"source": "cork/notes.txt", "reason": "cork/notes.txt: not a table of numbers"}
+        ]
+
+    @pytest.mark.parametrize(("others", "stops"), [(1, False), (2, True)])
+    def test_a_third_of_unknown_files_stops_the_import(self, tmp_path, capsys, others, stops):
+        for n in range(4):
+            self.write(tmp_path / "f", f"cork/{n}.wav", n)
+        for n in range(others):
+            (tmp_path / "f" / "cork" / f"take{n}.tdms").write_bytes(b"x")
+        words = ["data", "import", "folder", str(tmp_path / "f")]
+        assert main([*words, "--preview"]) == main([*words, "--out", str(tmp_path / "s")]) == int(stops)
+        assert (tmp_path / "s").exists() != stops
+        said = capsys.readouterr()
+        assert "skipped: cork/take0.tdms: suffix must be one of .wav" in said.out
+        assert ("in all 2 of 6 files cannot be read: " in said.err) == stops
+        assert main([*words, "--out", str(tmp_path / "s"), "--skip-bad"]) == 0
 
     def test_a_text_file_called_wav_is_named(self, tmp_path):
         (tmp_path / "f" / "cork").mkdir(parents=True)

@@ -72,7 +72,7 @@ def _import(request: ImportRequest, show: Printer) -> int:
         report = import_store(**vars(request) | {"progress": progress})
     if request.preview:
         show(report, preview_text(report))
-        return 1 if report["skipped"] and not request.skip_bad else 0
+        return 1 if report["needs_skip_bad"] and not request.skip_bad else 0
     listed = ("skipped", "duplicates", "several_rates_hz")
     lines = [lines_of({name: value for name, value in report.items() if name not in listed})]
     lines += [

@@ -13,6 +13,8 @@ the word after ``data import``. It defines
   recordings. It receives those options of ``find`` that it also declares; the import opens the files;
 - optionally ``UNVERIFIED: str``: what was assumed of a set whose files were not at hand, repeated in the result of an
   import;
+- optionally ``left_out(folder: Path) -> list[tuple[str, str]]``: files that may be recordings and are not read, each
+  with the reason. An import reports them; without ``skip_bad`` a third of all files or more stop it;
 - optionally ``ratings(folder: Path) -> Ratings | None``; ratings of items that are not imported are left out.
 """
 
@@ -94,13 +96,16 @@ def importers() -> dict[str, Importer]:
     return {name: importer(name) for name in IMPORTERS.names()}
 
 
-def files_below(folder: Path, suffixes: Iterable[str]) -> dict[str, Path]:
-    """Return the files below ``folder`` by relative path, numbers in order; hidden files and folders are skipped."""
+def files_below(folder: Path, suffixes: Iterable[str] | None) -> dict[str, Path]:
+    """Return the files below ``folder`` by relative path, numbers in order; hidden files and folders are skipped.
+
+    ``suffixes`` are the wanted ones; None is all.
+    """
     paths = {path.relative_to(folder): path for path in folder.rglob("*")}
     return {
         name.as_posix(): paths[name]
         for name in sorted(paths, key=lambda name: natural_key(name.as_posix()))
-        if name.suffix.lower() in suffixes
+        if (suffixes is None or name.suffix.lower() in suffixes)
         and not any(part.startswith(".") for part in name.parts)
         and paths[name].is_file()
     }

@@ -129,6 +129,14 @@ class FoundSet:
     source: Importer
     items: list[ImportItem]
     pictures: list[ImportedPhotograph]
+    left_out: list[tuple[str, str]]
+    """Files that are not read, with reasons."""
+
+    @property
+    def lacks_much(self) -> bool:
+        """Whether a third of the files or more are left out."""
+        others = len(self.items) + len(self.pictures)
+        return bool(self.left_out) and 2 * len(self.left_out) >= others
 
 
 def find_set(set_name: str, path: Path, options: Mapping[str, Any]) -> FoundSet:
@@ -141,7 +149,8 @@ def find_set(set_name: str, path: Path, options: Mapping[str, Any]) -> FoundSet:
     pictures: list[ImportedPhotograph] = _optional(source, "photographs", path, options) or []
     if not items and not pictures:
         raise DataError(f"{path}: nothing to import as {set_name!r}; {source.TITLE} was not found there")
-    return FoundSet(set_name, source, items, pictures)
+    left_out: list[tuple[str, str]] = _optional(source, "left_out", path, options) or []
+    return FoundSet(set_name, source, items, pictures, left_out)
 
 
 def _job(set_name: str, path: Path, options: Mapping[str, Any], items: Sequence[ImportItem]) -> str:
@@ -208,6 +217,14 @@ class ImportSink:
         progress: Callable[[int, int], None] | None,
     ) -> None:
         """Read every item and picture after those that the target has already."""
+        if found.lacks_much and not self.skip_bad:
+            files = len(found.left_out) + len(found.items) + len(found.pictures)
+            raise DataError(
+                f"{found.left_out[0][1]}; in all {len(found.left_out)} of {files} files cannot be read: "
+                "skip_bad (--skip-bad) leaves them out"
+            )
+        for name, reason in found.left_out:
+            self._report(name, reason)
         report = progress or (lambda done, total: None)
         before, count = self.target.tasks_done, len(found.items)
         total = count + len(found.pictures)
@@ -261,6 +278,9 @@ class ImportSink:
     def _skip(self, source: str, reason: str) -> None:
         if not self.skip_bad:
             raise DataError(f"{reason}; skip_bad (--skip-bad) leaves it out")
+        self._report(source, reason)
+
+    def _report(self, source: str, reason: str) -> None:
         skipped = {"source": printable(source), "reason": printable(reason)}
         if skipped not in self.target.skipped:
             self.target.skipped.append(skipped)

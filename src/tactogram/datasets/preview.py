@@ -36,7 +36,8 @@ def preview_dataset(
     -------
     dict
         ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number), ``several_rates_hz``
-        (by stream, where there are several), ``skipped`` (``source``, ``reason``) and ``layouts``, most files first.
+        (by stream, where there are several), ``skipped`` (``source``, ``reason``), ``needs_skip_bad``
+        (whether the import would stop without ``skip_bad``) and ``layouts``, most files first.
         Each layout has ``files`` (number), ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``,
         ``rate``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``mapped`` (whether a mapping
         decided), ``skipped`` (number), ``materials`` (number of files by name), ``streams`` (by name: ``unit``,
@@ -60,12 +61,13 @@ def preview_dataset(
     return {
         "set": set_name,
         "path": str(path),
-        "files": len(found.items),
+        "files": len(found.items) + len(found.left_out),
         "photographs": len(target.photographs),
         "duplicates": target.duplicates,
         "several_rates_hz": sink.rates.several,
         "layouts": [group.facts() for group in groups],
         "skipped": target.skipped,
+        "needs_skip_bad": found.lacks_much or len(target.skipped) > len(found.left_out),
     }
 
 

@@ -1,6 +1,6 @@
 """A plain folder: one folder per material with signal files in it, and an optional table of metadata.
 
-``MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx,mat,lvm}``, also deeper; the first folder names the material. A picture with
+``MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}``, also deeper; the first folder names the material. A picture with
 the name of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the other pictures
 in a material's folder, a single one is the photograph of all its recordings without one; several are photographs of
 the material. A folder may hold photographs alone.
@@ -34,18 +34,24 @@ from tactogram.datasets.recording import FileReading, Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_file
+from tactogram.signal.io.table import is_table
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import read_table
 
 TITLE = "a plain folder of recordings"
 LICENCE = "not stated"
 DESCRIPTION = (
-    "MATERIAL/*.{wav,flac,csv,tsv,npz,xlsx,mat,lvm}, with an optional recordings.csv: file, material, speed_mm_s, "
+    "MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}, with an optional recordings.csv: file, material, speed_mm_s, "
     "force_n, direction_deg, contactor, session, subject, image, unit, rate, axes, stream, rating_WORD, and labels. "
     "Pictures in MATERIAL/ are its photographs, or a recording's own if they have its name."
 )
 
 TABLE = "recordings.csv"
+DOCUMENTS = (
+    *(".md", ".rst", ".pdf", ".doc", ".docx", ".odt", ".rtf", ".html"),
+    *(".json", ".toml", ".yaml", ".yml", ".xml", ".ini", ".cfg", ".py", ".m", ".r", ".ino"),
+)
+"""Suffixes of files that are no recordings, and are not mentioned."""
 SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx", ".mat", ".lvm")
 NUMBERS = ("speed_mm_s", "force_n", "direction_deg")
 TEXTS = ("contactor", "session", "subject")
@@ -181,8 +187,31 @@ def _item_folders(folder: Path, items: str) -> set[str]:
     return names
 
 
+def left_out(folder: Path) -> list[tuple[str, str]]:
+    """Return the files in folders of materials that may be recordings in another format, with the reason."""
+    signals, pictures = _signals(folder), files_below(folder, PICTURES)
+    read = {path.with_suffix("") for path in (*signals.values(), *pictures.values())}
+    return [
+        (name, f"{name}: {_reason(path)}")
+        for name, path in files_below(folder, None).items()
+        if "/" in name and path.suffix.lower() not in DOCUMENTS and path.with_suffix("") not in read
+    ]
+
+
+def _reason(path: Path) -> str:
+    if path.suffix.lower() == ".txt":
+        return "not a table of numbers"
+    known = ", ".join((*SUFFIXES, ".txt"))
+    return f"suffix must be one of {known}, got {path.suffix or 'none'}; export it as .csv"
+
+
 def _signals(folder: Path) -> dict[str, Path]:
-    return {name: path for name, path in files_below(folder, SUFFIXES).items() if name != TABLE}
+    files = files_below(folder, (*SUFFIXES, ".txt"))
+    return {
+        name: path
+        for name, path in files.items()
+        if name != TABLE and (path.suffix.lower() != ".txt" or ("/" in name and is_table(path)))
+    }
 
 
 def _pictures(folder: Path, signals: Mapping[str, Path]) -> tuple[dict[str, Path], dict[str, list[Path]]]:

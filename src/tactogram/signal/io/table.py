@@ -31,6 +31,7 @@ from tactogram.text_files import decode_text
 
 COMMENTS = ("#", "%")
 SNIFFED_ROWS = 50
+_SNIFFED_BYTES = 8192
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 """A cell among blanks; in a heading, the unit in brackets belongs to it."""
 
@@ -71,6 +72,17 @@ def table_file_content(
 def headings(path: Path) -> list[str]:
     """Return the headings of a text table; ``"1"``, ``"2"``, … if it has none."""
     return _read_table(path).headings
+
+
+def is_table(path: Path) -> bool:
+    """Return whether most lines at the beginning of a text file are mostly numbers; notes are not."""
+    with path.open("rb") as file:
+        lines = file.read(_SNIFFED_BYTES).decode("utf-8-sig", "ignore").splitlines()
+    rows = [cells for line in lines[:SNIFFED_ROWS] if (cells := re.findall(r"[^\s;,]+", line))]
+    numeric = [
+        2 * sum(is_number(cell) or parse_stamp(cell) is not None for cell in row) > len(row) for row in rows
+    ]
+    return 2 * sum(numeric) > len(numeric)
 
 
 def uses(path: Path, layouts: Sequence[TableLayout]) -> tuple[ColumnUse, ...]:
