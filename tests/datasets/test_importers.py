@@ -531,6 +531,16 @@ class TestFolder:
             {"source": "cork/notes.txt", "reason": "cork/notes.txt: not a table of numbers"}
         ]
 
+    def test_metadata_of_phones_is_no_recording(self, tmp_path):
+        folder = tmp_path / "f" / "cork" / "2026-05-04"
+        (folder / "meta").mkdir(parents=True)
+        rows = "".join(f"{k / 100},{k % 7}\n" for k in range(30))
+        (folder / "Raw Data.csv").write_text('"Time (s)","Linear Acceleration x (m/s^2)"\n' + rows)
+        for name in ("meta/device.csv", "meta/time.csv", "Metadata.csv"):
+            (folder / name).write_text('"property","value"\n"model","a phone"\n')
+        report, store = imported("folder", tmp_path / "f", tmp_path)
+        assert ([info.material for info in store.index], report["skipped"]) == (["cork"], [])
+
     @pytest.mark.parametrize(("others", "stops"), [(1, False), (2, True)])
     def test_a_third_of_unknown_files_stops_the_import(self, tmp_path, capsys, others, stops):
         for n in range(4):

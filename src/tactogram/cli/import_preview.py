@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tactogram.cli.printing import columns, shortened, text_of
@@ -30,13 +30,16 @@ def preview_text(facts: Mapping[str, Any]) -> str:
 def several_rates(rates: Mapping[str, list[float]]) -> list[str]:
     """Return a line for each stream with several rates, with what to do."""
     return [
-        f"{stream}: {text_of(each)} Hz; a training needs one rate: train … --set prepare.rate={each[0]:g}"
+        f"{stream}: {_listed(each)} Hz; a training needs one rate: train … --set prepare.rate={each[0]:.7g}"
         for stream, each in rates.items()
     ]
 
 
+def _listed(rates: Sequence[float]) -> str:
+    return ", ".join(f"{rate:.7g}" for rate in rates)
+
+
 def _layout(number: int, layout: Mapping[str, Any]) -> str:
-    materials = ", ".join(f"{name or '(none)'} {count}" for name, count in layout["materials"].items())
     count = f"{layout['files']} file{'s' * (layout['files'] != 1)}"
     skipped = f", {layout['skipped']} skipped" if layout["skipped"] else ""
     mapped = ", by the mapping" if layout["mapped"] else ""
@@ -44,18 +47,22 @@ def _layout(number: int, layout: Mapping[str, Any]) -> str:
     rows = [(f"  {use['heading']}", use["role"], use["unit"] or "") for use in layout["columns"]]
     lines += [columns(rows)] if rows else []
     for name, stream in layout["streams"].items():
-        lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}")
+        stated = (
+            stream["unit"] != "1"
+            or not layout["columns"]
+            or any(use["unit"] == "1" for use in layout["columns"])
+        )
+        hint = "" if stated else " (no known unit in the headings; --set unit=g or another states it)"
+        lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}{hint}")
     if layout["seconds"]:
         lines.append(f"  {_timing(layout)}")
-        lines.append(
-            f"  materials: {text_of(shortened(layout['materials'])) if len(materials) > 900 else materials}"
-        )
+        lines.append(f"  materials: {text_of(shortened(layout['materials']))}")
     return "\n".join(lines)
 
 
 def _timing(layout: Mapping[str, Any]) -> str:
     low, high = layout["seconds"]
-    text = f"{text_of(layout['rates_hz'])} Hz"
+    text = f"{_listed(layout['rates_hz'])} Hz"
     if layout["estimated_rates_hz"]:
         least, most = (f"{rate:.7g}" for rate in layout["estimated_rates_hz"])
         text += f" (time stamps: {least if least == most else f'{least} to {most}'} Hz"

@@ -79,8 +79,10 @@ def proposed_layouts(preview: Mapping[str, Any]) -> list[TableLayout]:
         axes = {use.role: use.heading for use in uses if use.role not in (TIME, RATE, IGNORED, UNCLEAR)}
         time = next((use for use in uses if use.role == TIME), None)
         units = {use.unit for use in uses if use.heading in axes.values()}
-        if not uses or any("," in name for name in axes):  # several axes in one array have no headings
+        if not uses:
             continue
+        if any("," in name for name in axes):  # several axes in one array have no headings
+            axes = {}
         values = {
             "columns": [use.heading for use in uses],
             "axes": axes,
@@ -120,7 +122,7 @@ class _Group:
 
     def add(self, recording: Recording) -> None:
         self.files += 1
-        self.materials[item_of(recording) or ""] += 1
+        self.materials[item_of(recording) or "(none)"] += 1
         for name, signal in recording.streams.items():
             self.streams[name] = {"unit": signal.unit, "axes": list(signal.axes)}
             self.rates.add(signal.rate)

@@ -130,6 +130,7 @@ LOGGERS = {
     "a logger": "Elapsed Time,X-Axis (g),Y-Axis (g),Z-Axis (g)",
     "milliseconds": "timestamp_ms,acc_x,acc_y,acc_z",
     "Sensor Logger": "time,seconds_elapsed,z,y,x",
+    "Arduino": "millis,ax,ay,az",
 }
 
 
@@ -137,7 +138,7 @@ LOGGERS = {
 def test_loggers_are_understood(logger, tmp_path):
     heading = LOGGERS[logger]
     separator = ";" if ";" in heading else ","
-    ms = "_ms" in heading
+    ms = "_ms" in heading or "millis" in heading
     rows = []
     for k, value in enumerate(X):
         sides = [value, 2 * value, 3 * value, np.sqrt(14) * abs(value)]
@@ -292,8 +293,9 @@ def test_arrays_are_axes_by_their_names(tmp_path):
     file = read_file(tmp_path / "a.npz", unit="g")
     assert (file.signal.rate, file.signal.axes) == (pytest.approx(1000), ("x", "y"))
     assert [column.role for column in file.columns] == ["time", "x", "y"]
-    np.savez(tmp_path / "b.npz", data=np.stack([X, 2 * X]), Fs=np.float64(500))
-    assert read_signal(tmp_path / "b.npz").rate == 500
+    np.savez(tmp_path / "b.npz", data=np.stack([X, 2 * X, 3 * X]), Fs=np.float64(500))
+    file = read_file(tmp_path / "b.npz")
+    assert (file.signal.rate, [column.role for column in file.columns]) == (500, ["x, y, z", "rate"])
 
 
 STAMPS = {
@@ -338,3 +340,24 @@ def test_calendar_stamps_of_a_worksheet(tmp_path, value):
 def test_seconds_go_before_calendar_stamps(tmp_path):
     rows = "".join(f"2026-05-04T10:00:{k:02d},{k / 1000},{k}\n" for k in range(40))
     assert read_signal(written(tmp_path, "date,elapsed (s),x\n" + rows)).rate == pytest.approx(1000)
+
+
+def test_a_metamotion_table_has_three_axes_and_three_times(tmp_path):
+    heading = "epoc (ms),timestamp (+0200),elapsed (s),x-axis (g),y-axis (g),z-axis (g)"
+    rows = "".join(
+        f"{1777881600000 + 10 * k},2026-05-04T10.00.{k:02d}.000,{k / 100},1,2,{k}\n" for k in range(40)
+    )
+    file = read_file(written(tmp_path, heading + "\n" + rows))
+    assert (file.signal.rate, file.signal.axes) == (pytest.approx(100), ("x", "y", "z"))
+    assert [column.role for column in file.columns] == ["time", "ignored", "ignored", "x", "y", "z"]
+
+
+def test_the_workbook_of_phyphox_has_one_sheet_of_data(tmp_path):
+    book = openpyxl.Workbook()
+    book.active.title = "Raw Data"
+    for row in (["Time (s)", "Acceleration x (m/s^2)"], *([k / 100, k] for k in range(20))):
+        book.active.append(row)
+    for name in ("Metadata Device", "Metadata Time"):
+        book.create_sheet(name).append(["property", "value"])
+    book.save(tmp_path / "a.xlsx")
+    assert read_signal(tmp_path / "a.xlsx").axes == ("x",)

@@ -52,6 +52,8 @@ DOCUMENTS = (
     *(".json", ".toml", ".yaml", ".yml", ".xml", ".ini", ".cfg", ".py", ".m", ".r", ".ino"),
 )
 """Suffixes of files that are no recordings, and are not mentioned."""
+METADATA = ("meta/device.csv", "meta/time.csv", "Metadata.csv")
+"""Ends of the names of such tables, as phyphox and Sensor Logger write them."""
 SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx", ".mat", ".lvm")
 NUMBERS = ("speed_mm_s", "force_n", "direction_deg")
 TEXTS = ("contactor", "session", "subject")
@@ -194,7 +196,10 @@ def left_out(folder: Path) -> list[tuple[str, str]]:
     return [
         (name, f"{name}: {_reason(path)}")
         for name, path in files_below(folder, None).items()
-        if "/" in name and path.suffix.lower() not in DOCUMENTS and path.with_suffix("") not in read
+        if "/" in name
+        and path.suffix.lower() not in DOCUMENTS
+        and not name.endswith(METADATA)
+        and path.with_suffix("") not in read
     ]
 
 
@@ -210,7 +215,9 @@ def _signals(folder: Path) -> dict[str, Path]:
     return {
         name: path
         for name, path in files.items()
-        if name != TABLE and (path.suffix.lower() != ".txt" or ("/" in name and is_table(path)))
+        if name != TABLE
+        and not name.endswith(METADATA)
+        and (path.suffix.lower() != ".txt" or ("/" in name and is_table(path)))
     }
 
 

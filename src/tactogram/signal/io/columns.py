@@ -33,6 +33,15 @@ TIME_NAMES = frozenset(
         "seconds elapsed",
         "elapsed seconds",
         "zeit",
+        "date",
+        "datetime",
+        "date time",
+        "epoch",
+        "epoc",  # MetaMotion
+        "millis",  # Arduino, as below
+        "micros",
+        "ms",
+        "us",
     ]
 )
 """Headings of a column of time stamps, in any case, with ``_s``, ``_ms``, ``_us`` or ``[s]`` … for the unit."""
@@ -95,8 +104,8 @@ def choose(
         at = None if layout.time is None else headings.index(layout.time)
         places, chosen = [headings.index(heading) for heading in layout.axes.values()], tuple(layout.axes)
     else:
-        at = time_column(headings, path, time if layout is None else layout.time, text - stamps)
-        if at is None:
+        at = time_column(headings, path, time if layout is None else layout.time, text)
+        if at is None and (layout is None or layout.time is None):
             at = min(stamps, default=None)
         if columns is None and axes is not None and all(name in names for name in axes):
             columns = axes
@@ -240,6 +249,8 @@ def time_unit_of(heading: str) -> str | None:
         return unit
     if "seconds" in _plain(name).split():
         return "s"
+    if (plain := _plain(name)) in ("millis", "micros", "ms", "us"):
+        return {"millis": "ms", "micros": "us"}.get(plain, plain)
     ending = name.lower().rpartition("_")[2] if "_" in name else ""
     return ending if parse_seconds(ending) else None
 

@@ -233,6 +233,7 @@ def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
     else:
         kept, others = dict(zip(content.axes, axes, strict=False)), {}
     roles = others | kept
+    roles |= {arrays.SAMPLES: ", ".join(axes)} if content.uses and arrays.SAMPLES not in axes else {}
     return tuple(replace(use, role=roles.get(use.role, use.role)) for use in content.uses)
 
 

@@ -146,9 +146,10 @@ def _describe(book: Any, path: Path) -> SignalDescription | None:
 def _sheet(book: Any, path: Path, sheet: str | None, description: SignalDescription | None) -> Any:
     names = [name for name in book.sheetnames if name != DESCRIPTION]
     if sheet is None:
-        if description is None and len(names) != 1:
+        data = [name for name in names if not name.startswith("Metadata")]  # of phyphox
+        if description is None and len(data) != 1:
             raise DataError(f"{path}: which sheet? choose of {', '.join(names)}")
-        sheet = SHEET if description is not None else names[0]
+        sheet = SHEET if description is not None else data[0]
     if sheet not in names:
         raise DataError(f"{path}: no sheet {sheet!r}, there are {', '.join(names)}")
     return book[sheet]
