@@ -145,7 +145,7 @@ def test_the_command_previews_and_writes_nothing(source, tmp_path, capsys):
     assert main(["data", "import", "folder", str(source), "--preview", "--skip-bad"]) == 0
     said = capsys.readouterr().out
     assert "  X-Axis (g)    x        g\n" in said
-    assert "files: 6, of which 3 would be skipped" in said
+    assert "files: 6; photographs: 0; duplicates: 0; would be skipped: 3\n" in said
     assert sorted(tmp_path.rglob("*")) == before
 
 

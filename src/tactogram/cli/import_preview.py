@@ -13,8 +13,8 @@ def preview_text(facts: Mapping[str, Any]) -> str:
     lines = [_layout(number, layout) for number, layout in enumerate(facts["layouts"], 1)]
     lines += [f"skipped: {each['reason']}" for each in facts["skipped"]]
     lines.append(
-        f"files: {facts['files']}, of which {len({each['source'] for each in facts['skipped']})} would be skipped; "
-        f"photographs: {facts['photographs']}; duplicates: {facts['duplicates']}"
+        f"files: {facts['files']}; photographs: {facts['photographs']}; duplicates: {facts['duplicates']}; "
+        f"would be skipped: {len({each['source'] for each in facts['skipped']})}"
     )
     lines += several_rates(facts["several_rates_hz"])
     lines += [f"mapping: no file has the columns {', '.join(names)}" for names in facts["unused_layouts"]]
