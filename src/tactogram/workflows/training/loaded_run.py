@@ -35,35 +35,35 @@ class LoadedRun:
 
     @property
     def kind(self) -> SignalKind:
-        """The kind of the run's signals; refuses a run of images."""
+        """The kind of the run's signals; a `ParameterError` for a run of images."""
         if not isinstance(self.any_kind, SignalKind):
             raise ParameterError(f"{self.run.name}: {self.facts.name} is of images, not of signals")
         return self.any_kind
 
     @property
     def generator(self) -> Generator:
-        """The model; refuses one that does not generate."""
+        """The model; a `ParameterError` for one that does not generate."""
         if not isinstance(self.model, Generator):
             raise ParameterError(f"{self.run.name}: {self.facts.name} does not generate")
         return self.model
 
     @property
     def classifier(self) -> Classifier:
-        """The model; refuses one that does not classify."""
+        """The model; a `ParameterError` for one that does not classify."""
         if not isinstance(self.model, Classifier):
             raise ParameterError(f"{self.run.name}: {self.facts.name} is not a classifier")
         return self.model
 
     @property
     def predictor(self) -> Predictor:
-        """The model; refuses one that predicts no scores."""
+        """The model; a `ParameterError` for one that predicts no scores."""
         if not isinstance(self.model, Predictor):
             raise ParameterError(f"{self.run.name}: {self.facts.name} is not a predictor of scores")
         return self.model
 
     @property
     def embedder(self) -> Embedder:
-        """The model; refuses one that does not turn signals into vectors."""
+        """The model; a `ParameterError` for one that does not turn signals into vectors."""
         if not isinstance(self.model, Embedder):
             raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding for a search")
         return self.model
