@@ -175,7 +175,7 @@ def _card(run: Run, info: ModelInfo, name: str) -> str:
         "## Results",
         _results_text(results, on),
         "## Use",
-        f"```sh\npip install tactogram\ntactogram run import hf://OWNER/{name} --out runs/{name}\n```",
+        f"With tactogram installed:\n\n```sh\ntactogram run import hf://OWNER/{name} --out runs/{name}\n```",
     ]
     body = "\n\n".join(part for part in text if part)
     return f"---\n{card.to_yaml()}\n---\n\n{body}\n"
