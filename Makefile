@@ -36,11 +36,12 @@ demo: install ## simulate, classify, search and generate surfaces; writes runs/d
 test: install ## run the tests (COVERAGE=yes also measures their coverage, which must not fall)
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
 
-check: install ## style, types, layers
+check: install ## style, types, layers, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(MAKE) docs
 
 mutants: install ## check that the tests notice known defects of adversarial training (minutes: nightly)
 	$(BIN)/python tests/mutation/run.py
@@ -61,8 +62,9 @@ benchmark-page: install ## rank the results in benchmarks/tasks: docs/benchmark-
 	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark-results.md
 	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark.html
 
-docs: install ## build the documentation into docs/_build
-	$(BIN)/python -m sphinx -W -b html docs docs/_build/html
+# -E reads every page again: pages that are not read again do not repeat their warnings. Examples run when they change.
+docs: install ## build the documentation into docs/_build/html
+	$(BIN)/python -m sphinx -E -W --keep-going -q -b html docs docs/_build/html
 
 clean: ## remove the environment and caches
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache
