@@ -7,8 +7,6 @@ that was never recorded, and stream from one to the other block by block: spectr
 click.
 """
 
-import sys
-
 import matplotlib.pyplot as plt
 import numpy as np
 from scipy.signal import lfilter, welch
@@ -44,19 +42,20 @@ ribbed, rough = (fit_autoregressive(signal) for signal in surfaces.values())
 # Spectra of recordings, generated signals and their mix
 # ------------------------------------------------------
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
+figure, axes = plt.subplots(figsize=(8, 4), layout="constrained")
 for (name, signal), model in zip(surfaces.items(), (ribbed, rough), strict=True):
     made = synthesise(model, signal.seconds, seed=1)
     for kind, x, style in (("recorded", signal, "-"), ("generated", made, "--")):
         frequencies, density = welch(x.samples[0], RATE, nperseg=512)
-        left.semilogy(frequencies, density, style, lw=1, label=f"{name}, {kind}")
+        axes.semilogy(frequencies, density, style, lw=1, label=f"{name}, {kind}")
 grid = np.linspace(1, RATE / 2 - 1, 400)
 between = mix([ribbed, rough], [0.5, 0.5])
-left.semilogy(
+axes.semilogy(
     grid, between.power_spectrum(grid)[0], "k", lw=2, label="half of each, mixed by line spectral frequencies"
 )
-left.set(xlabel="frequency (Hz)", ylabel="power spectral density ((m/s²)²/Hz)")
-left.legend(fontsize=7)
+axes.set(xlabel="frequency (Hz)", ylabel="power spectral density ((m/s²)²/Hz)")
+axes.legend(fontsize=7)
+plt.show()
 
 # %%
 # A stream that changes from one surface to the other in 1.2 s
@@ -68,16 +67,8 @@ blocks += [
     synthesizer.next(200, mix([ribbed, rough], [1 - share, share])) for share in np.linspace(0.1, 1, 12)
 ]
 blocks += [synthesizer.next(400) for _ in range(4)]
-stream = np.hstack([block.samples[0] for block in blocks])
-seconds = np.arange(stream.size) / RATE
-right.plot(seconds, stream, lw=0.4)
-right.set(xlabel="time (s)", ylabel="acceleration (m/s²)", title="ribbed → rough, in blocks (simulated)")
-
-steps = np.abs(np.diff(stream))
+stream = Signal(np.hstack([block.samples[0] for block in blocks]), RATE, "m/s^2")
+steps = np.abs(np.diff(stream.samples[0]))
 seams = np.cumsum([len(block) for block in blocks])[:-1] - 1
 print(f"largest step at a seam {steps[seams].max():.2f} m/s², anywhere {steps.max():.2f} m/s²")
-
-if len(sys.argv) > 1:
-    figure.savefig(sys.argv[1], dpi=120)
-else:
-    plt.show()
+stream

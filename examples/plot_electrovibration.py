@@ -4,10 +4,8 @@ Electrovibration: from friction to voltage, under a finger
 
 Turn a friction coefficient over displacement into the amplitude of a carrier. Three things matter: the square root in
 the envelope, a constant calibrated for the person, and a voltage that follows the finger and stops when tracking is
-lost. Everything here is simulated. Give a path to save the figure; otherwise it is shown.
+lost. Everything here is simulated.
 """
-
-import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -16,8 +14,6 @@ from tactogram.rendering.drive.friction_calibration import FrictionMeasurements,
 from tactogram.rendering.families.electrovibration import ElectrovibrationStream, Settings, friction
 from tactogram.rendering.level import Level
 from tactogram.signal import Signal
-
-figure, (left, middle, right) = plt.subplots(1, 3, figsize=(14.5, 4.2), layout="constrained")
 
 # %%
 # Calibration: a simulated person, friction measured six times at each of five voltages.
@@ -31,6 +27,7 @@ print(
     f"k_e {law.newton_per_v2:.2e} N/V² (95 %: {low:.2e} to {high:.2e}), exponent {law.exponent:.2f} (simulated)"
 )
 grid = np.linspace(0, 100, 200)
+figure, left = plt.subplots(figsize=(7, 4), layout="constrained")
 left.plot(volts, measured, ".", color="#1b1f24", label="measured (simulated)")
 left.plot(
     grid,
@@ -40,11 +37,13 @@ left.plot(
 )
 left.set(xlabel="V rms", ylabel="friction coefficient", title="Calibration of one person")
 left.legend(frameon=False, fontsize=8)
+plt.show()
 
 # %%
 # The square root: a 120 Hz ripple through the square law of the voltage.
 time = np.arange(48_000) / 48_000
 ripple = 0.5 * (1 + np.sin(2 * np.pi * 120 * time))
+figure, middle = plt.subplots(figsize=(6, 4), layout="constrained")
 for name, envelope, colour, shift in (
     ("linear envelope", ripple, "#d6604d", -6),
     ("root envelope", np.sqrt(ripple), "#2166ac", 6),
@@ -58,6 +57,7 @@ middle.set(
 )
 middle.set_xticks([120, 240])
 middle.legend(frameon=False, fontsize=8)
+plt.show()
 
 # %%
 # A finger that speeds up, stops, lifts, lands elsewhere, and is lost.
@@ -73,6 +73,7 @@ for block in range(200):  # of 5 ms
     sent.append(stream.process(None if lifted else news, 40, contact=not lifted))
     at.append(seconds)
 amplitude = np.concatenate(sent)
+figure, right = plt.subplots(figsize=(8, 4), layout="constrained")
 right.plot(np.arange(len(amplitude)) / 8000, amplitude, color="#2166ac", lw=0.9)
 for start, end, name in (
     (0, 0.4, "speeds\nup"),
@@ -85,8 +86,8 @@ for start, end, name in (
     right.text((start + end) / 2, 146, name, ha="center", va="bottom", fontsize=8)
 right.axhline(141, color="#d6604d", ls="--", lw=0.8)
 right.set(xlabel="s", ylabel="amplitude of the carrier / V", title="Under a simulated finger", ylim=(-4, 168))
+plt.show()
 
-if len(sys.argv) > 1:
-    figure.savefig(sys.argv[1], dpi=120)
-else:
-    plt.show()
+# %%
+# The amplitude as a signal, to be heard.
+Signal(amplitude, 8000, "V")

@@ -3,11 +3,9 @@ Simulated surfaces: photograph and acceleration
 ===============================================
 
 Simulate a photograph of four of the paper's surfaces, and the acceleration of a finger that strokes each back and
-forth at 200 mm/s, both from the same height field. Everything here is simulated. Give a path to save the
-figure; otherwise it is shown.
+forth at 200 mm/s, both from the same height field. Everything here is simulated.
 """
 
-import sys
 from dataclasses import replace
 
 import matplotlib.pyplot as plt
@@ -48,8 +46,8 @@ for (photo, wave, power), name in zip(axes.T, wanted, strict=True):
     level = float(np.sqrt((z**2).mean()))
     friction = np.abs(recording.stream("friction").samples).mean()
     print(f"{name}: {level:.2f} m/s² rms on z, mean friction coefficient {friction:.2f} (simulated)")
+plt.show()
 
-if len(sys.argv) > 1:
-    figure.savefig(sys.argv[1], dpi=120)
-else:
-    plt.show()
+# %%
+# The carpet, as its sensor measured it.
+recordings["carpet2"].stream("acceleration")

@@ -1,14 +1,22 @@
-"""The page of the Python interface: it has every public name, and its examples run."""
+"""The documentation: public names, commands and examples of its pages, and what is made from the code."""
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
-import tactogram
+import pytest
 
-PAGE = (Path(__file__).parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
+import tactogram
+from docs.extensions.request_parameters import declared_parameters
+from docs.extensions.verb_pages import GUIDES, children, page
+from tactogram.cli import main
+from tactogram.cli.parser import VERBS, make_parser
+
+DOCS = Path(__file__).parents[1] / "docs"
+KINDS = ("tutorials", "how-to", "reference", "explanation")
 ENVIRONMENT = {
     **os.environ,
     "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
@@ -16,14 +24,17 @@ ENVIRONMENT = {
 }
 
 
-def test_the_page_has_every_public_name():
-    documented = re.findall(r"^\.\. auto(?:class|function):: (\w+)$", PAGE, re.MULTILINE)
+def text_of(name):
+    return (DOCS / f"{name}.md").read_text(encoding="utf-8")
+
+
+def test_the_python_page_has_every_public_name():
+    documented = re.findall(r"^\.\. auto(?:class|function):: (\w+)$", text_of("api"), re.MULTILINE)
     assert sorted(documented) == sorted(tactogram.__all__)
 
 
-def test_the_examples_run_in_their_order(tmp_path):
-    blocks = re.findall(r"<!-- api -->\n```(\w+)\n(.*?)```", PAGE, re.DOTALL)
-    shell, *python = blocks
+def test_the_examples_of_the_python_page_run_in_their_order(tmp_path):
+    shell, *python = re.findall(r"<!-- api -->\n```(\w+)\n(.*?)```", text_of("api"), re.DOTALL)
     assert [language for language, _ in python] == ["python"] * 6
     for command in (["bash", "-euc", shell[1]], [sys.executable, "-c", "".join(code for _, code in python)]):
         done = subprocess.run(
@@ -32,3 +43,49 @@ def test_the_examples_run_in_their_order(tmp_path):
         assert done.returncode == 0, done.stdout + done.stderr
     assert "<Signal: x, y, z in m/s^2, 2 s at 1000 Hz>" in done.stdout
     assert {"noise.wav", "drive.wav", "touch.ahap", "felt.wav"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_parameters_of_a_workflow_are_those_of_its_request():
+    lines = declared_parameters(tactogram.convert)
+    assert lines[:2] == ["source : Path or str", "    a signal, a haptic file, or a folder of them"]
+    assert "full_scale : float, optional" in lines
+
+
+def test_the_commands_for_engines_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"<!-- engines -->\n```sh\n(.*?)```", text_of("engines"), re.DOTALL)
+    lines = "".join(blocks).splitlines()
+    for line in lines:
+        verb, *arguments = shlex.split(line, comments=True)
+        assert (verb, main(arguments)) == ("tactogram", 0), line + capsys.readouterr().err
+    written = {path.suffix for path in tmp_path.iterdir()}
+    assert {".haptic", ".ahap", ".json", ".hjif", ".wav", ".h"} <= written
+
+
+def test_a_verbs_page_has_its_options_and_a_groups_page_its_verbs():
+    parsers = children(make_parser())
+    convert = page("convert", parsers["convert"])
+    assert "{option} --full-scale X\nvalue of 1 in a haptic B" in convert
+    assert "{doc}`/engines`" in convert
+    data = page("data", parsers["data"])
+    assert re.findall(r"^## (.*)$", data, re.MULTILINE) == list(VERBS["data"])
+    assert set(GUIDES) == set(VERBS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kinds_page_lists_what_is_below_it(kind):
+    text = text_of(kind)
+    below = re.search(r"```{toctree}\n:hidden:\n\n(.*?)```", text, re.DOTALL)[1].split("\n")
+    names = {re.sub(r".*<(.*)>", r"\1", line) for line in below if line}
+    listed = set(re.findall(r"(?:\]\(|{doc}`[^<]+<)([^.>)]+)", text))
+    assert names <= listed
+
+
+def test_every_page_is_of_one_kind():
+    below = [
+        line
+        for kind in KINDS
+        for line in re.findall(r"^(?:.*<)?([a-z0-9-]+)>?$", text_of(kind), re.MULTILINE)
+    ]
+    pages = {path.stem for path in DOCS.glob("*.md")} - {*KINDS, "index", "plan"}
+    assert sorted(name for name in below if name in pages) == sorted(pages)
