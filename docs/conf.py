@@ -10,6 +10,7 @@ copyright = "The tactogram authors"
 extensions = [
     "gallery_sounds",
     "myst_parser",
+    "repository_pages",
     "request_parameters",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
@@ -24,13 +25,14 @@ html_title = "tactogram"
 smartquotes_action = "q"  # no dashes: options begin with two hyphens
 html_static_path = ["static"]
 html_css_files = ["style.css"]
-exclude_patterns = ["_build", "plan.md", "gallery/cards.md", "verbs/overview.md"]
+exclude_patterns = ["_build", "plan.md", "gallery/cards.md", "verbs/overview.md", "from-repository/readme.md"]
 default_role = "py:obj"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
+myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 nitpicky = False
-suppress_warnings = ["myst.xref_missing", "myst.header"]
+suppress_warnings = ["myst.header"]
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "gallery",

@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 import tactogram
+from docs.extensions.repository_pages import PAGES, ROOT, relinked
 from docs.extensions.request_parameters import declared_parameters
 from docs.extensions.verb_pages import GUIDES, children, page
+from tactogram import models
 from tactogram.cli import main
 from tactogram.cli.parser import VERBS, make_parser
 
@@ -76,9 +78,23 @@ def test_a_verbs_page_has_its_options_and_a_groups_page_its_verbs():
 def test_a_kinds_page_lists_what_is_below_it(kind):
     text = text_of(kind)
     below = re.search(r"```{toctree}\n:hidden:\n\n(.*?)```", text, re.DOTALL)[1].split("\n")
-    names = {re.sub(r".*<(.*)>", r"\1", line) for line in below if line}
-    listed = set(re.findall(r"(?:\]\(|{doc}`[^<]+<)([^.>)]+)", text))
+    names = {Path(re.sub(r".*<(.*)>", r"\1", line)).name for line in below if line}
+    listed = {Path(link).stem.lower() for link in re.findall(r"(?:\]\(|{doc}`[^<]+<)([^>)]+)", text)}
     assert names <= listed
+
+
+def test_links_lead_to_pages_and_to_files_that_are_none():
+    place, page = (
+        ROOT / "src/tactogram/models/texture_gan/README.md",
+        ROOT / "docs/from-repository/texture_gan.md",
+    )
+    assert relinked("[a](../stroke_gan/README.md#mixing)", place, page) == "[a](stroke_gan.md#mixing)"
+    assert relinked("[a](../../../../CONTRIBUTING.md)", place, page) == "[a](contributing.md)"
+    assert relinked("[a](b.json), [c](https://d.e)", place, page) == (
+        "[a](../../src/tactogram/models/texture_gan/b.json), [c](https://d.e)"
+    )
+    assert relinked("[a](trained/README.md)", place, page).startswith("{download}`a <../../src/")
+    assert {path.parent.name for path in PAGES} == {*models.available(), ROOT.name}
 
 
 def test_every_page_is_of_one_kind():

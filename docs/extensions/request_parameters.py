@@ -9,6 +9,7 @@ import re
 from types import NoneType
 from typing import Annotated, Any, get_args, get_origin
 
+from docutils import nodes
 from sphinx.application import Sphinx
 
 from tactogram.workflows.request import Option
@@ -63,9 +64,17 @@ def plain_signature(
     return str(known.replace(parameters=plain, return_annotation=known.empty)), None
 
 
+def set_dashes(app: Sphinx, doctree: nodes.document) -> None:
+    """Set the dash between a parameter and its text, since those in prose are options and left alone."""
+    for text in list(doctree.findall(nodes.Text)):
+        if text == " -- ":
+            text.parent.replace(text, nodes.Text(" – "))
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Run before napoleon reads the docstrings."""
     app.setup_extension("sphinx.ext.autodoc")
     app.connect("autodoc-process-docstring", add_parameters, priority=400)
     app.connect("autodoc-process-signature", plain_signature)
+    app.connect("doctree-read", set_dashes)
     return {"parallel_read_safe": True}
