@@ -234,3 +234,16 @@ def served_fixture():
 def watched_fixture():
     """Give `watched`, for other contexts."""
     return watched
+
+
+@pytest.fixture(scope="session")
+def faults():
+    """Give a function that returns what axe-core finds on a page, one line for each element."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+
+    def found(page):
+        violations = axe.run(page).response["violations"]
+        nodes = [(rule["id"], node) for rule in violations for node in rule["nodes"]]
+        return [f"{name}: {node['html']} {node['failureSummary']}" for name, node in nodes]
+
+    return found

@@ -417,6 +417,57 @@ def test_a_card_held_to_the_screen_tells_pixels_for_each_mm(person, studies):
     assert kept["px_per_mm"] == pytest.approx(6, abs=0.02)
 
 
+def test_another_language_on_the_page_of_the_card_asks_for_the_card_again(person):
+    page = person("abx", kept=False)
+    page.wait_for_selector(".card-frame")
+    page.tap("button.small[lang=en]")
+    page.get_by_role("heading", name="Adjust to the size of your screen").wait_for()
+    page.focus(".card-handle")
+    page.keyboard.press("ArrowRight")
+    page.get_by_role("button", name="It fits").click()
+    page.wait_for_selector("form[data-token=consent]")
+    assert page.evaluate("() => localStorage.getItem('tactogram.screen')") is not None
+
+
+def test_a_page_can_be_zoomed_and_the_zoom_is_recorded(person, studies):
+    page = person("abx", language="en")
+    assert page.get_attribute("meta[name=viewport]", "content") == (
+        "width=device-width, initial-scale=1, viewport-fit=cover"
+    )
+    assert page.evaluate(
+        """() => [new KeyboardEvent("keydown", {key: "=", ctrlKey: true, bubbles: true, cancelable: true}),
+        new WheelEvent("wheel", {ctrlKey: true, bubbles: true, cancelable: true})]
+        .every((event) => document.body.dispatchEvent(event))"""
+    )
+    assert "pinch-zoom" in page.evaluate("() => getComputedStyle(document.body).touchAction")
+    page.evaluate(
+        "() => Object.defineProperty(visualViewport, 'scale', { value: 2 })"
+    )  # headless ones cannot pinch
+    _agree(page)
+    code = page.text_content(".code-small")
+    with studies.store("abx") as store:
+        assert (store.device(code)["zoom"], store.device(code)["dark"]) == (2, False)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize(
+    "study", ["two_area", "abx", "staircase", "magnitude", "pairwise", "rating", "evoked"]
+)
+def test_no_rule_of_accessibility_is_broken(study, scheme, person, faults):
+    page = person(study, language="en", kept=study != "abx")
+    page.emulate_media(color_scheme=scheme)
+    if study == "abx":
+        page.wait_for_selector(".card-frame")
+        assert faults(page) == []
+        page.focus(".card-handle")
+        page.keyboard.press("ArrowRight")
+        page.get_by_role("button", name="It fits").click()
+    page.wait_for_selector("form[data-token=consent]")
+    assert faults(page) == []
+    _agree(page)
+    assert faults(page) == []
+
+
 def test_who_goes_on_by_code_is_where_they_were_and_who_declines_is_asked_nothing(person, studies):
     page = person("abx", language="en")
     code = page.text_content(".code-small")

@@ -20,6 +20,8 @@ DESCRIPTIONS: Mapping[str, str] = {
     "px_per_mm": "CSS pixels for each mm of the screen, as calibrated",
     "calibrated": "Whether the screen was calibrated with a card held to it",
     "pixel_ratio": "Device pixels for each CSS pixel",
+    "zoom": "Zoom by two fingers; only at 1 are lengths in mm as stated",
+    "dark": "Whether the page was dark, as the device prefers",
     "width_px": "Width of the page, CSS pixels",
     "height_px": "Height of the page, CSS pixels",
     "touch": "Whether the screen takes touches",

@@ -10,6 +10,8 @@ export function deviceFacts(more = {}) {
     px_per_mm: rounded(pxPerMm(), 4),
     calibrated: measured() !== null,
     pixel_ratio: rounded(devicePixelRatio),
+    zoom: rounded(window.visualViewport?.scale ?? 1),
+    dark: matchMedia("(prefers-color-scheme: dark)").matches,
     width_px: innerWidth,
     height_px: innerHeight,
     touch: navigator.maxTouchPoints > 0,

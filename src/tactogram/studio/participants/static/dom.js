@@ -26,21 +26,13 @@ export function tell(text) {
 }
 
 /**
- * Lock the screen: no zoom, no menu, no dragging of pictures, no way back by a swipe or a button. The server decides
- * what is shown, so that there is no page to go back to.
+ * Lock the screen: no menu, no dragging of pictures, no way back by a swipe or a button. The server decides what is
+ * shown, so that there is no page to go back to.
  */
 export function holdStill() {
   const stop = (event) => event.preventDefault();
-  for (const name of ["contextmenu", "dragstart", "gesturestart", "gesturechange"]) {
-    document.addEventListener(name, stop, { passive: false });
-  }
-  document.addEventListener("wheel", (event) => event.ctrlKey && stop(event), { passive: false });
-  document.addEventListener("touchmove", (event) => event.touches.length > 1 && stop(event), { passive: false });
-  document.addEventListener("keydown", (event) => {
-    const zooms = (event.ctrlKey || event.metaKey) && ["+", "-", "=", "0"].includes(event.key);
-    const goesBack = event.altKey && ["ArrowLeft", "ArrowRight"].includes(event.key);
-    if (zooms || goesBack) stop(event);
-  });
+  for (const name of ["contextmenu", "dragstart"]) document.addEventListener(name, stop);
+  document.addEventListener("keydown", (event) => event.altKey && ["ArrowLeft", "ArrowRight"].includes(event.key) && stop(event));
   window.addEventListener("pageshow", (event) => event.persisted && location.reload());
   history.pushState(null, "", location.href);
   window.addEventListener("popstate", () => history.pushState(null, "", location.href));

@@ -128,7 +128,8 @@ function showWelcome() {
   const go = async () => {
     now.sounds.unlock();
     fullScreen();
-    await startSteps();
+    now.started = true;
+    await show();
   };
   const code = make("div", { class: "code-block" }, make("span", { class: "quiet", text: say(l, "code") }), make("strong", { class: "code", text: now.state.code }), make("p", { text: say(l, "note_code") }), make("p", { class: "quiet", text: say(l, "no_names") }));
   const possible = now.state.played_by !== "browser" || BrowserSounds.possible;
@@ -137,19 +138,14 @@ function showWelcome() {
   showMoment(stage, { title: say(l, first ? "welcome" : "welcome_back"), text: document.title, go: say(l, label), press: go, more });
 }
 
-async function startSteps() {
-  now.started = true;
-  showHead();
-  if (measured() === null) await calibrate(stage, language());
-  await show();
-}
 
-/** Show the current page, after a rest or the end of the practice. */
+/** Show the current page, after a rest or the end of the practice; first measure the screen, if its zoom changed, too. */
 async function show() {
   now.view?.stop();
   now.view = null;
   showHead();
   if (ended()) return showEnd();
+  if (measured() === null) await calibrate(stage, language());
   const { page } = now.state;
   const l = language();
   if (page.rest && !now.left.has(`rest ${page.token}`)) {
