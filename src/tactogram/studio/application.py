@@ -83,6 +83,7 @@ def make_app(
     importlib.import_module("tactogram.studio.pages.studies.experimenter").add(studio)
     for name in () if studio.study_only else PAGES:
         importlib.import_module(f"tactogram.studio.pages.{name}.page").add(studio)
+    importlib.import_module("tactogram.studio.not_found").add(navigation=not studio.study_only)
     pages_app.on_exception(show_error)
     ui.run_with(
         app,
@@ -91,6 +92,7 @@ def make_app(
         favicon=STATIC / "icon.svg",
         storage_secret=_cookie_secret(state / "secret"),
         session_middleware_kwargs=_session_cookie(https),
+        dark=None,  # as the system, unless this browser chose otherwise
         show_welcome_message=False,
         reconnect_timeout=10.0,
     )

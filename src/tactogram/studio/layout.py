@@ -10,9 +10,10 @@ import logging
 import math
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, ParamSpec, TypeVar
 
-from nicegui import ui
+from nicegui import app, ui
 
 from tactogram.errors import ParameterError, TactogramError
 
@@ -38,6 +39,12 @@ CHOOSER = """<div class="chooser">
 </div>"""
 """Replaces the button of Quasar's uploader, which is a link around an input, without an accessible name."""
 RESPONSE_TIMEOUT_S = 120.0
+APPEARANCES: dict[str, tuple[str, bool | None]] = {
+    "system": ("As the system", None),
+    "light": ("Light", False),
+    "dark": ("Dark", True),
+}
+"""Titles of the appearances, and whether they are dark; stored for each browser."""
 HEAD = '<link rel="stylesheet" href="/static/studio.css"><script type="module" src="/static/sliders.js"></script>'
 
 
@@ -70,12 +77,40 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
                         link.props('aria-current="page"')
         else:
             ui.label("tactogram").classes("brand")
+        _appearance()
     width = "content wide" if wide else "content"
     # Quasar draws the main landmark around it.
     with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
         ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch"):
             yield
+
+
+def _appearance() -> None:
+    """Draw the choice between light and dark, remembered for this browser."""
+    kept = str(app.storage.user.get("appearance"))
+    dark = ui.dark_mode()
+    items: dict[str, ui.menu_item] = {}
+
+    def choose(name: str) -> None:
+        dark.value = APPEARANCES[name][1]
+        for other, item in items.items():
+            item.props(f'aria-checked="{str(other == name).lower()}"')
+
+    def press(name: str) -> None:
+        app.storage.user["appearance"] = name
+        choose(name)
+
+    with (
+        ui.button(icon="contrast").props('flat round dense aria-label="Light or dark"').classes("appearance"),
+        ui.menu(),
+    ):
+        for name, (title, _) in APPEARANCES.items():
+            items[name] = ui.menu_item(title, partial(press, name)).props('role="menuitemradio"')
+    choose(kept if kept in APPEARANCES else "system")
+    if dark.value:
+        # NiceGUI's own comes with the first drawing; until then the page would be white.
+        ui.add_head_html("<style>body:not(.body--light) { --ground: #12181c; }</style>")
 
 
 def heading(text: str) -> ui.label:

@@ -60,6 +60,20 @@ def test_keyboard_and_navigation_lead_to_every_page_on_a_tablet(tab, empty, unti
     assert not list(empty.glob(".nicegui"))
 
 
+def test_dark_or_light_is_as_the_system_until_chosen_and_remembered(tab):
+    tab.emulate_media(color_scheme="dark")
+    tab.goto("/")
+    tab.wait_for_selector(".body--dark")
+    tab.get_by_role("button", name="Light or dark").click()
+    tab.get_by_role("menuitemradio", name="Light").click()
+    tab.wait_for_selector(".body--light")
+    tab.goto("/studies")
+    tab.get_by_role("heading", level=1, name="Studies").wait_for()
+    tab.wait_for_selector(".body--light")
+    tab.get_by_role("button", name="Light or dark").click()
+    tab.get_by_role("menuitemradio", name="Light", checked=True).wait_for()
+
+
 def test_an_interrupted_preparation_starts_again(tmp_path):
     starter = StarterData(tmp_path / "first")
     (starter.store / "half").mkdir(parents=True)

@@ -129,7 +129,7 @@ def trace_svg(signal: Signal, *, width: int = 240, height: int = 56) -> bytes:
     points = " ".join([*top, *reversed(bottom)])
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" preserveAspectRatio="none">'
-        f'<polygon points="{points}" fill="#0b5d66" stroke="#0b5d66" stroke-width="0.8"/></svg>'
+        f'<polygon points="{points}" fill="#2b8a95" stroke="#2b8a95" stroke-width="0.8"/></svg>'
     ).encode()
 
 
