@@ -203,5 +203,13 @@ function drawCrop(box) {
   shown.style.height = `${100 * (box.bottom - box.top)}%`;
 }
 
+/** Scroll to the results where they are below the form. */
+function showResults() {
+  const [form, results] = ["form", "results"].map((name) => document.querySelector(`.make-${name}`)?.getBoundingClientRect());
+  if (!form || !results || results.left > form.left) return;
+  const behavior = matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth";
+  document.querySelector(".make-results")?.scrollIntoView({ behavior });
+}
+
 /** Called by the page and by tests. */
-window.tactogramMake = { point, choose, camera, send };
+window.tactogramMake = { point, choose, camera, send, showResults };

@@ -81,10 +81,11 @@ function setGain(to) {
   const db = Math.round(20 * Math.log10(peak));
   $("volume").value = String(db);
   $("volume-value").value = `${db} dB`;
-  const unit = strongest.unit === "1" ? "of the signal" : `per ${unitText(strongest.unit)}`;
+  const one = `1 ${unitText(strongest.unit)}`.trim();
   $("gain").textContent =
-    `gain=${figure(gain)}: parts of full scale ${unit}; the largest sample is peak=${figure(peak)}. ` +
-    "The output in m/s² depends on sound card, amplifier and actuator, which are not known here.";
+    `${one} of the texture plays at ${figure(100 * gain)} % of the loudest possible output, its largest sample at ` +
+    `${figure(100 * peak)} %. How strong that is on the skin depends on sound card, amplifier and actuator, which are ` +
+    `not known here. In commands: gain=${figure(gain)} or peak=${figure(peak)}.`;
   sound.tell({ kind: "output", gain });
 }
 
@@ -97,8 +98,7 @@ async function begin(on) {
   // A user who started with the keyboard continues with it, on the pad.
   if (document.activeElement === $("begin")) $("pad").focus();
   $("begin").hidden = true;
-  $("mute").setAttribute("aria-pressed", String(on));
-  $("mute").textContent = on ? "Sound is on" : "Sound is off";
+  $("mute").textContent = on ? "Turn the sound off" : "Turn the sound on";
   await sound.tell({ kind: "output", gain, open });
 }
 

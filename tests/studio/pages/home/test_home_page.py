@@ -36,7 +36,10 @@ def server(running):
 def test_an_empty_workspace_gets_example_surfaces(tab, empty):
     tab.goto("/")
     tab.get_by_text("Preparing example surfaces").wait_for()
+    tab.get_by_role("link", name="0 runs").wait_for()
     tab.get_by_role("button", name="Touch them").wait_for(timeout=120_000)
+    tab.get_by_role("link", name="1 run", exact=True).wait_for()
+    tab.get_by_role("link", name="1 store", exact=True).wait_for()
     voices = json.loads((empty / "studio/first/voices/data.json").read_text())
     assert voices["simulated"] is True
     speeds = {info.speed_mm_s for info in open_store(empty / "studio/first/surfaces").index}
@@ -58,6 +61,12 @@ def test_keyboard_and_navigation_lead_to_every_page_on_a_tablet(tab, empty, unti
     # What pages store per browser lies in the workspace, written with a delay.
     until(lambda: list((empty / "studio/state").glob("storage-user-*.json")))
     assert not list(empty.glob(".nicegui"))
+
+
+def test_a_card_can_be_pressed_anywhere(tab):
+    tab.goto("/")
+    tab.get_by_text("Read the reports of runs").click(force=True)  # the link lies over it
+    tab.get_by_role("heading", level=1, name="Reports").wait_for()
 
 
 def test_dark_or_light_is_as_the_system_until_chosen_and_remembered(tab):

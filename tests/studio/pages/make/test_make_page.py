@@ -9,6 +9,7 @@ from PIL import Image as Pillow
 from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.signal import Signal
+from tactogram.signal.io import read_signal
 from tactogram.studio.pages.make.form import word_label
 from tactogram.studio.workspace.folder import Workspace
 
@@ -136,6 +137,23 @@ def test_mix_generate_play_keep_compare_undo_and_reload(tab, workspace):
     tab.wait_for_selector("[data-map-handle]")
     tab.wait_for_function("() => document.querySelectorAll('.compared > .signal').length === 3")
     assert tab.locator(".sliders .share").all_inner_texts() == shares
+
+
+def test_a_result_on_a_phone_is_scrolled_to_announced_and_can_be_downloaded(tab, tmp_path):
+    tab.set_viewport_size({"width": 390, "height": 844})
+    tab.goto("/make")
+    assert tab.locator(".make-results").bounding_box()["y"] > 844
+    generate(tab)
+    tab.get_by_role("status").get_by_text("is generated.").wait_for(state="attached")
+    tab.wait_for_function(
+        "() => Math.abs(document.querySelector('.make-results').getBoundingClientRect().top) < 2"
+    )
+    assert tab.evaluate("document.documentElement.scrollWidth") == 390
+    tab.get_by_role("button", name="Download").click()
+    with tab.expect_download() as started:
+        tab.get_by_role("menuitem", name="WAV", exact=True).click()
+    started.value.save_as(tmp_path / "made.wav")
+    assert read_signal(tmp_path / "made.wav").unit == "m/s^2"
 
 
 def test_a_photograph_is_dropped_cropped_and_used(tab, photo_run, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from nicegui import ui
@@ -28,18 +29,22 @@ def add(studio: Studio) -> None:
 
     @route("/")
     def show() -> None:
-        with page("Studio"):
-            _draw_starter(studio)
-            with ui.element("div").classes("tiles"):
-                for name, address in PAGES.items():
-                    with ui.element("section").classes("card"):
-                        ui.link(name, address).classes("h2")
-                        ui.label(DESCRIPTIONS[name]).classes("quiet")
+        @ui.refreshable
+        def summary() -> None:
             _draw_summary(studio)
 
+        with page("Studio"):
+            _draw_starter(studio, ready=summary.refresh)
+            with ui.element("div").classes("tiles"):
+                for name, address in PAGES.items():
+                    with ui.element("section").classes("card whole"):
+                        ui.link(name, address).classes("h2 whole-link")
+                        ui.label(DESCRIPTIONS[name]).classes("quiet")
+            summary()
 
-def _draw_starter(studio: Studio) -> None:
-    """Draw the progress of the example surfaces until they are ready."""
+
+def _draw_starter(studio: Studio, *, ready: Callable[[], object]) -> None:
+    """Draw the progress of the example surfaces until they are ready, and call ``ready`` then."""
     starter = studio.starter
     if starter.state == "ready" or studio.workspace.finished_runs():
         return
@@ -68,6 +73,8 @@ def _draw_starter(studio: Studio) -> None:
         if now != drawn:
             drawn[:] = now
             state.refresh()
+            if starter.state == "ready":
+                ready()
 
     ui.timer(0.5, update)
 

@@ -64,8 +64,9 @@ class MakePage:
                 self.form()
                 self._draw_buttons()
                 self.command()
-            with ui.element("div").classes("make-results").props('aria-live="polite"'):
+            with ui.element("div").classes("make-results"):
                 self.results()
+        self.announcement = ui.label().classes("sr-only").props('role="status"')
         ui.keyboard(self._key, ignore=["input", "select", "textarea"])
 
     @ui.refreshable_method
@@ -196,6 +197,9 @@ class MakePage:
             self.button.enable()
             self.progress.set_visibility(False)
         self.results.refresh()
+        result = self.state.current_result()
+        self.announcement.text = f"{result.title} is generated." if result and not self.failure else ""
+        ui.run_javascript("window.tactogramMake.showResults()")
 
     def cancel(self) -> None:
         """End the generation without storing its results."""

@@ -9,6 +9,7 @@ from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
 from tactogram.studio.layout import attribute, heading, hint, in_background, report_errors
+from tactogram.studio.pages.make.downloads import draw_download
 from tactogram.studio.signals.view import SignalEntry, signal_cards
 from tactogram.studio.workspace.shelf import KeptResult
 from tactogram.studio.workspace.shelf_view import ask_title
@@ -171,6 +172,7 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
         _draw_class(page, result)
     title = attribute(result.title)
     with ui.element("div").classes("done"):
+        draw_download(name, result)
         if kept:
             hint("Kept")
             ui.link("Send", f"/send?of=kept:{kept}").classes("small")

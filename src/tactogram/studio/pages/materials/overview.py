@@ -58,12 +58,12 @@ class StoreOverview:
             ui.label("None yet: simulate or import one below.").classes("quiet")
         with ui.element("div").classes("tiles w-full"):
             for name, store in self._stores:
-                with ui.element("section").classes("card"):
+                with ui.element("section").classes("card whole"):
                     _draw_tile(name, store)
 
 
 def _draw_tile(name: str, store: Store | str) -> None:
-    ui.link(name, address("set", set=name)).classes("h2").style("overflow-wrap: anywhere")
+    ui.link(name, address("set", set=name)).classes("h2 whole-link").style("overflow-wrap: anywhere")
     if isinstance(store, str):
         ui.label(store).classes("small text-negative")
         return

@@ -91,13 +91,13 @@ def _draw_materials(name: str, store: Store) -> None:
         heading(f"Materials ({len(counts)})")
         with ui.element("div").classes("swatches w-full"):
             for material, count in sorted(counts.items())[:SHOWN_MATERIALS]:
-                with ui.element("div").classes("swatch"):
+                with ui.element("div").classes("swatch whole"):
                     keys = store.photographs_of(material)
                     if keys:
                         source = address("picture", set=name, key=keys[0], size=240)
                         picture(source, f"Photograph of {material}")
                     with ui.element("div"):
-                        ui.link(material, address("set", set=name, material=material))
+                        ui.link(material, address("set", set=name, material=material)).classes("whole-link")
                         hint(f"{count} recording{'' if count == 1 else 's'}")
         if len(counts) > SHOWN_MATERIALS:
             hint(f"{len(counts) - SHOWN_MATERIALS} more: select them below.")

@@ -121,7 +121,11 @@ def table_of_map(
         "speeds_mm_s": _range(speeds),
         "forces_n": _range(forces),
         "follows": _followed(speeds, forces),
-        "notes": ["its axes combined by DFT321" if axes == "dft321" else f"axis {axes} only"]
+        "notes": [
+            "its axes combined into one with the same energy (DFT321)"
+            if axes == "dft321"
+            else f"axis {axes} only"
+        ]
         if several
         else [],
     }

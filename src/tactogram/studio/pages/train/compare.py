@@ -58,9 +58,9 @@ def _draw_losses(curves_by_run: Mapping[str, Curves]) -> None:
     names = list(dict.fromkeys(loss for curves in curves_by_run.values() for loss in curves))
     with ui.element("section").classes("card w-full"):
         if not names:
-            ui.label("None of these runs has loss curves: their models are fitted in one step.").classes(
-                "quiet"
-            )
+            ui.label(
+                "None of these runs has loss curves: their models are computed from the recordings."
+            ).classes("quiet")
             return
         chart = ui.echart(loss_options(loss_by_run(curves_by_run, names[0]))).classes("w-full")
         chart.style("height: 22rem").props('role="img" aria-label="Losses of the runs over steps"')

@@ -300,7 +300,9 @@ class _RunView:
         self.no_curve.visible = not curves
         self.chart.visible = self.log_scale.visible = bool(curves)
         if not curves and self.summary.finished:
-            self.no_curve.text = "This model is fitted in one step, so there are no curves."
+            self.no_curve.text = (
+                "This model is computed from the recordings, without losses that fall step by step."
+            )
         self.chart.options.clear()
         self.chart.options.update(loss_options(curves, log_scale=bool(self.log_scale.value)))
         self.chart.update()
