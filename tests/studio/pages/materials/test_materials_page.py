@@ -4,8 +4,13 @@ import pytest
 from tactogram.datasets import Recording, RecordingInfo, create_store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import write_image, write_signal
-from tactogram.studio.pages.materials.drop import matching_stream, mixing_warning, store_signal
+from tactogram.signal.io import read_signal, write_image, write_signal
+from tactogram.studio.pages.materials.drop import (
+    in_words_of_the_page,
+    matching_stream,
+    mixing_warning,
+    store_signal,
+)
 from tactogram.studio.pages.materials.recordings import (
     RecordingFilter,
     choices,
@@ -129,6 +134,38 @@ def test_an_addition_is_reported(tones, tmp_path):
     info = store.info(report["id"])
     assert (info.contactor, info.force_n, store.image(info.id).size) == ("pen", 0.5, (8, 8))
     assert add_signal(tones.path, tmp_path / "a.csv", **known)["added"] is False
+
+
+@pytest.mark.parametrize(
+    ("columns", "remedy"),
+    [
+        (
+            {"first": np.ones((2, 9)), "second": np.ones((2, 9))},
+            "several arrays (first, second); save the one",
+        ),
+        ({"samples": np.ones(9)}, "enter the rate below"),
+    ],
+)
+def test_an_error_of_reading_names_what_the_page_offers(columns, remedy, tmp_path):
+    np.savez(tmp_path / "a.npz", **columns)
+    with pytest.raises(DataError) as refused:
+        read_signal(tmp_path / "a.npz")
+    assert remedy in in_words_of_the_page(str(refused.value))
+
+
+def test_a_file_that_cannot_be_read_replaces_the_analysis_of_the_one_before(tab, tmp_path):
+    write_signal(tmp_path / "good.csv", tone(70))
+    (tmp_path / "bad.csv").write_text("no,numbers\nhere,at all\n")
+    tab.goto("/materials/drop")
+    tab.locator("input[type=file]").first.set_input_files(tmp_path / "good.csv")
+    tab.get_by_role("heading", name="good.csv").first.wait_for()
+    tab.locator("canvas").nth(1).wait_for()
+    tab.locator("input[type=file]").first.set_input_files(tmp_path / "bad.csv")
+    tab.get_by_role("alert").get_by_text("bad.csv").wait_for()
+    assert tab.get_by_role("heading", name="good.csv").count() == 0
+    tab.reload()
+    tab.get_by_role("heading", name="Upload a recording").wait_for()
+    assert tab.get_by_role("heading", name="good.csv").count() == 0
 
 
 def test_a_table_without_a_rate_is_stored_and_nonsense_is_not(tmp_path):

@@ -29,15 +29,17 @@ def draw_download(name: str, result: KeptResult) -> None:
         if loss:
             ui.notify(f"{file} {loss}.")
 
-    with ui.button("Download").props(f'no-caps dense flat aria-label="Download {attribute(result.title)}"'):
-        with ui.menu():
-            if result.is_image:
-                where, _, id = name.partition(":")
-                address, file = f"/make/image/{where}/{id}", f"{_stem(result)}.png"
-                ui.menu_item("PNG", lambda: ui.download.from_url(address, file)).props('role="menuitem"')
-                return
-            for format, title in titles().items():
-                ui.menu_item(title, report_errors(partial(download, format))).props('role="menuitem"')
+    button = ui.button("Download").props(
+        f'no-caps dense flat aria-label="Download {attribute(result.title)}"'
+    )
+    if result.is_image:
+        where, _, id = name.partition(":")
+        address, file = f"/make/image/{where}/{id}", f"{_stem(result)}.png"
+        button.on_click(lambda: ui.download.from_url(address, file))
+        return
+    with button, ui.menu():
+        for format, title in titles().items():
+            ui.menu_item(title, report_errors(partial(download, format))).props('role="menuitem"')
 
 
 def titles() -> dict[str, str]:

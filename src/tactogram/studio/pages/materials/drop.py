@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,18 @@ from tactogram.studio.workspace.uploads import safe_name, save_upload
 from tactogram.workflows.data.stores import add_signal
 
 UNITS = ("", "m/s^2", "g", "m/s", "mm/s", "m", "mm", "N", "V", "1")
+REMEDIES = (
+    (
+        r"which (sheet|array)\? choose of (.+)",
+        r"has several \1s (\2); save the one to read as a file of its own",
+    ),
+    (r"; give the rate, e\.g\. rate=1000 \(Hz\)", "; enter the rate below"),
+    (r"; leave the rate out, then resample", "; empty the field Rate"),
+    (r"; leave the unit out", "; choose 'from the file' as the unit"),
+    (r"; choose those of one as axes", "; keep those of one unit in the file"),
+    (r"choose the columns to read", "remove the columns that hold no numbers"),
+)
+"""What readers advise, and what this page offers instead."""
 PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
 
 
@@ -46,7 +59,8 @@ def add(context: MaterialsContext) -> None:
             uploaded = _UploadedFile(context, file, set, unit, rate, axes)
             uploaded.draw_upload()
             if file:
-                await uploaded.draw_file()
+                with uploaded.analysis:
+                    await uploaded.draw_file()
 
 
 class _UploadedFile:
@@ -84,7 +98,7 @@ class _UploadedFile:
         ui.navigate.to(address("drop", **(self.query | {"set": self.set} | changes)))
 
     def _message(self, error: Exception) -> str:
-        return str(error).replace(f"{self.folder}/", "")
+        return in_words_of_the_page(str(error).replace(f"{self.folder}/", ""))
 
     # -- the file ------------------------------------------------------------------------------------------
 
@@ -93,8 +107,12 @@ class _UploadedFile:
 
         async def take(event: events.UploadEventArguments) -> None:
             data = await event.file.read()
-            with busy(f"Reading {event.file.name}"):
-                saved = await in_background(store_signal, self.folder, event.file.name, data)
+            try:
+                with busy(f"Reading {event.file.name}"):
+                    saved = await in_background(store_signal, self.folder, event.file.name, data)
+            except (TactogramError, OSError) as error:
+                self._draw_failure(event.file.name, error)
+                return
             ui.navigate.to(address("drop", file=saved.name, set=self.chosen_set))
 
         with ui.element("section").classes("card w-full"):
@@ -103,6 +121,15 @@ class _UploadedFile:
             field = upload("Drop a file here, or choose one", on_upload=report_errors(take))
             field.props(f'accept="{",".join(READABLE)}"').classes("w-full")
             field.on("rejected", lambda: ui.notify(f"Expected one of {kinds}.", type="negative"))
+        self.analysis = ui.column().classes("w-full gap-4 items-stretch")
+
+    def _draw_failure(self, name: str, error: Exception) -> None:
+        """Replace what is shown of an earlier file by the reason why a later one could not be read."""
+        self.analysis.clear()
+        ui.navigate.history.replace(address("drop", set=self.chosen_set))
+        with self.analysis, ui.element("section").classes("card w-full"):
+            heading(name)
+            ui.label(self._message(error)).classes("text-negative").props('role="alert"')
 
     async def draw_file(self) -> None:
         try:
@@ -277,6 +304,13 @@ def _positive(text: str) -> str:
     with suppress(ValueError):
         return text if float(text) > 0 else ""
     return ""
+
+
+def in_words_of_the_page(text: str) -> str:
+    """Return an error of reading that names only what this page offers."""
+    for pattern, remedy in REMEDIES:
+        text = re.sub(pattern, remedy, text)
+    return text
 
 
 def store_signal(folder: Path, name: str, data: bytes) -> Path:
