@@ -185,6 +185,7 @@ def test_the_command_says_what_is_lost(tmp_path, capsys):
     assert main(["convert", str(tmp_path / "in" / "a.wav"), str(tmp_path / "a.ahap")]) == 0
     said = capsys.readouterr().out
     assert "The file keeps the strength over time, the level and the frequency; loses the waveform.\n" in said
+    assert "Verdict: one tone that follows strength and frequency: enough for an effect; " in said
     assert "full_scale: 1" in said
     assert main(["convert", str(tmp_path / "in"), str(tmp_path / "out"), "--to", "haptic"]) == 0
     assert "1 written, 0 failed" in capsys.readouterr().out

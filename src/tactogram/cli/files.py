@@ -64,13 +64,13 @@ def _converted_text(facts: Mapping[str, Any]) -> str:
     other = {name: value for name, value in facts.items() if name != "written"}
     lines = [
         lines_of(other),
-        lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss", "holds")}),
+        lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss", "holds", "verdict")}),
     ]
     return "\n".join([*filter(None, lines), *loss_lines(written)])
 
 
 def loss_lines(written: Mapping[str, Any]) -> list[str]:
-    """Return what a haptic file keeps and loses, a line per axis; ``written`` is as of `write_haptic`."""
+    """Return what a haptic file keeps and loses, a line per axis, and the verdict; ``written`` as of `write_haptic`."""
     loss = written.get("loss")
     if not loss:
         return []
@@ -80,7 +80,10 @@ def loss_lines(written: Mapping[str, Any]) -> list[str]:
     told = {
         axis: loss_sentence(ConversionLoss(**values), written["holds"]) for axis, values in by_axis.items()
     }
-    return [f"{axis or 'The file'} {text}." for axis, text in told.items()]
+    return [
+        *(f"{axis or 'The file'} {text}." for axis, text in told.items()),
+        f"Verdict: {written['verdict']}.",
+    ]
 
 
 def _folder_text(facts: Mapping[str, Any]) -> str:

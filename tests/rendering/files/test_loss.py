@@ -1,5 +1,7 @@
 """What a file keeps of a signal, in words."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -10,9 +12,18 @@ TIME = np.arange(4000) / 2000
 SWELL = Signal((0.5 + 0.5 * np.sin(2 * np.pi * TIME)) * np.sin(2 * np.pi * 150 * TIME), 2000, "1")
 
 
+NOISE = np.random.default_rng(0).standard_normal(8000)
+TEXTURE = Signal(NOISE / 4, 2000, "m/s^2")
+"""Four seconds of noise, whose strength fluctuates and never pauses."""
+
+
 def told(signal, name, folder):
     written = write_haptic(folder / name, signal, format=name)
     return loss_sentence(ConversionLoss(**written["loss"]), written["holds"])
+
+
+def judged(signal, name, folder):
+    return write_haptic(folder / name, signal, format=name)["verdict"]
 
 
 @pytest.mark.parametrize(
@@ -27,10 +38,41 @@ def test_each_kind_of_format_keeps_what_it_holds(name, text, tmp_path):
     assert told(SWELL, name, tmp_path) == text
 
 
-def test_a_pattern_recommends_a_format_that_keeps_more(tmp_path):
-    assert told(SWELL, "vibration", tmp_path).endswith(
-        "A format with an envelope, such as .haptic or android, keeps more"
-    )
+def test_a_texture_as_a_pattern_is_one_buzz(tmp_path):
+    assert judged(TEXTURE, "vibration", tmp_path).startswith("one buzz: use the phone's envelope")
+    assert json.loads((tmp_path / "vibration").read_text())["pattern"] == [4000]
+
+
+def test_the_buzzes_of_a_pattern_are_counted(tmp_path):
+    bursts = SWELL.with_samples((TIME % 0.5 < 0.25) * np.sin(2 * np.pi * 150 * TIME))
+    assert judged(bursts, "vibration", tmp_path).startswith("4 buzzes of one strength: use ")
+    assert len(json.loads((tmp_path / "vibration").read_text())["pattern"]) == 7
+
+
+@pytest.mark.parametrize(
+    ("hz", "name", "text"),
+    [
+        (150, "hjif", "the signal itself"),
+        (150, "haptic", "one tone that follows strength and frequency: enough for an effect"),
+        (30, "haptic", "the strength, at the wrong frequency: use a format of waveforms"),
+        (150, "gamepad", "one tone that follows"),
+    ],
+)
+def test_a_verdict_follows_the_loss(hz, name, text, tmp_path):
+    swell = SWELL.with_samples(np.sin(np.pi * TIME) ** 2 * np.sin(2 * np.pi * hz * TIME))
+    assert judged(swell, name, tmp_path).startswith(text)
+
+
+def test_a_motor_is_too_coarse_for_fast_bursts(tmp_path):
+    fast = SWELL.with_samples((TIME % 0.07 < 0.03) * np.sin(2 * np.pi * 150 * TIME))
+    assert judged(fast, "gamepad", tmp_path).startswith("a vibration too coarse for the signal's changes")
+
+
+def test_a_waveform_is_judged_by_its_worst_axis(tmp_path):
+    tone = np.sin(2 * np.pi * 100 * np.arange(8000) / 48_000)
+    both = Signal(np.stack([tone, NOISE / 4]), 48_000, "1", ("slow", "fast"))  # HJIF holds up to 4 kHz
+    assert judged(both.select("slow"), "hjif", tmp_path) == "the signal itself"
+    assert judged(both, "hjif", tmp_path) == "the signal, roughly: use .wav instead"
 
 
 def test_a_frequency_that_is_off_is_told(tmp_path):

@@ -15,7 +15,7 @@ from tactogram.rendering.files.catalogue import formats_with, haptic_format, rec
 from tactogram.rendering.files.documents import DocumentHeader, parse
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.loss import loss_between
+from tactogram.rendering.files.loss import ConversionLoss, loss_between, verdict
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
@@ -107,7 +107,8 @@ def write_haptic(
     dict
         ``format``, ``holds``, ``constant`` (gravity or an offset that was removed, in words, or None), ``reduced_by``
         (how axes became one, or None), ``full_scale``, ``scaled_by`` (factor of the samples), ``loss`` (by axis, as
-        `ConversionLoss`: measured by reading the file back), ``resampled_to``, ``carrier``, ``bytes``.
+        `ConversionLoss`: measured by reading the file back), ``verdict`` (in words, of the axis that loses most),
+        ``resampled_to``, ``carrier``, ``bytes``.
     """
     path, kind = Path(path), haptic_format(format)
     _check_modality(kind, modality)
@@ -134,6 +135,7 @@ def write_haptic(
         raise ParameterError(f"{kind.title} cannot hold this signal: {problems[0]}")
     content = kind.serialise(document)
     back = _decoded(document, kind, None)
+    loss = losses(chosen, back.signal)
     with atomic_write(path) as part:
         part.write_bytes(content)
     return {
@@ -145,7 +147,8 @@ def write_haptic(
         "scaled_by": 1 / scale,
         "resampled_to": ready.rate if ready.rate != chosen.rate else None,
         "carrier": {k: v for k, v in back.facts.items() if k.startswith("carrier")} or None,
-        "loss": losses(chosen, back.signal),
+        "loss": loss,
+        "verdict": _verdict(loss, back.signal, kind),
         "bytes": len(content),
     }
 
@@ -157,6 +160,12 @@ def losses(original: Signal, copy: Signal) -> dict[str, Any]:
         for i, name in enumerate(original.axes)
     }
     return by_axis if len(by_axis) > 1 else next(iter(by_axis.values()))
+
+
+def _verdict(loss: dict[str, Any], copy: Signal, kind: HapticFormat) -> str:
+    by_axis = [ConversionLoss(**one) for one in (loss.values() if len(copy.axes) > 1 else [loss])]
+    worst = min(by_axis, key=lambda one: np.inf if one.snr_db is None else one.snr_db)
+    return verdict(worst, copy, holds=kind.holds, instead=kind.instead)
 
 
 def _check_modality(kind: HapticFormat, modality: str | None) -> None:

@@ -31,6 +31,8 @@ class HapticFormat:
         Returns the problems of a document, a line each.
     recognise : callable
         Whether a document with an unknown or shared suffix looks like this format.
+    instead : str
+        What keeps more of a signal, for the same devices if possible, in words (see `verdict`).
     modalities : tuple of str
         Modalities that the format distinguishes, if any.
     highest_rate : float, Hz, optional
@@ -47,6 +49,7 @@ class HapticFormat:
     decode: Callable[[Any, float | None], DecodedDocument]
     validate: Callable[[Any], list[str]]
     recognise: Callable[[Any], bool]
+    instead: str = "a format of waveforms (.wav, .hjif)"
     modalities: tuple[str, ...] = ()
     highest_rate: float | None = None
     parse: Callable[[bytes, Path], Any] = parse

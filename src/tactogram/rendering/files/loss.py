@@ -22,6 +22,10 @@ STEADY = 0.3
 KEPT_DB, KEPT_OCTAVES = 3.0, 0.25
 """Differences up to which level and frequency count as kept. Ours."""
 LOSSLESS_DB = 60.0
+CLOSE_DB = 20.0
+"""Signal over error from which a stored waveform counts as the signal. Ours: a tenth of its amplitude."""
+BUZZ_SHARE = 0.5
+"""Share of the envelope's peak above which a pattern is on."""
 
 
 @dataclass(frozen=True)
@@ -92,10 +96,39 @@ def loss_sentence(loss: ConversionLoss, holds: str) -> str:
         (kept if found else lost).append(
             "the frequency" if found else f"the frequency ({off:.1f} octaves off)"
         )
-    verdict = f"keeps {_listed(kept) or 'little'}; loses {_listed(lost)}"
+    return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost)}"
+
+
+def verdict(loss: ConversionLoss, copy: Signal, *, holds: str, instead: str) -> str:
+    """Return in a sentence what remains of a signal in a file, and what to use instead where that is too little.
+
+    ``copy`` is the one axis read back; ``holds`` and ``instead`` are those of the file's format (`HapticFormat`).
+    """
+    if holds == "waveform":
+        if loss.snr_db is None or loss.snr_db >= CLOSE_DB:
+            return "the signal itself"
+        return f"the signal, roughly: use {instead} instead"
     if holds == "on and off":
-        verdict += ". A format with an envelope, such as .haptic or android, keeps more"
-    return verdict
+        count = _buzzes(copy)
+        return f"{'one buzz' if count == 1 else f'{count} buzzes of one strength'}: use {instead} instead"
+    if loss.envelope_error is None:
+        return "silence, as the signal"
+    similar = loss.envelope_correlation
+    if loss.envelope_error >= STEADY and (similar is None or similar <= KEPT):
+        return f"a vibration too coarse for the signal's changes of strength: use {instead} instead"
+    if loss.frequency_octaves is not None and loss.frequency_octaves > KEPT_OCTAVES:
+        return f"the strength, at the wrong frequency: use {instead} instead"
+    return (
+        "one tone that follows strength and frequency: enough for an effect; a texture needs a waveform "
+        "(.wav, .hjif)"
+    )
+
+
+def _buzzes(copy: Signal) -> int:
+    """Return how often a pattern switches on."""
+    amplitude = envelope_of(copy, pulses=False).amplitude
+    on = amplitude > BUZZ_SHARE * amplitude.max(initial=0.0)
+    return int(np.count_nonzero(np.diff(on.astype(int), prepend=0) > 0))
 
 
 def _listed(parts: list[str]) -> str:

@@ -138,5 +138,6 @@ FORMAT = HapticFormat(
     encode=encode,
     decode=decode,
     validate=validate,
+    instead="the phone's envelope (android), or .haptic",
     recognise=lambda document: isinstance(document, list) or has_key("pattern")(document),
 )

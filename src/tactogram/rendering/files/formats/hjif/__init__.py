@@ -14,6 +14,7 @@ FORMAT = HapticFormat(
     decode=decode,
     validate=validate,
     recognise=has_key("perceptions"),
+    instead=".wav",
     modalities=MODALITIES,
     highest_rate=HIGHEST_RATE,
 )
