@@ -90,7 +90,7 @@ def test_friction_is_felt_at_a_speed(tmp_path):
     [
         (
             {"target": "b.json"},
-            "several formats are written as .json; format must be one of android, gamepad, vibration",
+            "several formats are written as .json; format must be one of android, android_basic, android_envelope",
         ),
         ({"target": "b.ahap", "format": "haptic"}, "format haptic is written as .haptic, got b.ahap"),
         ({"target": "b.wav", "format": "csv"}, "format csv is written as .csv, got b.wav"),
@@ -185,7 +185,7 @@ def test_the_command_says_what_is_lost(tmp_path, capsys):
     assert main(["convert", str(tmp_path / "in" / "a.wav"), str(tmp_path / "a.ahap")]) == 0
     said = capsys.readouterr().out
     assert "The file keeps the strength over time, the level and the frequency; loses the waveform.\n" in said
-    assert "Verdict: one tone that follows strength and frequency: enough for an effect; " in said
+    assert "Verdict: one tone of the signal's strength and frequency: enough for an effect; " in said
     assert "full_scale: 1" in said
     assert main(["convert", str(tmp_path / "in"), str(tmp_path / "out"), "--to", "haptic"]) == 0
     assert "1 written, 0 failed" in capsys.readouterr().out

@@ -185,7 +185,7 @@ def test_a_missing_file_and_a_strange_json_are_named(tmp_path):
     with pytest.raises(DataError, match="no such file"):
         check_file(tmp_path / "x.ahap")
     (tmp_path / "x.json").write_text('{"a": 1}')
-    with pytest.raises(DataError, match="is none of ahap, android, gamepad"):
+    with pytest.raises(DataError, match="is none of ahap, android, android_basic, android_envelope, gamepad"):
         check_file(tmp_path / "x.json")
 
 

@@ -39,7 +39,9 @@ def test_each_kind_of_format_keeps_what_it_holds(name, text, tmp_path):
 
 
 def test_a_texture_as_a_pattern_is_one_buzz(tmp_path):
-    assert judged(TEXTURE, "vibration", tmp_path).startswith("one buzz: use the phone's envelope")
+    assert judged(TEXTURE, "vibration", tmp_path).startswith(
+        "one buzz: use the phone's envelope (android_envelope"
+    )
     assert json.loads((tmp_path / "vibration").read_text())["pattern"] == [4000]
 
 
@@ -53,9 +55,9 @@ def test_the_buzzes_of_a_pattern_are_counted(tmp_path):
     ("hz", "name", "text"),
     [
         (150, "hjif", "the signal itself"),
-        (150, "haptic", "one tone that follows strength and frequency: enough for an effect"),
+        (150, "haptic", "one tone of the signal's strength and frequency: enough for an effect"),
         (30, "haptic", "the strength, at the wrong frequency: use a format of waveforms"),
-        (150, "gamepad", "one tone that follows"),
+        (150, "gamepad", "one tone of the signal"),
     ],
 )
 def test_a_verdict_follows_the_loss(hz, name, text, tmp_path):

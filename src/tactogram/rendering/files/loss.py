@@ -22,6 +22,8 @@ STEADY = 0.3
 KEPT_DB, KEPT_OCTAVES = 3.0, 0.25
 """Differences up to which level and frequency count as kept. Ours."""
 LOSSLESS_DB = 60.0
+FELT = 0.2
+"""Error of an envelope that may be felt: the smallest Weber fraction of intensity that publications report."""
 CLOSE_DB = 20.0
 """Signal over error from which a stored waveform counts as the signal. Ours: a tenth of its amplitude."""
 BUZZ_SHARE = 0.5
@@ -114,12 +116,12 @@ def verdict(loss: ConversionLoss, copy: Signal, *, holds: str, instead: str) -> 
     if loss.envelope_error is None:
         return "silence, as the signal"
     similar = loss.envelope_correlation
-    if loss.envelope_error >= STEADY and (similar is None or similar <= KEPT):
+    if loss.envelope_error >= FELT and (similar is None or similar <= KEPT):
         return f"a vibration too coarse for the signal's changes of strength: use {instead} instead"
     if loss.frequency_octaves is not None and loss.frequency_octaves > KEPT_OCTAVES:
         return f"the strength, at the wrong frequency: use {instead} instead"
     return (
-        "one tone that follows strength and frequency: enough for an effect; a texture needs a waveform "
+        "one tone of the signal's strength and frequency: enough for an effect; a texture needs a waveform "
         "(.wav, .hjif)"
     )
 

@@ -102,4 +102,5 @@ FORMAT = HapticFormat(
     decode=decode,
     validate=validate,
     recognise=has_key("timings"),
+    instead="the phone's envelope (android_envelope, from Android 16)",
 )

@@ -138,6 +138,6 @@ FORMAT = HapticFormat(
     encode=encode,
     decode=decode,
     validate=validate,
-    instead="the phone's envelope (android), or .haptic",
+    instead="the phone's envelope (android_envelope, or android before Android 16)",
     recognise=lambda document: isinstance(document, list) or has_key("pattern")(document),
 )

@@ -16,7 +16,7 @@ from tactogram.studio.pages.send.sending import FileRequest, SendResult, SendSer
 from tactogram.studio.pages.send.sources import SelectedSignal
 from tactogram.studio.pages.send.wording import HOLDS, LOSSES
 
-COLOURS = ("#0b5d66", "#b3541e", "#5b3f8c", "#3d6b1f", "#8c2f52", "#44546a", "#8a6d00")
+COLOURS = ("#0b5d66", "#b3541e", "#5b3f8c", "#3d6b1f", "#8c2f52", "#44546a", "#8a6d00", "#1f4e9e", "#a1267f")
 
 
 def _axis_options(axes: tuple[str, ...]) -> dict[str, str]:
