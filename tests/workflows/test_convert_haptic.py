@@ -9,6 +9,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.displays.catalogue import FOLDER as SHIPPED
 from tactogram.rendering.files import check_file, haptic_formats
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
@@ -75,6 +76,19 @@ def test_full_scale_is_of_the_haptic_file(tmp_path):
     assert convert(tmp_path / "a.haptic", tmp_path / "b.csv")["rms"] == pytest.approx(facts["rms"], rel=0.03)
 
 
+def test_a_pattern_is_made_for_the_motor_of_a_display(tmp_path, capsys):
+    (tmp_path / "mine.toml").write_text(
+        (SHIPPED / "phone-on-off.toml").read_text().replace("shortest_ms = 40", "shortest_ms = 35")
+    )
+    t = np.arange(RATE) / RATE
+    write_signal(tmp_path / "a.wav", Signal((t % 0.2 < 0.02) * np.sin(2 * np.pi * 150 * t), RATE, "1"))
+    arguments = [str(tmp_path / "a.wav"), str(tmp_path / "b.json"), "--format", "vibration"]
+    assert main(["convert", *arguments, "--display", str(tmp_path / "mine.toml")]) == 0
+    assert json.loads((tmp_path / "b.json").read_text())["pattern"][::2] == [35] * 5
+    assert main(["convert", *arguments]) == 0
+    assert json.loads((tmp_path / "b.json").read_text())["pattern"][::2] == [40] * 5
+
+
 def test_friction_is_felt_at_a_speed(tmp_path):
     x = 0.4 + 0.1 * np.sin(2 * np.pi * np.arange(4000) / 40)
     write_signal(tmp_path / "a.npz", Signal(x, 40, "1", ("along",), "displacement"))
@@ -98,6 +112,11 @@ def test_friction_is_felt_at_a_speed(tmp_path):
         ({"target": "b.ahap", "subtype": "PCM_16"}, "`subtype` is of WAV and FLAC"),
         ({"target": "b.wav", "modality": "Force"}, "`modality` is for haptic formats, b.wav is none"),
         ({"target": "b.ahap", "modality": "Force"}, "Apple. has no modalities; omit modality"),
+        (
+            {"target": "b.wav", "display": "phone-on-off"},
+            "`display` is for patterns of on and off, b.wav is none",
+        ),
+        ({"target": "b.ahap", "display": "phone-on-off"}, "Apple. does not only switch on and off; omit"),
         ({"target": "b.ahap", "axis": "q"}, "axis must be one of a, dft321, mean"),
         ({"target": "b.mp3"}, "suffix must be one of"),
     ],

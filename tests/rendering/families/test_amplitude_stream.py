@@ -150,3 +150,14 @@ def test_phone_strengths_follow_the_envelope_and_timings_are_whole_ms():
     np.testing.assert_array_equal(
         np.repeat(facts["strengths"], np.array(facts["timings_ms"]) // 20)[:-1], drive.signal.samples[0, :-1]
     )
+
+
+@pytest.mark.parametrize(
+    ("shortest_ms", "rate", "steps"), [(35, 50, 2), (45, 50, 3), (40, 50, 2), (35, 1000, 35)]
+)
+def test_a_motors_shortest_pulse_is_rounded_up_to_steps(shortest_ms, rate, steps):
+    phone = open_display("phone-on-off", changes={"shortest_ms": shortest_ms, "rate": rate})
+    values = fit(tone(1, swell=1), phone, level=parse_level("peak=0.4")).signal.samples[0]
+    edges = np.flatnonzero(np.diff(values)) + 1
+    assert len(edges) > 4
+    assert np.diff(edges).min() == steps

@@ -1,7 +1,11 @@
+import json
+
 import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.files import write_haptic
 from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import android, gamepad, vibration
@@ -75,6 +79,42 @@ def test_short_pauses_are_filled_and_short_pulses_lengthened():
     on = np.zeros(100, bool)
     on[50:53] = True
     assert vibration._entries(vibration._cleaned(on, 10)) == [0, 50, 10]
+
+
+def test_pulses_at_the_end_and_pauses_after_lengthened_pulses_are_long_enough():
+    on = np.zeros(100, bool)
+    on[[10, 50, 98]] = True
+    assert vibration._entries(vibration._cleaned(on, 35)) == [0, 10, 90]
+    assert vibration._entries(vibration._cleaned(on, 10)) == [0, 10, 10, 30, 10, 30, 10]
+
+
+@pytest.mark.parametrize("shortest_ms", [10, 35, 60])
+def test_a_motor_gets_no_shorter_pulse_than_it_needs(shortest_ms, tmp_path):
+    signal = bursts((0.1, 0.115), (0.3, 0.345), (0.36, 0.5), (0.7, 0.712), (0.99, 1.0))
+    motor = open_display("phone-on-off", changes={"shortest_ms": shortest_ms})
+    write_haptic(tmp_path / "x.json", signal, format="vibration", motor=motor)
+    pattern = json.loads((tmp_path / "x.json").read_text())["pattern"]
+    assert len(pattern) >= 6
+    assert min(pattern[1:]) >= shortest_ms
+    short = bursts((0, 0.02), seconds=0.02)
+    assert vibration.encode(short, DocumentHeader(shortest_ms=shortest_ms))["pattern"] == [
+        max(20, shortest_ms)
+    ]
+
+
+def test_the_shipped_motor_is_the_default():
+    shipped = open_display("phone-on-off").shortest_ms
+    assert vibration.encode(bursts((0, 0.02), seconds=0.02), DocumentHeader())["pattern"] == [shipped]
+
+
+def test_a_display_without_that_fact_or_a_format_without_use_for_it_is_refused(tmp_path):
+    with pytest.raises(
+        ParameterError, match="voice-coil: states no shortest_ms, which a pattern of on and off"
+    ):
+        write_haptic(tmp_path / "x", bursts((0, 1)), format="vibration", motor=open_display("voice-coil"))
+    with pytest.raises(ParameterError, match="Android waveform does not only switch on and off; omit"):
+        write_haptic(tmp_path / "x", bursts((0, 1)), format="android", motor=open_display("phone-on-off"))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_long_vibration_is_split_and_a_busy_one_made_coarser():

@@ -6,6 +6,7 @@ is what reaches the skin; a measured `Response` relates the two. The `DisplayFam
 
 from __future__ import annotations
 
+import math
 from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
@@ -47,6 +48,8 @@ class Display(BaseModel):
     """Length of the fade in and of the fade out, ms."""
     latency_ms: float | None = Field(default=None, ge=0, allow_inf_nan=False)
     """From the drive to the skin, ms; None is unknown."""
+    shortest_ms: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    """Shortest time for which its motor can be switched on or off, ms; None is unknown."""
     axes: str = "dft321"
     """How several axes of a signal become its drive by default, see `tactogram.rendering.drive.axes`."""
     response: ResponseSource | None = None
@@ -63,6 +66,11 @@ class Display(BaseModel):
     def output_unit(self) -> str:
         """Unit of the output if its response is known, else of the drive."""
         return self.response.unit if self.response is not None else self.unit
+
+    @property
+    def shortest_steps(self) -> int:
+        """`shortest_ms` in samples of the drive, rounded up; 1 if it is unknown."""
+        return max(1, math.ceil((self.shortest_ms or 0.0) / 1e3 * self.rate - 1e-9))
 
     def of(self, **changes: Any) -> Self:
         """Return the display with other values, validated again."""

@@ -20,8 +20,6 @@ class Settings(StrengthSettings):
 
     strengths: int = Field(default=255, ge=1, le=255)
     """Steps of strength above silence: 255 with amplitude control, 1 for on and off."""
-    shortest_ms: float = Field(default=20.0, ge=0)
-    """Shortest on and off time of a vibrator with only on and off, ms."""
     frequency_hz: float = Field(default=175.0, gt=0)
     """Frequency of its vibration, which phones do not state."""
 
@@ -32,14 +30,14 @@ def drive(
     """Return strengths of 0 to ``settings.strengths``, one per step of the display's rate.
 
     With only on and off, the share of time on follows the strength (error diffusion), with no time shorter than
-    ``shortest_ms``. ``facts`` has the same as ``timings_ms`` and ``strengths``, as phones need them, with equal
-    neighbours merged. Raises `UnitError` if the level does not apply to this signal or phone; `ParameterError` if too
-    much exceeds the limit and ``over`` is ``refuse``.
+    the display's ``shortest_ms``. ``facts`` has the same as ``timings_ms`` and ``strengths``, as phones need them, with
+    equal neighbours merged. Raises `UnitError` if the level does not apply to this signal or phone; `ParameterError` if
+    too much exceeds the limit and ``over`` is ``refuse``.
     """
     wanted = strength(signal, settings, display=display, level=level)
     share, scaled = wanted.share, wanted.scaled
     if settings.strengths == 1:
-        values = _on_off(share, max(1, round(settings.shortest_ms / 1e3 * display.rate)))
+        values = _on_off(share, display.shortest_steps)
         scaled.append("on and off alternate: the share of time on follows the strength")
     else:
         values = np.round(share * settings.strengths)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.catalogue import formats_with, haptic_format, recognised_format
 from tactogram.rendering.files.documents import DocumentHeader, parse
@@ -81,6 +82,7 @@ def write_haptic(
     axis: str | None = None,
     full_scale: float | None = None,
     modality: str | None = None,
+    motor: Display | None = None,
     metadata: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Write a signal as a valid haptic file, and return what is lost.
@@ -99,6 +101,9 @@ def write_haptic(
         signal of unit 1 that fits, else the peak: of the samples in a waveform, of the envelope in an envelope.
     modality : str, optional
         One of the format's; chosen by unit by default.
+    motor : Display, optional
+        Motor that a format of on and off is for: no pulse or pause is shorter than its ``shortest_ms``. By default the
+        format's own.
     metadata : mapping, optional
         Stored in the description.
 
@@ -112,6 +117,7 @@ def write_haptic(
     """
     path, kind = Path(path), haptic_format(format)
     _check_modality(kind, modality)
+    shortest_ms = _shortest_ms(kind, motor)
     if kind.holds != "waveform" and signal.domain != "time":
         raise ParameterError(
             f"{kind.title} is over time: convert the displacement at a speed first (play_at)"
@@ -130,7 +136,7 @@ def write_haptic(
     facts = dict(metadata or {})
     # The rate is that of the written samples.
     whole = SignalDescription(ready.rate, chosen.unit, chosen.axes, chosen.domain, scale, facts)
-    document = kind.encode(ready, DocumentHeader(whole.encode(), chosen.unit, modality))
+    document = kind.encode(ready, DocumentHeader(whole.encode(), chosen.unit, modality, shortest_ms))
     if problems := kind.validate(document):
         raise ParameterError(f"{kind.title} cannot hold this signal: {problems[0]}")
     content = kind.serialise(document)
@@ -174,6 +180,18 @@ def _check_modality(kind: HapticFormat, modality: str | None) -> None:
     if not kind.modalities:
         raise ParameterError(f"{kind.title} has no modalities; omit modality")
     raise ParameterError(f"modality must be one of {', '.join(kind.modalities)}, got {modality!r}")
+
+
+def _shortest_ms(kind: HapticFormat, motor: Display | None) -> float | None:
+    if motor is None:
+        return None
+    if kind.holds != "on and off":
+        raise ParameterError(f"{kind.title} does not only switch on and off; omit the motor's display")
+    if motor.shortest_ms is None:
+        raise ParameterError(
+            f"{motor.name}: states no shortest_ms, which a pattern of on and off needs; use a display that does"
+        )
+    return motor.shortest_ms
 
 
 def _decoded(document: Any, kind: HapticFormat, rate: float | None) -> HapticFile:

@@ -25,12 +25,14 @@ class DocumentHeader:
     """Header of a document.
 
     ``description`` is free text, in which this package stores unit, level and metadata; ``unit`` the signal's before
-    it was scaled to parts of full scale; ``modality`` one of the format's, chosen by unit by default.
+    it was scaled to parts of full scale; ``modality`` one of the format's, chosen by unit by default; ``shortest_ms``
+    the shortest time for which a motor can be on or off (`Display.shortest_ms`), of formats of on and off.
     """
 
     description: str = ""
     unit: str = "1"
     modality: str | None = None
+    shortest_ms: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.catalogue import format_for, haptic_formats, haptic_suffixes
 from tactogram.rendering.files.conversion import check_file, read_haptic, write_haptic
 from tactogram.rendering.files.reduction import to_one_axis
@@ -47,6 +48,8 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
     kind = format_for(target, _haptic_name(request.format, target))
     if kind is not None and request.subtype is not None:
         raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
+    if kind is None and request.display is not None:
+        raise ParameterError(f"`display` is for patterns of on and off, {target.name} is none; omit it")
     reading = request.reading | {
         "columns": request.columns,
         "time": request.time,
@@ -69,6 +72,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
             axis=request.axis,
             full_scale=request.full_scale,
             modality=request.modality,
+            motor=None if request.display is None else open_display(request.display),
             metadata=metadata,
         )
         how = written["reduced_by"]

@@ -159,6 +159,12 @@ class ConversionRequest(SignalOptions):
     modality: Annotated[
         str | None, Option('of HJIF and formats like it, e.g. "Vibrotactile Texture" (default: by unit)')
     ] = None
+    display: Annotated[
+        str | None,
+        Option(
+            "motor of a pattern of on and off, whose shortest_ms holds (default: phone-on-off)", "NAME|FILE"
+        ),
+    ] = None
     play_at: Annotated[
         float | None, Option("finger speed for a signal over displacement", "MM_S", above=0)
     ] = None

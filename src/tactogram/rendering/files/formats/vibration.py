@@ -6,6 +6,7 @@ the rest. A bare list can be read, too.
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from itertools import pairwise
 from typing import Annotated, Any, Literal
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.documents import (
     DecodedDocument,
     DocumentHeader,
@@ -30,8 +32,8 @@ MOST_ENTRIES = 99
 LONGEST_MS = 10_000
 SHARE = 0.25
 """On where the envelope is above this share of its peak. A choice: half would lose fading vibrations."""
-SHORTEST_MS = 10
-"""Shorter pauses are filled and shorter pulses extended: no motor starts faster. A choice."""
+MOTOR = "phone-on-off"
+"""Display whose ``shortest_ms`` holds where none is given: shorter pauses are filled and shorter pulses extended."""
 
 
 class Vibration(DocumentPart):
@@ -61,7 +63,8 @@ validate = partial(problems_of, Vibration)
 def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis: on where it is strong.
 
-    If there are too many entries, the shortest pauses are filled. Raises `ParameterError` if it is shorter than 1 ms,
+    Pulses and pauses are at least the header's ``shortest_ms``, so that a shorter signal becomes one pulse. If there
+    are too many entries, the shortest pauses are filled. Raises `ParameterError` if it is shorter than 1 ms,
     silent, or longer than a pattern can be.
     """
     length = round(1e3 * signal.seconds)
@@ -72,7 +75,8 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     if strength.max() == 0:
         raise ParameterError("the signal is silent: a vibration pattern cannot be empty")
     on = strength >= SHARE * strength.max()
-    shortest = SHORTEST_MS
+    shortest = math.ceil(header.shortest_ms or open_display(MOTOR).shortest_ms or 1)
+    on = np.pad(on, (0, max(0, shortest - length)))
     pattern = _entries(_cleaned(on, shortest))
     while len(pattern) > MOST_ENTRIES:
         shortest *= 2
@@ -98,15 +102,23 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
 
 
 def _cleaned(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
-    """Return ``on``, a value per ms, without shorter pauses and without shorter pulses."""
-    cleaned = on.copy()
-    for start, stop, value in _runs(on):
-        if not value and stop - start < shortest and start > 0 and stop < len(on):
-            cleaned[start:stop] = True
+    """Return ``on``, a value per ms, without shorter pauses, and with shorter pulses lengthened."""
+    cleaned = _filled(on, shortest)
     for start, stop, value in _runs(cleaned):
         if value and stop - start < shortest:
-            cleaned[start : start + shortest] = True
-    return cleaned
+            first = min(start, max(0, len(on) - shortest))
+            cleaned[first : first + shortest] = True
+    # A lengthened pulse may leave a short pause.
+    return _filled(cleaned, shortest)
+
+
+def _filled(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    """Return ``on`` with shorter pauses between pulses filled."""
+    filled = on.copy()
+    for start, stop, value in _runs(on):
+        if not value and stop - start < shortest and start > 0 and stop < len(on):
+            filled[start:stop] = True
+    return filled
 
 
 def _runs(on: NDArray[np.bool_]) -> list[tuple[int, int, bool]]:

@@ -211,7 +211,7 @@ def _head(name: str, texture: StreamingTexture, *, rate: float, simulated: bool)
         "phone": {
             "display": PHONE,
             "step_ms": 1e3 / phone.rate,
-            "shortest_steps": max(1, round(phone.settings.model_dump()["shortest_ms"] / 1e3 * phone.rate)),
+            "shortest_steps": phone.shortest_steps,
         },
     }
 
