@@ -161,3 +161,9 @@ def test_a_drive_that_a_fade_makes_smaller_says_so():
 def test_a_display_without_dc_needs_both_signs():
     with pytest.raises(ParameterError, match="lowest must be below 0 where dc is forbidden"):
         open_display("voice-coil", changes={"lowest": 0.0})
+
+
+@pytest.mark.parametrize("card_channels", [[3], [3, 3], [0, 1], [1, 2, 3]])
+def test_every_channel_has_its_own_channel_of_the_card(card_channels):
+    with pytest.raises(ParameterError, match="card_channels"):
+        open_display("audio", changes={"card_channels": card_channels})

@@ -62,8 +62,8 @@ def output_fixture(engine):
         run_unpaced(tried, seconds=2.0)
         return Signal(tried.recorded, rate, "m/s^2")
 
-    def make(name="voice-coil", level="gain=1"):
-        display = open_display(name)
+    def make(name="voice-coil", level="gain=1", **changes):
+        display = open_display(name, changes=changes)
         return DisplayOutput(display, rehearsed(display.rate), level=parse_level(level))
 
     return make
@@ -224,6 +224,16 @@ def test_a_device_may_ask_for_any_number_of_frames(engine, frames):
     assert pulled.shape == (12 * frames, 1)
     stream = reader._stream
     assert np.array_equal(pulled[:, 0], stream.recorded[0, : len(pulled)])
+
+
+def test_a_stream_plays_on_the_cards_channels_that_its_display_names(engine, output):
+    pad = output("dualsense", "peak=0.5", rate=8000, card_channels=[4, 3])
+    reader = FrameReader(Stream(engine(), pad, record_s=1.0), Clock())
+    pulled = np.concatenate([reader.read(100) for _ in range(20)])
+    assert (reader.channels, pulled.shape) == (4, (2000, 4))
+    np.testing.assert_array_equal(pulled[:, :2], 0)
+    np.testing.assert_array_equal(pulled[:, [3, 2]].T, reader._stream.recorded[:, :2000])
+    assert np.abs(pulled).max() > 0
 
 
 def test_the_null_device_of_miniaudio_is_played_to(engine):

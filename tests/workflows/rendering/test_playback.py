@@ -48,6 +48,21 @@ def test_what_is_sent_is_the_drive_but_for_the_guards_fade():
     assert np.abs(sent).max() <= np.abs(drive.samples).max() * 1.01
 
 
+def test_a_pads_coils_are_channels_3_and_4_of_its_card():
+    pad = open_display("dualsense")
+    sent = pulled(Playback(made(pad), pad, strength=1.0))
+    front = pulled(Playback(made(AUDIO), AUDIO, strength=1.0))
+    assert sent.shape == (4, front.shape[1])
+    np.testing.assert_array_equal(sent[:2], 0)
+    np.testing.assert_array_equal(sent[2:], front)
+    assert np.abs(sent[2:]).max() == pytest.approx(0.8, rel=0.01)
+
+
+def test_the_pads_drive_plays_on_the_null_device():
+    pad = open_display("dualsense")
+    assert Playback(made(pad, seconds=0.1), pad).run()["state"] == "ended"
+
+
 def test_a_share_is_weaker_and_a_change_glides():
     drive = made(seconds=2.0)
     playing = Playback(drive, AUDIO, strength=0.25)

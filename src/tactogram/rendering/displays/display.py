@@ -7,8 +7,10 @@ is what reaches the skin; a measured `Response` relates the two. The `DisplayFam
 from __future__ import annotations
 
 import math
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
 
 from tactogram.errors import ParameterError
@@ -32,6 +34,8 @@ class Display(BaseModel):
     """Samples of the drive per second and channel, Hz."""
     channels: tuple[str, ...] = Field(min_length=1)
     """Names of the channels of the drive."""
+    card_channels: tuple[Annotated[int, Field(ge=1, le=64)], ...] | None = None
+    """Channels of a sound card, counted from 1, that ``channels`` are played on; None is the first ones."""
     unit: SignalUnit
     """Unit of the drive, one of a Signal's: V, N, or 1 for parts of full scale and register values."""
     limit: Positive
@@ -71,6 +75,19 @@ class Display(BaseModel):
     def shortest_steps(self) -> int:
         """`shortest_ms` in samples of the drive, rounded up; 1 if it is unknown."""
         return max(1, math.ceil((self.shortest_ms or 0.0) / 1e3 * self.rate - 1e-9))
+
+    @property
+    def card_width(self) -> int:
+        """Number of channels with which a sound card is opened."""
+        return max(self.card_channels or (len(self.channels),))
+
+    def on_card(self, frames: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return a drive, shape (frames, channel), on the channels of a sound card, the others silent; C order."""
+        if self.card_channels is None:
+            return frames
+        out = np.zeros((len(frames), self.card_width), np.float32)
+        out[:, [channel - 1 for channel in self.card_channels]] = frames
+        return out
 
     def of(self, **changes: Any) -> Self:
         """Return the display with other values, validated again."""
@@ -113,7 +130,14 @@ class Display(BaseModel):
         return band
 
     @model_validator(mode="after")
-    def _limits_hold_the_rest(self) -> Self:
+    def _is_consistent(self) -> Self:
+        if self.card_channels is not None and (
+            len(set(self.card_channels)) < len(self.card_channels)
+            or len(self.card_channels) != len(self.channels)
+        ):
+            raise ValueError(
+                f"card_channels must be {len(self.channels)} different ones, one for each of channels"
+            )
         if not self.floor <= self.rest <= self.limit:
             raise ValueError(f"rest must lie within {self.floor:g} to {self.limit:g} {self.unit}")
         if not self.dc and self.rest != 0:

@@ -141,13 +141,16 @@ class FrameReader:
         self, stream: Stream, clock: Clock, *, full_scale: float = 1.0, realtime: bool = False
     ) -> None:
         self._stream, self._clock, self._full_scale = stream, clock, full_scale
+        self._display = None if stream.output is None else stream.output.display
+        self.channels = len(stream.channels) if self._display is None else self._display.card_width
+        """Number of channels of the device."""
         self._rest = np.empty((len(stream.channels), 0), np.float32)
         self._realtime, self.granted = realtime, False
         self.frames = 0
         self.calls = 0
 
     def read(self, frames: int) -> Block:
-        """Return the next frames, float32, shape (frames, channel), C order."""
+        """Return the next frames, float32, shape (frames, channel of the device), C order."""
         if not self.calls:
             self.granted = self._realtime and _raise_priority()
         engine = self._stream.engine
@@ -163,6 +166,8 @@ class FrameReader:
             done += count
             self._rest = block[:, count:].copy()
         out /= np.float32(self._full_scale)
+        if self._display is not None:
+            out = self._display.on_card(out)
         self.frames += frames
         self.calls += 1
         if self._clock.now() - start > frames / engine.rate:
@@ -201,7 +206,7 @@ def run_miniaudio(
         with silenced():
             device = miniaudio.PlaybackDevice(
                 output_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=len(stream.channels),
+                nchannels=reader.channels,
                 sample_rate=int(engine.rate),
                 buffersize_msec=max(1, round(1e3 * engine.most / engine.rate)),
                 backends=[miniaudio.Backend.NULL] if null else None,
@@ -271,7 +276,7 @@ def run_audio(
         sounddevice.OutputStream(
             samplerate=engine.rate,
             blocksize=engine.most,
-            channels=len(stream.channels),
+            channels=reader.channels,
             dtype="float32",
             latency="low",
             device=device,

@@ -182,7 +182,7 @@ class Playback:
         return self._total / self.drive.rate
 
     def pull(self, frames: int) -> NDArray[np.float32]:
-        """Return the next frames for the device, float32, shape (frames, channel), relative to full scale."""
+        """Return the next frames for the device, float32, shape (frames, its channel), relative to full scale."""
         self._requested_at = time.monotonic()
         count = min(frames, self._total - self._at)
         if self._leaving or count <= 0:
@@ -198,7 +198,8 @@ class Playback:
             else:
                 block = self._guard.process(wanted)
             block = np.pad(block, ((0, 0), (0, frames - count)), constant_values=self.display.rest)
-        return np.ascontiguousarray(block.T / np.float32(self.full_scale), dtype=np.float32)
+        out = np.ascontiguousarray(block.T / np.float32(self.full_scale), dtype=np.float32)
+        return self.display.on_card(out)
 
     def run(self) -> dict[str, Any]:
         """Play until it ends or is stopped, and return `facts`.
@@ -272,7 +273,7 @@ class Playback:
         with silenced():
             return miniaudio.PlaybackDevice(
                 output_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=len(self.display.channels),
+                nchannels=self.display.card_width,
                 sample_rate=int(self.display.rate),
                 buffersize_msec=BUFFER_MS,
                 device_id=card,

@@ -125,5 +125,5 @@ FORMAT = HapticFormat(
     decode=decode,
     validate=validate,
     recognise=has_key("effects"),
-    instead="an envelope with frequency (.haptic)",
+    instead="a pad's sound channels (display dualsense), or .haptic",
 )
