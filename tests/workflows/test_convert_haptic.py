@@ -89,6 +89,27 @@ def test_a_pattern_is_made_for_the_motor_of_a_display(tmp_path, capsys):
     assert json.loads((tmp_path / "b.json").read_text())["pattern"][::2] == [40] * 5
 
 
+def test_a_sound_is_mapped_to_a_file_of_any_kind(tmp_path, capsys):
+    t = np.arange(44_100) / 44_100
+    song = 0.3 * np.sin(2 * np.pi * 1000 * t)
+    write_signal(tmp_path / "a.wav", Signal(np.stack([song, song]), 44_100, "1", ("left", "right")))
+    assert (
+        main(["convert", str(tmp_path / "a.wav"), str(tmp_path / "b.haptic"), "--map", "pitch", "--json"])
+        == 0
+    )
+    facts = json.loads(capsys.readouterr().out)
+    mapped = {"by": "pitch", "octaves_down": 1, "voiced": pytest.approx(1, abs=0.02)}
+    assert facts["mapped"] == mapped | {"touch_hz": pytest.approx([500, 500], rel=0.01)}
+    assert (facts["reduced_by"], facts["written"]["full_scale"]) == ("mean of left, right", 1)
+    facts = convert(tmp_path / "a.wav", tmp_path / "b.wav", map="bands", axis="left", resample_to=2000)
+    assert (facts["rate_hz"], facts["axes"], facts["rms"]) == (
+        2000,
+        ["z"],
+        pytest.approx(0.3 / 2**0.5, rel=0.02),
+    )
+    assert read_metadata(tmp_path / "b.wav")["mapped"] == {"by": "bands", "touch_hz": [50, 400]}
+
+
 def test_friction_is_felt_at_a_speed(tmp_path):
     x = 0.4 + 0.1 * np.sin(2 * np.pi * np.arange(4000) / 40)
     write_signal(tmp_path / "a.npz", Signal(x, 40, "1", ("along",), "displacement"))
@@ -118,6 +139,10 @@ def test_friction_is_felt_at_a_speed(tmp_path):
         ),
         ({"target": "b.ahap", "display": "phone-on-off"}, "Apple. does not only switch on and off; omit"),
         ({"target": "b.ahap", "axis": "q"}, "axis must be one of a, dft321, mean"),
+        (
+            {"target": "b.wav", "map": "pitch", "play_at": 100.0},
+            "`map` is for a sound, which is over time; omit",
+        ),
         ({"target": "b.mp3"}, "suffix must be one of"),
     ],
 )

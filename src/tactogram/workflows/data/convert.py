@@ -11,6 +11,7 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.catalogue import format_for, haptic_formats, haptic_suffixes
 from tactogram.rendering.files.conversion import check_file, read_haptic, write_haptic
 from tactogram.rendering.files.reduction import to_one_axis
+from tactogram.rendering.sound_map import sound_to_touch
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.io import READABLE, WRITABLE, read_file, write_signal
@@ -37,7 +38,8 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         ``source``, ``target``, ``samples``, ``rate_hz`` (``rate_per_mm`` over displacement), ``unit``, ``axes``,
         ``rms`` (in ``unit``), ``timing`` (of the time stamps in ``source``, see
         `signal.timing.SamplingTiming`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
-        ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`).
+        ``mapped`` of a sound (facts of `sound_to_touch`); ``read`` of a haptic source (its facts), ``written`` of a
+        haptic target (as `write_haptic`).
 
     Raises
     ------
@@ -58,29 +60,29 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
     if kind is None:
         reading["full_scale"] = request.full_scale
     signal, metadata, timing, read = _read(source, reading)
-    if request.play_at is not None:
-        signal = played(signal, request.play_at, request.resample_to or signal.rate * request.play_at)
-        metadata["played_at_mm_s"] = request.play_at
-    elif request.resample_to is not None:
-        signal = resample(signal, request.resample_to)
-    written, how = None, None
+    signal, how, mapped = _over_time(signal, request)
+    metadata |= {"played_at_mm_s": request.play_at} if request.play_at is not None else {}
+    metadata |= {"mapped": mapped} if mapped is not None else {}
+    # A mapped sound has one axis, whatever it is called.
+    axis = request.axis if mapped is None else None
+    written = None
     if kind is not None:
         written = write_haptic(
             target,
             signal,
             format=kind.name,
-            axis=request.axis,
+            axis=axis,
             full_scale=request.full_scale,
             modality=request.modality,
             motor=None if request.display is None else open_display(request.display),
             metadata=metadata,
         )
-        how = written["reduced_by"]
+        how = how or written["reduced_by"]
     else:
         if request.modality is not None:
             raise ParameterError(f"`modality` is for haptic formats, {target.name} is none; omit it")
-        if request.axis is not None:
-            signal, how = to_one_axis(signal, request.axis)
+        if axis is not None:
+            signal, how = to_one_axis(signal, axis)
         write_signal(target, signal, metadata=metadata, subtype=request.subtype)
     facts = {
         "source": str(source),
@@ -93,7 +95,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         "timing": timing,
         "metadata": metadata,
     }
-    optional = {"reduced_by": how, "read": read, "written": written}
+    optional = {"reduced_by": how, "mapped": mapped, "read": read, "written": written}
     return facts | {name: value for name, value in optional.items() if value is not None}
 
 
@@ -188,6 +190,22 @@ def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
         "valid": not problems,
         "problems": problems,
     }
+
+
+def _over_time(
+    signal: Signal, request: ConversionRequest
+) -> tuple[Signal, str | None, dict[str, Any] | None]:
+    """Return a signal played, mapped and resampled as requested, how its axes became one, and facts of the map."""
+    if request.play_at is not None:
+        if request.map is not None:
+            raise ParameterError("`map` is for a sound, which is over time; omit `play_at`")
+        rate = request.resample_to or signal.rate * request.play_at
+        return played(signal, request.play_at, rate), None, None
+    how, mapped = None, None
+    if request.map is not None:
+        signal, how = to_one_axis(signal, request.axis)
+        signal, mapped = sound_to_touch(signal, request.map)
+    return resample(signal, request.resample_to or signal.rate), how, mapped
 
 
 def _haptic_name(format: str | None, target: Path) -> str | None:

@@ -165,6 +165,12 @@ class ConversionRequest(SignalOptions):
             "motor of a pattern of on and off, whose shortest_ms holds (default: phone-on-off)", "NAME|FILE"
         ),
     ] = None
+    map: Annotated[
+        Literal["envelope", "pitch", "bands"] | None,
+        Option(
+            "map the sound A to touch: a tone with its strength (envelope) or at its pitch, or a tone for each band"
+        ),
+    ] = None
     play_at: Annotated[
         float | None, Option("finger speed for a signal over displacement", "MM_S", above=0)
     ] = None
