@@ -62,7 +62,14 @@ public sealed class TactogramOsc : IDisposable
     void Send(byte[] packet)
     {
         unchecked { sequence++; } // of every message, of any kind; wraps
-        client.Send(packet, packet.Length);
+        try
+        {
+            client.Send(packet, packet.Length);
+        }
+        catch (SocketException)
+        {
+            // No stream listens (yet): the next message may arrive.
+        }
     }
 
     // A text ends with one to four zeros, so that its length is a multiple of four.
