@@ -103,5 +103,5 @@ FORMAT = HapticFormat(
     decode=decode,
     validate=validate,
     recognise=has_points("sharpness"),
-    instead="android_envelope",
+    instead="android (faster changes) or android_envelope (any frequency)",
 )
