@@ -13,7 +13,7 @@ from tactogram.signal.io.atomic import write_text
 
 
 class TrainingLogger(Protocol):
-    """What Fabric's loggers promise, as far as a training uses it."""
+    """Methods of Fabric's loggers that a training uses."""
 
     def log_hyperparams(self, params: dict[str, Any]) -> None:
         """Log the recipe."""
