@@ -19,8 +19,8 @@ from tactogram.datasets.simulate import make, tasks
 folder = Path(mkdtemp())
 
 # %%
-# Eight strokes over each of nine surfaces, as arrays of shape (axis, time): what a sensor's log would give you.
-recordings = [make(task) for task in tasks("stroking9", seed=1, per_class=8, seconds=2)]
+# Six strokes over each of nine surfaces, as arrays of shape (axis, time): what a sensor's log would give you.
+recordings = [make(task) for task in tasks("stroking9", seed=1, per_class=6, seconds=2)]
 arrays = [np.asarray(recording.stream("acceleration")) for recording in recordings]
 names = [recording.material for recording in recordings]
 rate = recordings[0].stream("acceleration").rate
@@ -46,7 +46,7 @@ store[0].stream("acceleration").plot()
 
 # %%
 # The published network in a short training: a fifth of the recordings is kept for the test.
-run = tactogram.train("stroke_cnn", folder / "store", changes={"config.steps": 150}, out=folder / "run")
+run = tactogram.train("stroke_cnn", folder / "store", changes={"config.steps": 100}, out=folder / "run")
 report = tactogram.evaluate(run.folder)
 print(f"{report['recording_accuracy']:.0%} of the test recordings are classified correctly")
 
