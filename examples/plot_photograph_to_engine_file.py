@@ -18,7 +18,7 @@ folder = Path(mkdtemp())
 
 # %%
 # A store of recordings with two photographs of each surface.
-simulate_to_store("stroking9", folder / "store", per_class=2, photographs=2, seconds=2, seed=1, workers=1)
+simulate_to_store("stroking9", folder / "store", per_class=3, photographs=2, seconds=2, seed=1, workers=1)
 store = tactogram.open_store(folder / "store")
 photograph = store.photograph(store.photographs_of("carpet")[0])
 plt.imshow(photograph.pixels)
