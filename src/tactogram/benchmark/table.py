@@ -19,7 +19,8 @@ questions and, if there are several seeds, over trainings. **At best** is the va
 material, or a perfect answer, would have; **by chance** that of other materials, or of a guess. The rank 2–4 means
 that one model is better, and that two others are not told apart from this one. Models are told apart if a paired
 permutation test over the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task,
-and the difference has the same sign for every seed. A model that **copies** plays back its training recordings, and
+and the difference has the same sign for every seed. Fewer than three seeds are of baselines, which are not trained,
+and of models whose trainings took too long for more. A model that **copies** plays back its training recordings, and
 makes nothing new."""
 
 
