@@ -48,12 +48,17 @@ def last(number: int) -> Callable[[Store], Split]:
     return lambda store: split_last(store.index, number, validation=1)
 
 
+def strangers(store: Store, count: int) -> set[str]:
+    """Draw materials that are left out of training."""
+    names = sorted({str(info.material) for info in store.index})
+    return set(np.random.default_rng(0).permutation(names)[:count].tolist())
+
+
 def unknown_last(unknown: int, number: int) -> Callable[[Store], Split]:
     """Leave some materials out of training; of the others as `last`."""
 
     def make(store: Store) -> Split:
-        names = sorted({str(info.material) for info in store.index})
-        strange = set(np.random.default_rng(0).permutation(names)[:unknown].tolist())
+        strange = strangers(store, unknown)
         known = split_last([i for i in store.index if i.material not in strange], number, validation=1)
         left_out = tuple(Segment(info.id) for info in store.index if info.material in strange)
         return replace(known, test=(*known.test, *left_out))
@@ -65,8 +70,7 @@ def unknown_surfaces(unknown: int) -> Callable[[Store], Split]:
     """Leave some surfaces out of training; of the others the last stroke at each speed, the one before validates."""
 
     def make(store: Store) -> Split:
-        names = sorted({str(info.material) for info in store.index})
-        strange = set(np.random.default_rng(0).permutation(names)[:unknown].tolist())
+        strange = strangers(store, unknown)
         strokes: dict[tuple[str, float | None], list[Segment]] = {}
         for info in store.index:
             strokes.setdefault((str(info.material), info.speed_mm_s), []).append(Segment(info.id))
@@ -216,7 +220,7 @@ SPLIT_OF = {
     "biotac-new": ("biotac_slide", photographs(materials_left_out(4, 1))),
     "cdplab": ("cdplab", blocks),
     "vibviz": ("vibviz", items((0.4, 0.35))),
-    "strokes": (SIMULATED + "stroking9", last(4)),
+    "strokes": (SIMULATED + "stroking9 --seed 17", last(4)),
     "contactor": (
         SIMULATED + "stroking30",
         held_out(lambda i: i.contactor == "pen", lambda i: str(i.contactor)),

@@ -24,7 +24,7 @@ from tactogram.workflows.progress import silent
 from tactogram.workflows.training.plan import planned
 from tactogram.workflows.training.requests import TrainingRequest, never
 from tactogram.workflows.training.search_space import Dimension, SearchSpace
-from tactogram.workflows.training.train import train, training_material
+from tactogram.workflows.training.train import steps_done, train, training_material
 from tactogram.workflows.workers import absolute
 from tactogram.workflows.workers.outcome import one_thread
 from tactogram.workflows.workers.ray_cluster import connected
@@ -201,11 +201,12 @@ def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None
     learner.setup(make_fabric(plan.recipe.training, accelerator=request.accelerator))
     if isinstance(learner, CheckpointSelector):
         learner.set_validation(validation)
-    steps = [stage.steps for stage in learner.stages(examples)]
-    due = {math.ceil(sum(steps) * ninths / NINTHS): ninths for ninths in (1, FACTOR, NINTHS)}
+    stages = learner.stages(examples)
+    total = sum(stage.steps for stage in stages)
+    due = {math.ceil(total * ninths / NINTHS): ninths for ninths in (1, FACTOR, NINTHS)}
 
     def on_step(position: TrainingPosition, stage: Stage, losses: dict[str, float]) -> None:
-        done = sum(steps[: position.stage]) + position.step
+        done = steps_done(stages, position)
         if done in due:
             found = learner.validate(validation)
             if measure not in found:

@@ -38,4 +38,5 @@ def test_a_haptic_file_can_be_read_back_and_its_loss_is_said(format, domain, tmp
     (tmp_path / name).write_bytes(data)
     assert read_haptic(tmp_path / name).signal.seconds == pytest.approx(1.0, abs=0.2)
     assert "keeps" in loss
+    assert ". Verdict: " in loss
     assert ("mm/s" in loss) is (domain != "time")

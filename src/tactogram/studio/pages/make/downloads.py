@@ -68,12 +68,14 @@ def encoded(result: KeptResult, format: str) -> tuple[str, bytes, str]:
 
 
 def _sentence(written: Mapping[str, Any], speed_mm_s: float | None) -> str:
-    """Return what a haptic file keeps and loses; of several axes, of the first."""
+    """Return what a haptic file keeps and loses, of several axes the first, and the verdict on all."""
     loss = written["loss"]
     first = next(iter(loss.values()))
     values = first if isinstance(first, Mapping) else loss
     played = "" if speed_mm_s is None else f", at {speed_mm_s:g} mm/s"
-    return loss_sentence(ConversionLoss(**values), written["holds"]) + played
+    return (
+        f"{loss_sentence(ConversionLoss(**values), written['holds'])}{played}. Verdict: {written['verdict']}"
+    )
 
 
 def _stem(result: KeptResult) -> str:
