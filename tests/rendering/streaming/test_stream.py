@@ -8,7 +8,7 @@ import threading
 import types
 from dataclasses import dataclass
 from functools import cache
-from itertools import pairwise
+from itertools import count, pairwise
 
 import numpy as np
 import pytest
@@ -228,11 +228,15 @@ def test_a_device_may_ask_for_any_number_of_frames(engine, frames):
 
 def test_a_stream_plays_on_the_cards_channels_that_its_display_names(engine, output):
     pad = output("dualsense", "peak=0.5", rate=8000, card_channels=[4, 3])
-    reader = FrameReader(Stream(engine(), pad, record_s=1.0), Clock())
-    pulled = np.concatenate([reader.read(100) for _ in range(20)])
-    assert (reader.channels, pulled.shape) == (4, (2000, 4))
+    reads = count()
+    clock = types.SimpleNamespace(
+        now=lambda: next(reads) * MOST / RATE
+    )  # not the machine's: the finger lands at 0.2 s
+    reader = FrameReader(Stream(engine(), pad, record_s=1.0), clock)
+    pulled = np.concatenate([reader.read(100) for _ in range(60)])
+    assert (reader.channels, pulled.shape) == (4, (6000, 4))
     np.testing.assert_array_equal(pulled[:, :2], 0)
-    np.testing.assert_array_equal(pulled[:, [3, 2]].T, reader._stream.recorded[:, :2000])
+    np.testing.assert_array_equal(pulled[:, [3, 2]].T, reader._stream.recorded[:, :6000])
     assert np.abs(pulled).max() > 0
 
 
