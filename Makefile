@@ -46,9 +46,10 @@ check: install ## style, types, layers, documentation
 mutants: install ## check that the tests notice known defects of adversarial training (minutes: nightly)
 	$(BIN)/python tests/mutation/run.py
 
-wheel: install ## build the wheel and test it in a clean environment of its own
+# The wheel is built from the sdist, which thereby proves to be complete.
+wheel: install ## build sdist and wheel, and test the wheel in a clean environment of its own
 	rm -rf build/wheel && mkdir -p build/wheel
-	$(BIN)/python -m build --wheel --outdir build/wheel . >/dev/null
+	$(BIN)/python -m build --outdir build/wheel . >/dev/null
 	$(PYTHON) -m venv build/wheel/env
 	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
 	    -c constraints.txt build/wheel/*.whl pytest hypothesis

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from tactogram.workflows.evaluation.crossval import crossval as crossval
     from tactogram.workflows.evaluation.evaluate import evaluate as evaluate
     from tactogram.workflows.generation.generate import generate as generate
+    from tactogram.workflows.pipeline import pipeline as pipeline
     from tactogram.workflows.recognition.classify import classify as classify
     from tactogram.workflows.recognition.search import search as search
     from tactogram.workflows.streaming.stream import stream as stream
@@ -42,6 +43,7 @@ _PLACES = {
     "classify": "tactogram.workflows.recognition.classify",
     "search": "tactogram.workflows.recognition.search",
     "generate": "tactogram.workflows.generation.generate",
+    "pipeline": "tactogram.workflows.pipeline",
     "convert": "tactogram.workflows.data.convert",
     "open_display": "tactogram.rendering.displays.catalogue",
     "fit": "tactogram.rendering.drive.fit",

@@ -1,0 +1,138 @@
+"""Pipelines: a task by its name, with a model that is loaded once and inputs as people have them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.model.conditions import some_of
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_image, read_signal
+from tactogram.signal.motion import Motion
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.recognition.classify import classify
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+
+
+@dataclass(frozen=True)
+class Generation:
+    """A task that makes a signal or an image; call it with an input, as often as you like."""
+
+    task: str
+    run: LoadedRun
+
+    def __call__(
+        self,
+        given: Any,
+        *,
+        speed_mm_s: float | None = None,
+        force_n: float | None = None,
+        motion: Motion | None = None,
+        given_speed_mm_s: float | None = None,
+        seconds: float | None = None,
+        seed: int = 0,
+    ) -> Signal | Image:
+        """Return what is made of ``given``.
+
+        Parameters
+        ----------
+        given : str, dict, Signal, Image or path
+            A text in English; scores by word, ``{"rough": 6}``; a material or weights of several; a recorded stroke, a
+            photograph, or the path of one.
+        speed_mm_s, force_n, motion : float, float, Motion, optional
+            How the surface is stroked: constant speed in mm/s and force in N, or both over time.
+        given_speed_mm_s : float, optional
+            Speed of a given stroke, mm/s.
+        seconds, seed : float, int
+            Length in s, by default the model's own, and seed of what is drawn.
+
+        Raises
+        ------
+        ParameterError
+            If the run does not take such an input, or knows no such material or word.
+        """
+        name = _TASKS[self.task].given
+        condition = {
+            name: _READERS[name](self.run, given) if name in _READERS else given,
+            "speed_mm_s": speed_mm_s,
+            "force_n": force_n,
+            "motion": motion,
+            "vibration_speed_mm_s": given_speed_mm_s,
+        }
+        (made,) = generate(self.run, condition, seconds=seconds, seed=seed)
+        return made
+
+
+@dataclass(frozen=True)
+class Recognition:
+    """A task that names the material of a signal; call it with a signal or its file, as often as you like."""
+
+    task: str
+    run: LoadedRun
+
+    def __call__(self, given: Signal | Path | str) -> dict[str, Any]:
+        """Return what `tactogram.classify` does of ``given``."""
+        return classify(self.run, _signal(given))
+
+
+@dataclass(frozen=True)
+class _Task:
+    given: str
+    gives: str
+    shipped: str | None = None
+
+
+_TASKS: Mapping[str, _Task] = {
+    "text-to-touch": _Task("text", "signal", "texture_flow"),
+    "words-to-touch": _Task("words", "signal", "texture_flow"),
+    "material-to-touch": _Task("material", "signal", "texture_flow"),
+    "stroke-to-touch": _Task("vibration", "signal", "texture_flow"),
+    "photo-to-touch": _Task("image", "signal"),
+    "words-to-image": _Task("words", "image"),
+    "touch-to-material": _Task("vibration", "probabilities"),
+}
+
+
+def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation | Recognition:
+    """Return a function for a task, with its model loaded.
+
+    ``task`` is one of ``text-to-touch``, ``words-to-touch``, ``material-to-touch``, ``stroke-to-touch``,
+    ``photo-to-touch``, ``words-to-image`` and ``touch-to-material``. ``run`` is a trained run; for the first four it is
+    by default ``texture_flow``, which comes trained on *simulated* surfaces. The function takes a text, scores by word,
+    weights by material, a signal, an image, or the path of one of the two; and the keywords of `Generation`.
+
+    >>> rough = tactogram.pipeline("words-to-touch")({"rough": 6, "sticky": 2}, speed_mm_s=150)   # doctest: +SKIP
+
+    Raises
+    ------
+    ParameterError
+        For an unknown task, a task that needs a run of your own, or a run that does something else.
+    """
+    if task not in _TASKS:
+        raise ParameterError(f"task must be {some_of(tuple(_TASKS), like=task)}, got {task!r}")
+    wanted = _TASKS[task]
+    if run is None and wanted.shipped is None:
+        raise ParameterError(
+            f"no run for {task} comes with the package: train one on your recordings, "
+            f"and give it: pipeline({task!r}, 'runs/NAME')"
+        )
+    loaded = run if isinstance(run, LoadedRun) else load_run(run or wanted.shipped or "")
+    if loaded.facts.gives != wanted.gives:
+        raise ParameterError(
+            f"{task} needs a run that gives {wanted.gives}, got {loaded.facts.name}, which gives {loaded.facts.gives}"
+        )
+    return Recognition(task, loaded) if wanted.gives == "probabilities" else Generation(task, loaded)
+
+
+def _signal(given: Signal | Path | str) -> Signal:
+    return given if isinstance(given, Signal) else read_signal(given)
+
+
+_READERS: Mapping[str, Callable[[LoadedRun, Any], Any]] = {
+    "vibration": lambda run, given: run.prepare_vibration(_signal(given)),
+    "image": lambda _, given: given if isinstance(given, Image) else read_image(given),
+}
+"""How an input is read that may be the path of a file."""
