@@ -33,8 +33,8 @@ demo: install ## simulate, classify, search and generate surfaces; writes runs/d
 	$(BIN)/tactogram demo
 
 # Three processes for two cores: the tests of pages wait for their server and browser half of the time.
-test: install ## run the tests (COVERAGE=yes also measures their coverage, which must not fall)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
+test: install ## run the tests (SLOW=yes: also in a browser and on a cluster; COVERAGE=yes: measure it, it must not fall)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(if $(SLOW),,-m "not slow") $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
 
 check: install ## style, types, layers, documentation
 	$(BIN)/ruff check .

@@ -19,10 +19,20 @@ def pytest_addoption(parser):
 
 
 LONGEST = ("test_models.py", "test_tour.py", "test_touch_page.py", "test_ray.py", "test_train_page.py")
+SLOW = {"browser", "cluster"}
+"""Fixtures that start a browser or a cluster."""
 
 
+# First, since -m looks at the marks in this hook, too.
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Begin with the files that take longest: of several processes none is left with one when the others are done."""
+    """Mark what starts a browser or a cluster as slow, and begin with the files that take longest.
+
+    Of several processes none is then left with one of these files when the others are done.
+    """
+    for item in items:
+        if SLOW & set(item.fixturenames):
+            item.add_marker("slow")
     items.sort(key=lambda item: item.path.name not in LONGEST)
 
 

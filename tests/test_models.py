@@ -530,6 +530,7 @@ with_networks = among([f for f in FACES if (f.folder / "networks.py").exists()])
 
 
 @with_networks
+@pytest.mark.slow
 def test_its_first_network_gives_the_same_in_onnxruntime(facts, tmp_path):
     network = next(iter(once(facts).exported_networks().values()))
     described = exported(network, tmp_path)
@@ -539,6 +540,7 @@ def test_its_first_network_gives_the_same_in_onnxruntime(facts, tmp_path):
         assert tuple(sizes) == given.shape
 
 
+@pytest.mark.slow
 def test_other_networks_give_the_same_in_onnxruntime(tmp_path):
     """Of all models those with a class of ours that no other has."""
     done, count = set(), 0

@@ -35,6 +35,7 @@ def test_the_python_page_has_every_public_name():
     assert sorted(documented) == sorted(tactogram.__all__)
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_python_page_run_in_their_order(tmp_path):
     shell, *python = re.findall(r"<!-- api -->\n```(\w+)\n(.*?)```", text_of("api"), re.DOTALL)
     assert [language for language, _ in python] == ["python"] * 7

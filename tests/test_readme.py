@@ -13,6 +13,7 @@ ROOT = Path(__file__).parents[1]
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "examples").glob("plot_*.py")), ids=lambda p: p.stem)
+@pytest.mark.slow
 def test_an_example_runs(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(plt, "show", lambda: None)

@@ -7,6 +7,8 @@ import sys
 from functools import reduce
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[1]
 ENVIRONMENT = {
     **os.environ,
@@ -22,6 +24,7 @@ SHORTER = {
 }
 
 
+@pytest.mark.slow
 def test_the_tour_runs_as_written(tmp_path):
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     blocks = re.findall(r"<!-- tour -->\n```(\w+)\n(.*?)```", text, re.DOTALL)

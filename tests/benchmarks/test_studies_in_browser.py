@@ -32,6 +32,7 @@ def test_what_is_lost_twice_or_stored_otherwise_is_found():
             studies_in_browser._check([], [], rows, given)
 
 
+@pytest.mark.slow
 def test_two_simulated_participants_take_a_study_whose_server_is_killed(tmp_path):
     pytest.importorskip("playwright")
     pytest.importorskip("nicegui")

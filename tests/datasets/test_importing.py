@@ -336,6 +336,7 @@ def test_killed_at_any_step_there_is_nothing_or_the_old_store_or_the_new(source,
         assert os.listdir(halfway) == ["s"]
 
 
+@pytest.mark.slow
 def test_killed_at_any_step_an_import_goes_on_from_its_last_checkpoint(source, tmp_path, monkeypatch):
     shutil.copy(source / "mat01.npz", source / "mat05.npz")  # duplicates are listed once
     with (source / "materials.csv").open("a") as names:

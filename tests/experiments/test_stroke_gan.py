@@ -69,6 +69,7 @@ def test_figures_show_recordings_beside_what_is_generated(folder, monkeypatch):
     assert "simulated" in found["text"].lower()
 
 
+@pytest.mark.slow
 def test_tile_is_mixed_with_the_others(folder, monkeypatch):
     seen = {name: SEEN[name] for name in ("cloth", "punched-plastic-sheet")}  # drawing all takes seconds
     for name, value in (("SEEN", seen), ("STEPS", 3), ("SIGNALS", {"bench": 3}), ("SECONDS", 1.0)):
@@ -129,6 +130,7 @@ def test_the_nine_textures_are_found_by_the_names_of_the_recordings(tmp_path):
         materials_of(store([name for name in names if name != "GreenTile"], "some"))
 
 
+@pytest.mark.slow
 def test_independent_trainings_run_on_workers(folder, monkeypatch):
     monkeypatch.setattr(stroke_gan_figures, "FIGURES", {"figure-7": ("carpet",)})
     options = {"model": "ar_texture", "recipes": "quick,tiny"}

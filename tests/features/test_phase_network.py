@@ -35,6 +35,7 @@ def relative(network, draw, reference, folder):
     return export_network(exported, folder / "phase.onnx")["difference"]["signal"]["relative"]
 
 
+@pytest.mark.slow
 def test_few_steps_are_those_of_the_package(tmp_path):
     def draw(seed):
         magnitude = TRANSFORM.forward(noise(seed, TRANSFORM.length(FRAMES))).abs()

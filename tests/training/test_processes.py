@@ -25,6 +25,7 @@ def two():
     return in_processes(adversarial_job.train, {"devices": 2}, count=2, progress=silent, stop=lambda: False)
 
 
+@pytest.mark.slow
 def test_two_processes_have_the_losses_and_weights_of_one_with_twice_the_batch(two):
     """With batch normalisation, a gradient penalty, clipping, two optimisers and weights that one process reaches."""
     one = adversarial_job.train(1)

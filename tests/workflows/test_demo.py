@@ -14,6 +14,7 @@ from tactogram.workflows.demo import MIX, UNKNOWN, demo
 KNOWN = ("artificial-grass", "cloth", *MIX)
 
 
+@pytest.mark.slow
 def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     """Of five of the nine surfaces, each made once, in this process; the networks are small."""
     nine = SETS["stroking9"]

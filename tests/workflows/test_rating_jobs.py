@@ -78,6 +78,7 @@ def test_crossval_by_item_is_better_than_a_constant_where_there_is_something_to_
     assert (tmp_path / "words.png").is_file()
 
 
+@pytest.mark.slow
 def test_processes_change_no_figure(store, tmp_path):
     options = {"recipe": "tiny", "folds": 2, "repeats": 2}
     here = crossval_ratings("rater", store, out=tmp_path / "here", processes=1, **options)

@@ -74,6 +74,7 @@ def test_rougher_surfaces_are_called_rougher():
     assert spearmanr(rms, sleek)[0] == -1
 
 
+@pytest.mark.slow
 def test_the_store_has_strokes_photographs_and_ratings(tmp_path, capsys):
     for name, workers in (("one", "1"), ("two", "2")):
         command = [

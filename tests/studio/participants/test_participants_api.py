@@ -544,6 +544,7 @@ def take_until_gone(one, acknowledged):
         return
 
 
+@pytest.mark.slow
 def test_a_kill_at_any_instant_loses_no_acknowledged_answer_and_stores_none_twice(
     tmp_path, write_study, process_over, person, until
 ):

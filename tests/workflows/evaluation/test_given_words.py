@@ -1,5 +1,7 @@
 """Evaluation of a generator that is given the words of rated surfaces, at the speeds of their recordings."""
 
+import pytest
+
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.evaluate import evaluate_run
 from tactogram.workflows.generation.word_scores import some_words
@@ -7,6 +9,7 @@ from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 
 
+@pytest.mark.slow
 def test_surfaces_are_described_by_their_ratings(tmp_path):
     data = tmp_path / "surfaces"
     simulate_to_store("surfaces", data, random=3, per_class=5, raters=4, workers=1)

@@ -54,6 +54,7 @@ def check_as(run, alone):
     assert run.data["run_id"] == alone.data["run_id"]
 
 
+@pytest.mark.slow
 def test_two_processes_train_as_one_and_a_killed_one_ends_both_in_one_line(alone, store, tmp_path):
     def kill(task, done, total, note=""):
         if task == "classify" and done >= 3:
@@ -84,6 +85,7 @@ def test_several_machines_are_torchruns_matter(store, tmp_path):
         trained(store, tmp_path / "run", nodes=2)
 
 
+@pytest.mark.slow
 def test_two_machines_of_torchrun_continue_what_one_process_began(alone, store, tmp_path):
     with pytest.raises(StoppedError):
         trained(store, tmp_path / "run", stop=(tmp_path / "run" / "checkpoint.safetensors").exists)

@@ -58,6 +58,7 @@ def test_an_address_without_a_cluster_is_refused():
         list(run_tasks(chores.refused, [0], on="ray:127.0.0.1:9"))
 
 
+@pytest.mark.slow
 def test_a_ray_of_this_machine_is_started_and_ended():
     (outcome,) = run_tasks(chores.refused, [0], on="ray", processes=2)
     assert (outcome.error, outcome.value) == (None, chores.refused(0))
@@ -123,6 +124,7 @@ def test_cross_validation_has_the_same_figures(on, store, tmp_path):
     }
 
 
+@pytest.mark.slow
 def test_a_sweep_that_was_killed_goes_on_and_keeps_its_best_trial_as_a_run(
     cluster, on, store, space, tmp_path, capsys
 ):

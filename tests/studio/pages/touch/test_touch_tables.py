@@ -96,6 +96,7 @@ def noise():
     return NoiseMap(models, conditions)
 
 
+@pytest.mark.slow
 def test_a_packed_table_of_noise_holds_what_rendering_plays(noise):
     head, arrays = unpacked(table_of_map("noise", noise, rate=RATE, axes="y").packed())
     table = NoiseTable(noise, axis="y")

@@ -62,6 +62,7 @@ def trainings(workspace, until):
     until(lambda: not any(task.process and task.process.alive() for task in queue.all()))
 
 
+@pytest.mark.slow
 def test_a_training_is_stopped_found_by_another_server_and_resumed_to_the_same_weights(
     trainings, workspace, until
 ):
