@@ -58,6 +58,8 @@ async function loaded({ changed }) {
     await sound.tell({ kind: "textures", tables: sent, seed: 1, fields, width_mm });
   } else await sound.tell({ kind: "fields", fields, width_mm });
   keep();
+  $("share").href = `/touch/shared?${new URLSearchParams({ rows: JSON.stringify(rows.state()) })}`;
+  $("share").hidden = !tables.length;
   $("pad").closest(".touch-page").dataset.ready = String(tables.length > 0);
 }
 
@@ -185,9 +187,10 @@ function made(name, text) {
   return element;
 }
 
+/** Return the settings of the last visit, or those that a saved page comes with. */
 function stored() {
   try {
-    return JSON.parse(localStorage.getItem(SETTINGS) ?? "{}");
+    return JSON.parse($("settings")?.textContent ?? localStorage.getItem(SETTINGS) ?? "{}");
   } catch {
     return {};
   }

@@ -21,6 +21,7 @@ from tactogram.studio.context import Studio
 from tactogram.studio.layout import busy, in_background, page, report_errors, route, upload
 from tactogram.studio.pages.touch.offers import TextureOrigin, texture_choices
 from tactogram.studio.pages.touch.pictures import picture_of
+from tactogram.studio.pages.touch.shared_page import shared_page
 from tactogram.studio.pages.touch.sources import TextureLayout, TextureRequest, TouchSources
 from tactogram.studio.workspace.uploads import save_upload
 from tactogram.text_files import read_json
@@ -88,14 +89,20 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
 
         return await in_background(_response, made)
 
+    @app.get("/touch/shared")
+    async def shared(rows: str) -> Response:
+        def made() -> Response:
+            page = shared_page(rows, sources)
+            headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(page.file_name)}"}
+            return Response(page.html, media_type="text/html", headers=headers)
+
+        return await in_background(_response, made)
+
     @app.get("/touch/picture")
     async def picture(request: Request) -> Response:
         def made() -> Response:
             shown = picture_of(sources, parse_request(request.query_params))
-            headers = {"X-Picture": shown.kind, "X-Words": quote(shown.words)}
-            if shown.mm_per_pixel is not None:
-                headers["X-Mm-Per-Pixel"] = f"{shown.mm_per_pixel:.6g}"
-            return Response(shown.png, media_type="image/png", headers=headers)
+            return Response(shown.png, media_type="image/png", headers=shown.headers())
 
         return await in_background(_response, made)
 

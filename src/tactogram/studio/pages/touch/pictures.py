@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass
 from typing import Literal
+from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,11 @@ class PadPicture:
     kind: Kind
     mm_per_pixel: float | None
     words: str
+
+    def headers(self) -> dict[str, str]:
+        """Return the headers of an answer with this picture, as the page reads them."""
+        scale = {} if self.mm_per_pixel is None else {"X-Mm-Per-Pixel": f"{self.mm_per_pixel:.6g}"}
+        return {"X-Picture": self.kind, "X-Words": quote(self.words), **scale}
 
 
 def picture_of(sources: TouchSources, request: TextureRequest) -> PadPicture:
