@@ -46,6 +46,21 @@ def test_an_empty_workspace_gets_example_surfaces(tab, empty):
     assert len(speeds) == 3  # a texture can follow the hand's speed
 
 
+def test_a_surface_in_words_is_made_at_once(tab):
+    tab.goto("/")
+    words = tab.get_by_label("A surface, in English")
+    words.fill("xyzzy")
+    words.press("Enter")
+    tab.get_by_text("'xyzzy' is like none of the 88; the nearest are").wait_for()
+    words.fill("lego bricks")
+    tab.get_by_role("button", name="Make it").click()
+    tab.get_by_role("heading", name="studded-plastic, seed 0").wait_for()
+    assert tab.evaluate("location.pathname + location.search") == "/make"  # a reload makes nothing
+    tab.reload()
+    tab.get_by_role("heading", name="studded-plastic, seed 0").wait_for()
+    assert tab.get_by_role("heading", name="studded-plastic").count() == 1
+
+
 def test_keyboard_and_navigation_lead_to_every_page_on_a_tablet(tab, empty, until):
     tab.set_viewport_size({"width": 820, "height": 1180})  # a tablet: nothing may be wider than the screen
     tab.goto("/")

@@ -9,6 +9,7 @@ from nicegui import ui
 
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import PAGES, heading, hint, page, route
+from tactogram.studio.pages.home.first_words import draw_first_words
 
 DESCRIPTIONS = {
     "Make": "Generate touch signals from materials, photographs or words; view, play and compare them.",
@@ -34,6 +35,7 @@ def add(studio: Studio) -> None:
             _draw_summary(studio)
 
         with page("Studio"):
+            draw_first_words(studio)
             _draw_starter(studio, ready=summary.refresh)
             with ui.element("div").classes("tiles"):
                 for name, address in PAGES.items():

@@ -33,7 +33,7 @@ def add(studio: Studio) -> None:
     _add_routes(studio)
 
     @route("/make")
-    def show(run: str = "") -> None:
+    def show(run: str = "", generate: bool = False) -> None:
         storage = app.storage.user.setdefault("make", {})
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)
         if run and run != state.request.run:
@@ -41,7 +41,11 @@ def add(studio: Studio) -> None:
         with page("Make", wide=True):
             ui.add_head_html(HEAD)
             signal_view.load_player()
-            MakePage(studio, state).draw()
+            drawn = MakePage(studio, state)
+            drawn.draw()
+            if generate and state.run is not None:
+                ui.run_javascript("history.replaceState(null, '', '/make')")  # a reload generates nothing
+                ui.timer(0.05, report_errors(drawn.generate), once=True)
 
 
 class MakePage:
