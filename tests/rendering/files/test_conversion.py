@@ -12,6 +12,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import check_file, haptic_formats, read_haptic, to_one_axis, write_haptic
 from tactogram.rendering.files.conversion import losses
 from tactogram.rendering.files.documents import encoded
+from tactogram.rendering.files.envelope import Envelope, Pulse, carrier
 from tactogram.rendering.files.loss import loss_between
 from tactogram.signal import Signal
 
@@ -356,3 +357,27 @@ def test_golden_files_of_the_formats_are_valid():
     folder = Path(__file__).parent / "golden"
     for name in ("min.hjif", "my.haptic"):
         assert check_file(folder / name)["valid"]
+
+
+def drawn(peak):
+    times, amplitude = np.array([0.0, 0.2, 0.4]), np.array([0.0, peak, 0.0])
+    return Envelope(0.4, times, amplitude, np.array([0.0]), np.array([120.0]), (Pulse(0.3, 0.25, 180.0),))
+
+
+def test_a_drawn_envelope_is_written_point_by_point(tmp_path):
+    envelope = drawn(0.5)
+    write_haptic(tmp_path / "x.haptic", carrier(envelope), format="haptic", envelope=envelope)
+    read = read_haptic(tmp_path / "x.haptic").envelope
+    assert read.times.tolist() == [0.0, 0.2, 0.3, 0.4]
+    assert read.amplitude == pytest.approx([0, 0.5, 0.25, 0], abs=1e-4)
+    [pulse] = read.pulses
+    assert (pulse.time, pulse.amplitude) == (0.3, pytest.approx(0.25, abs=1e-4))
+    assert pulse.frequency == pytest.approx(180, abs=0.1)
+
+
+@pytest.mark.parametrize("format", ENVELOPES)
+def test_a_drawn_envelope_above_full_scale_sets_it(format, tmp_path):
+    envelope = drawn(1.6)
+    found = write_haptic(file_for(tmp_path, format), carrier(envelope), format=format, envelope=envelope)
+    assert found["full_scale"] == pytest.approx(1.6)
+    assert check_file(file_for(tmp_path, format))["valid"]

@@ -14,7 +14,7 @@ from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.catalogue import formats_with, haptic_format, recognised_format
 from tactogram.rendering.files.documents import DocumentHeader, parse
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.envelope import Envelope, envelope_of
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.loss import ConversionLoss, loss_between, verdict
 from tactogram.rendering.files.reduction import to_one_axis
@@ -36,12 +36,13 @@ class HapticFile:
 
     ``metadata`` is as passed to `write_haptic`, or the file's description. ``facts`` has ``format``, ``full_scale``
     (None if the file does not state it) and, depending on the format, ``carrier_hz``, ``carrier_from``, ``modality``,
-    ``left_out``.
+    ``left_out``. ``envelope`` is the file's, in parts of full scale, if it holds one.
     """
 
     signal: Signal
     metadata: dict[str, Any]
     facts: dict[str, Any]
+    envelope: Envelope | None = None
 
 
 def read_haptic(path: Path | str, *, format: str | None = None, rate: float | None = None) -> HapticFile:
@@ -84,6 +85,7 @@ def write_haptic(
     modality: str | None = None,
     motor: Display | None = None,
     metadata: Mapping[str, Any] | None = None,
+    envelope: Envelope | None = None,
 ) -> dict[str, Any]:
     """Write a signal as a valid haptic file, and return what is lost.
 
@@ -106,6 +108,9 @@ def write_haptic(
         format's own.
     metadata : mapping, optional
         Stored in the description.
+    envelope : Envelope, optional
+        The envelope of ``signal``, of one axis, if it is known, such as that of a drawn effect: it is written instead
+        of an analysis where the format can hold it, and its peak is the default of ``full_scale``.
 
     Returns
     -------
@@ -124,7 +129,7 @@ def write_haptic(
         )
     signal, constant = without_constant(signal, least=GRAVITY)
     chosen, how = to_one_axis(signal, axis) if kind.holds != "waveform" or axis else (signal, None)
-    scale = _full_scale(chosen, kind, full_scale)
+    scale = _full_scale(chosen, kind, full_scale, envelope)
     ready = chosen.with_samples(chosen.samples.astype(np.float64) / scale, unit="1")
     if kind.holds == "waveform":
         if kind.highest_rate is not None and ready.domain == "time" and ready.rate > kind.highest_rate:
@@ -136,7 +141,11 @@ def write_haptic(
     facts = dict(metadata or {})
     # The rate is that of the written samples.
     whole = SignalDescription(ready.rate, chosen.unit, chosen.axes, chosen.domain, scale, facts)
-    document = kind.encode(ready, DocumentHeader(whole.encode(), chosen.unit, modality, shortest_ms))
+    header = DocumentHeader(whole.encode(), chosen.unit, modality, shortest_ms)
+    if envelope is not None and kind.encode_envelope is not None:
+        document = kind.encode_envelope(envelope.scaled(1 / scale), header)
+    else:
+        document = kind.encode(ready, header)
     if problems := kind.validate(document):
         raise ParameterError(f"{kind.title} cannot hold this signal: {problems[0]}")
     content = kind.serialise(document)
@@ -211,11 +220,15 @@ def _decoded(document: Any, kind: HapticFormat, rate: float | None) -> HapticFil
     metadata = (
         dict(ours.metadata) if ours else {"comment": content.description} if content.description else {}
     )
-    return HapticFile(signal, metadata, {"format": kind.name, "full_scale": scale, **content.facts})
+    facts = {"format": kind.name, "full_scale": scale, **content.facts}
+    return HapticFile(signal, metadata, facts, content.envelope)
 
 
-def _full_scale(signal: Signal, kind: HapticFormat, full_scale: float | None) -> float:
-    peak = float(np.abs(signal.samples).max()) if kind.holds == "waveform" else envelope_of(signal).peak
+def _full_scale(
+    signal: Signal, kind: HapticFormat, full_scale: float | None, envelope: Envelope | None
+) -> float:
+    samples = kind.holds == "waveform"
+    peak = float(np.abs(signal.samples).max()) if samples else (envelope or envelope_of(signal)).peak
     if full_scale is not None:
         if not (full_scale > 0 and np.isfinite(full_scale)):
             raise ParameterError(f"full_scale must be > 0 {signal.unit}, got {full_scale:g}")

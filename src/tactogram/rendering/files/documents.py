@@ -6,13 +6,16 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from tactogram.errors import ParameterError, shown
 from tactogram.signal import Signal
 from tactogram.text_files import decode_text, parse_json
+
+if TYPE_CHECKING:
+    from tactogram.rendering.files.envelope import Envelope
 
 MOST_ENTRIES = 1_000_000
 """Most entries of a list of events: far more than any device plays, and read in a second or two."""
@@ -39,12 +42,14 @@ class DocumentHeader:
 class DecodedDocument:
     """Content of a document: a signal of unit 1 (parts of full scale), the header's description, and facts.
 
-    The facts state the assumed carrier and what was left out.
+    The facts state the assumed carrier and what was left out. ``envelope`` is that of the signal where the document
+    holds one.
     """
 
     signal: Signal
     description: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
+    envelope: Envelope | None = None
 
 
 class DocumentPart(BaseModel):

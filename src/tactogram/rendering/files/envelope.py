@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -102,6 +102,11 @@ class Envelope:
             below = float(np.interp(pulse.time, self.times, self.amplitude))
             highest = max(highest, below + pulse.amplitude)
         return highest
+
+    def scaled(self, factor: float) -> Envelope:
+        """Return it with all amplitudes multiplied."""
+        pulses = tuple(replace(pulse, amplitude=factor * pulse.amplitude) for pulse in self.pulses)
+        return replace(self, amplitude=factor * self.amplitude, pulses=pulses)
 
 
 def envelope_of(

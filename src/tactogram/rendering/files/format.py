@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, encoded, parse
+from tactogram.rendering.files.envelope import Envelope
 from tactogram.signal import Signal
 
 
@@ -25,6 +26,8 @@ class HapticFormat:
         A waveform keeps all axes, the others hold one.
     encode : callable
         Returns the document of a signal whose samples (waveform) or envelope lie within full scale.
+    encode_envelope : callable, optional
+        Returns the document of an envelope within full scale, where no signal needs to be analysed.
     decode : callable
         Returns the content of a valid document. The second argument is the wanted rate in Hz, or None.
     validate : callable
@@ -49,6 +52,7 @@ class HapticFormat:
     decode: Callable[[Any, float | None], DecodedDocument]
     validate: Callable[[Any], list[str]]
     recognise: Callable[[Any], bool]
+    encode_envelope: Callable[[Envelope, DocumentHeader], Any] | None = None
     instead: str = "a format of waveforms (.wav, .hjif)"
     modalities: tuple[str, ...] = ()
     highest_rate: float | None = None

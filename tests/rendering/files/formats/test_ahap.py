@@ -6,7 +6,7 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DocumentHeader
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.envelope import Envelope, Pulse, envelope_of
 from tactogram.rendering.files.formats import ahap
 from tactogram.signal import Signal
 
@@ -185,3 +185,33 @@ def test_unknown_keys_and_audio_are_left_alone():
 def test_too_short_a_signal_is_refused():
     with pytest.raises(ParameterError, match="at least 1e-05 s"):
         ahap.encode(Signal(np.ones(1), 1e6, "1"), DocumentHeader())
+
+
+def drawn(seconds, points, *pulses):
+    times, amplitude = np.array(points, dtype=float).T
+    return Envelope(seconds, times, amplitude, np.array([0.0]), np.array([170.0]), pulses)
+
+
+def test_a_drawn_double_tap_is_two_transients_and_nothing_else():
+    taps = (Pulse(0.0, 0.81, 253.0), Pulse(0.12, 0.25, 253.0))
+    document = ahap.encode_envelope(drawn(0.14, [(0, 0), (0.14, 0)], *taps), DocumentHeader())
+    assert ahap.validate(document) == []
+    events = [entry["Event"] for entry in document["Pattern"]]
+    values = [[p["ParameterValue"] for p in event["EventParameters"]] for event in events]
+    assert [event["EventType"] for event in events] == ["HapticTransient"] * 2
+    assert [event["Time"] for event in events] == [0.0, 0.12]
+    assert values == [[0.9, 0.8], [0.5, 0.8]]  # intensity is the root of the amplitude
+
+
+def test_a_drawn_transient_is_stronger_and_duller_than_the_buzz_it_is_on():
+    buzz = [(0.0, 0.0), (0.1, 0.0), (0.101, 0.25), (0.499, 0.25), (0.5, 0.0)]
+    taps = (Pulse(0.02, 0.64, 253.0), Pulse(0.3, 0.81, 100.0))
+    document = ahap.encode_envelope(drawn(0.5, buzz, *taps), DocumentHeader())
+    assert ahap.validate(document) == []
+    read = ahap.decode(document, RATE).envelope
+    for wanted, got in zip(taps, read.pulses, strict=True):
+        assert (got.time, got.amplitude) == (wanted.time, pytest.approx(wanted.amplitude, abs=1e-3))
+        assert got.frequency == pytest.approx(wanted.frequency, abs=0.1)
+    t = [0.05, 0.2, 0.31, 0.4]  # the buzz is as strong within the second transient as around it
+    assert np.interp(t, read.times, read.amplitude) == pytest.approx([0, 0.25, 0.25, 0.25], abs=1e-3)
+    assert np.interp(t[1:], read.frequency_times, read.frequency) == pytest.approx([170] * 3, abs=0.1)

@@ -90,7 +90,7 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     }
     if waveform.repeat >= 0:
         facts["left_out"] = f"repetition from entry {waveform.repeat}"
-    return DecodedDocument(carrier(envelope, rate), waveform.description, facts)
+    return DecodedDocument(carrier(envelope, rate), waveform.description, facts, envelope)
 
 
 FORMAT = HapticFormat(

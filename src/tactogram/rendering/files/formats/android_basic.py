@@ -91,7 +91,8 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
         SPAN.hz(np.array([point.sharpness for point in read.points])),
     )
     facts = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": "sharpness"}
-    return DecodedDocument(carrier(points.envelope(), rate), read.description, facts)
+    envelope = points.envelope()
+    return DecodedDocument(carrier(envelope, rate), read.description, facts, envelope)
 
 
 FORMAT = HapticFormat(

@@ -86,7 +86,8 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     )
     low, high = float(points.hz.min()), float(points.hz.max())
     facts = {"carrier_hz": [low, high], "carrier_from": "frequencyHz"}
-    return DecodedDocument(carrier(points.envelope(), rate), read.description, facts)
+    envelope = points.envelope()
+    return DecodedDocument(carrier(envelope, rate), read.description, facts, envelope)
 
 
 FORMAT = HapticFormat(

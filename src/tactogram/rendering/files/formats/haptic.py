@@ -118,7 +118,11 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of a signal of one axis whose envelope is within 0 to 1."""
     if signal.seconds < SHORTEST_S:
         raise ParameterError(f".haptic needs at least {SHORTEST_S:g} s, got {signal.seconds:g} s")
-    envelope = envelope_of(signal)
+    return encode_envelope(envelope_of(signal), header)
+
+
+def encode_envelope(envelope: Envelope, header: DocumentHeader) -> dict[str, Any]:
+    """Return the document of an envelope from 0 s to its end, within 0 to 1."""
     chosen = thinned(envelope.times, envelope.amplitude, AMPLITUDE_STEP)
     times, values = envelope.times[chosen], envelope.amplitude[chosen]
     pulses = {round(pulse.time, _DIGITS): pulse for pulse in envelope.pulses}
@@ -134,8 +138,11 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
         points.append(point)
     frequency = SPAN.share(envelope.frequency)
     frequency_points = [
-        {"time": round(float(envelope.times[i]), _DIGITS), "frequency": round(float(frequency[i]), 4)}
-        for i in thinned(envelope.times, frequency, FREQUENCY_STEP)
+        {
+            "time": round(float(envelope.frequency_times[i]), _DIGITS),
+            "frequency": round(float(frequency[i]), 4),
+        }
+        for i in thinned(envelope.frequency_times, frequency, FREQUENCY_STEP)
     ]
     return {
         "version": {"major": 1, "minor": 0, "patch": 0},
@@ -174,7 +181,7 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
         if envelopes.frequency
         else "nothing in the file: the middle of the device's span",
     }
-    return DecodedDocument(carrier(envelope, rate), clip.metadata.description, facts)
+    return DecodedDocument(carrier(envelope, rate), clip.metadata.description, facts, envelope)
 
 
 def _amplitude_problems(points: tuple[AmplitudePoint, ...]) -> list[str]:
@@ -230,6 +237,7 @@ FORMAT = HapticFormat(
     suffix=".haptic",
     holds="envelope",
     encode=encode,
+    encode_envelope=encode_envelope,
     decode=decode,
     validate=validate,
     recognise=has_key("signals"),

@@ -96,9 +96,8 @@ def decode(document: Any, rate: float | None = None) -> DecodedDocument:
     edges = np.concatenate([[0], np.cumsum(pattern)]) / 1e3
     strength = np.array([1.0, 0.0] * (len(pattern) // 2) + [1.0])
     facts = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
-    return DecodedDocument(
-        carrier(stepped_envelope(edges, strength, PHONE_HZ), rate), vibration.description, facts
-    )
+    envelope = stepped_envelope(edges, strength, PHONE_HZ)
+    return DecodedDocument(carrier(envelope, rate), vibration.description, facts, envelope)
 
 
 def _cleaned(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
