@@ -196,6 +196,16 @@ def stepped_strength(
     return edges, [np.minimum(np.interp(middles, one.times, one.amplitude), 1) for one in envelopes]
 
 
+def densified(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return times with others between those more than two steps (`STEP_S`) apart."""
+    gaps = np.diff(times)
+    between = [
+        np.linspace(times[i], times[i + 1], int(np.ceil(gaps[i] / STEP_S)), endpoint=False)[1:]
+        for i in np.flatnonzero(gaps > 2 * STEP_S)
+    ]
+    return np.sort(np.concatenate([times, *between]))
+
+
 def thinned(times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float) -> NDArray[np.intp]:
     """Return the indices of points whose connecting lines stay within ``tolerance`` of all points.
 

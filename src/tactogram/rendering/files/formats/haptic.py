@@ -25,6 +25,7 @@ from tactogram.rendering.files.envelope import (
     FrequencySpan,
     Pulse,
     carrier,
+    densified,
     envelope_of,
     thinned,
 )
@@ -136,13 +137,12 @@ def encode_envelope(envelope: Envelope, header: DocumentHeader) -> dict[str, Any
                 "frequency": round(float(SPAN.share(pulse.frequency)), 4),
             }
         points.append(point)
-    frequency = SPAN.share(envelope.frequency)
+    # A line that leaves the span has a bend there.
+    at = densified(envelope.frequency_times)
+    frequency = SPAN.share(np.interp(at, envelope.frequency_times, envelope.frequency))
     frequency_points = [
-        {
-            "time": round(float(envelope.frequency_times[i]), _DIGITS),
-            "frequency": round(float(frequency[i]), 4),
-        }
-        for i in thinned(envelope.frequency_times, frequency, FREQUENCY_STEP)
+        {"time": round(float(at[i]), _DIGITS), "frequency": round(float(frequency[i]), 4)}
+        for i in thinned(at, frequency, FREQUENCY_STEP)
     ]
     return {
         "version": {"major": 1, "minor": 0, "patch": 0},

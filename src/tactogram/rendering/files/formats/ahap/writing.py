@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DocumentHeader
-from tactogram.rendering.files.envelope import PULSE_S, STEP_S, Envelope, envelope_of, thinned
+from tactogram.rendering.files.envelope import PULSE_S, STEP_S, Envelope, densified, envelope_of, thinned
 from tactogram.rendering.files.formats.ahap.rules import LONGEST_EVENT_S, MOST_POINTS, SPAN
 from tactogram.signal import Signal
 
@@ -75,7 +75,8 @@ def encode_envelope(envelope: Envelope, header: DocumentHeader) -> dict[str, Any
 
 def _document(envelope: Envelope, header: DocumentHeader, *, held: bool) -> dict[str, Any]:
     """Return the document; all transients are ``held`` by the curves of the vibration, or get windows of their own."""
-    times = _dense(envelope.times)
+    # The root of a line is not a line.
+    times = densified(envelope.times)
     amplitude = np.interp(times, envelope.times, envelope.amplitude)
     intensity = _Line(times, np.sqrt(np.clip(amplitude, 0, 1)))
     sharpness = _Line(envelope.frequency_times, SPAN.share(envelope.frequency))
@@ -106,21 +107,11 @@ def _check_length(seconds: float) -> None:
         raise ParameterError(f"AHAP needs at least {SHORTEST_S:g} s, got {seconds:g} s")
 
 
-def _dense(times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the times with others between those far apart: the root of a line is not a line."""
-    gaps = np.diff(times)
-    between = [
-        np.linspace(times[i], times[i + 1], int(np.ceil(gaps[i] / STEP_S)), endpoint=False)[1:]
-        for i in np.flatnonzero(gaps > 2 * STEP_S)
-    ]
-    return np.sort(np.concatenate([times, *between]))
-
-
 def _windows(envelope: Envelope, intensity: _Line, sharpness: _Line) -> list[_Window]:
     """Return the times of the transients that the curves of the vibration alone could not hold."""
     windows = []
-    starts = [pulse.time for pulse in envelope.pulses]
-    for pulse, following in zip(envelope.pulses, [*starts[1:], envelope.seconds], strict=True):
+    starts = [*(pulse.time for pulse in envelope.pulses), envelope.seconds]
+    for pulse, following in zip(envelope.pulses, starts[1:], strict=True):
         end = min(pulse.time + PULSE_S, following, envelope.seconds)
         strong, sharp = float(np.sqrt(pulse.amplitude)), float(SPAN.share(pulse.frequency))
         held = strong <= intensity(pulse.time) + _CLOSE and sharp >= sharpness(pulse.time) - _CLOSE
