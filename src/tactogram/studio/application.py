@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from tactogram.studio.server.guard import RequestGuard
 
 STATIC = Path(__file__).parent / "static"
-PAGES = ("home", "make", "touch", "materials", "train", "send", "live", "studies", "reports")
+PAGES = ("home", "make", "touch", "edit", "materials", "train", "send", "live", "studies", "reports")
 """Packages with a module ``page``."""
 
 

@@ -24,6 +24,7 @@ LOG = logging.getLogger(__name__)
 PAGES = {
     "Make": "/make",
     "Touch": "/touch",
+    "Edit": "/edit",
     "Materials": "/materials",
     "Train": "/train",
     "Send": "/send",

@@ -14,6 +14,7 @@ PAGES = {
     "home": "/",
     "make": "/make",
     "touch": "/touch",
+    "edit": "/edit",
     "materials": "/materials",
     "store": f"/materials/set?set={STORE}",
     "upload": "/materials/drop",
@@ -56,6 +57,21 @@ def test_no_rule_is_broken_by_a_result(scheme, tab, faults):
     tab.goto("/make")
     tab.get_by_role("button", name="Generate", exact=True).click()
     tab.locator("canvas").nth(1).wait_for()
+    assert faults(tab) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_is_broken_by_an_effect_and_its_file(scheme, tab, faults):
+    tab.emulate_media(color_scheme=scheme)
+    tab.goto("/edit")
+    tab.wait_for_selector("#timeline[data-drawn]")
+    for name in ("Error", "Rumble", "Fade out"):
+        tab.get_by_role("button", name=name, exact=True).click()
+    tab.locator('[data-focus="item 1 amplitude 1"]').focus()
+    tab.keyboard.press("ArrowUp")
+    tab.get_by_role("group", name="Amplitude point 2", exact=True).wait_for()
+    tab.get_by_role("button", name="Download", exact=True).click()
+    tab.locator(".spectrogram").nth(1).wait_for()
     assert faults(tab) == []
 
 

@@ -20,11 +20,13 @@ from tactogram.rendering.effects.effect import (
     Transient,
 )
 from tactogram.rendering.effects.mixing import mixed, track_of
-from tactogram.rendering.files.envelope import HIGHEST_HZ
+from tactogram.rendering.files.envelope import HIGHEST_HZ, thinned
 
 Line = Literal["amplitude", "frequency"]
 RANGES: dict[str, tuple[float, float]] = {"amplitude": (0.0, 1.0), "frequency": (LOWEST_HZ, HIGHEST_HZ)}
 MOST_REPEATS = 100
+_DRAWN = 0.02
+"""Share of the range by which a line may deviate from what was drawn by hand."""
 _STRAIGHT = 1e-3
 """Share of the range from which a point counts as off the line between its neighbours."""
 
@@ -54,6 +56,28 @@ def without_point(track: Track, line: Line, index: int) -> Track:
     if line == "frequency" and len(points) == 1:
         raise ParameterError("a track needs at least one point of the frequency; move it instead")
     return track.changed(**{line: (*points[:index], *points[index + 1 :])})
+
+
+def drawn(track: Track, line: Line, points: Iterable[tuple[float, float]]) -> Track:
+    """Return a track whose line follows a drawing, times (s) and values, from its first to its last time."""
+    # Where the hand went back, the last value counts.
+    by_step = {round(time / LEAST_S): value for time, value in points}
+    new = tuple(
+        _point(line, step * LEAST_S, by_step[step])
+        for step in sorted(by_step)
+        if 0 <= step * LEAST_S <= LONGEST_S
+    )
+    if not new:
+        return track
+    low, high = RANGES[line]
+    outside = [point for point in getattr(track, line) if not new[0].time <= point.time <= new[-1].time]
+    new = _thinned(new, _DRAWN * (high - low))
+    return track.changed(**{line: _merged(outside, new)})
+
+
+def value_at(points: tuple[Point, ...], time: float) -> float:
+    """Return the value of a line at a time, s."""
+    return _at(points, time).value
 
 
 def with_transient(track: Track, time: float, amplitude: float, frequency: float) -> tuple[Track, int]:
@@ -249,6 +273,11 @@ def _followed(first: tuple[Point, ...], second: tuple[Point, ...], *, silent: bo
     zeros += [start.time - LEAST_S] if start.value and room >= 2 + len(zeros) else []
     between = [Point(time=round(time, DIGITS), value=0.0) for time in zeros] if silent else []
     return (*first, *between, *second)
+
+
+def _thinned(points: tuple[Point, ...], tolerance: float) -> tuple[Point, ...]:
+    times, values = (np.array([getattr(point, name) for point in points]) for name in ("time", "value"))
+    return tuple(points[i] for i in thinned(times, values, tolerance))
 
 
 def _straightened(points: tuple[Point, ...], span: float) -> tuple[Point, ...]:

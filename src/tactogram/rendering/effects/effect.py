@@ -33,6 +33,9 @@ class Point(DocumentPart):
     value: float
 
 
+Points = Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS, strict=False)]
+
+
 class Transient(DocumentPart):
     """A moment too short for a line, as `envelope.Pulse`: its ``amplitude`` is added to the track's."""
 
@@ -48,12 +51,10 @@ class Track(DocumentPart):
     the effect. Times of a line differ by `LEAST_S` or more; transients are in order.
     """
 
-    title: str = Field("Track", min_length=1, max_length=60)
-    amplitude: tuple[Point, ...] = Field((), max_length=MOST_POINTS, strict=False)
-    frequency: tuple[Point, ...] = Field(
-        (Point(time=0.0, value=PHONE_HZ),), min_length=1, max_length=MOST_POINTS, strict=False
-    )
-    transients: tuple[Transient, ...] = Field((), max_length=MOST_POINTS, strict=False)
+    title: Annotated[str, Field(min_length=1, max_length=60)] = "Track"
+    amplitude: Points = ()
+    frequency: Annotated[Points, Field(min_length=1)] = (Point(time=0.0, value=PHONE_HZ),)
+    transients: Annotated[tuple[Transient, ...], Field(max_length=MOST_POINTS, strict=False)] = ()
     gain: Annotated[float, Field(ge=0, le=STRONGEST_GAIN)] = 1.0
     muted: bool = False
 
@@ -93,8 +94,8 @@ class Track(DocumentPart):
 class Effect(DocumentPart):
     """Tracks that play together. ``simulated`` if any of them derives from a simulated signal."""
 
-    title: str = Field("Effect", min_length=1, max_length=120)
-    tracks: tuple[Track, ...] = Field((), max_length=MOST_TRACKS, strict=False)
+    title: Annotated[str, Field(min_length=1, max_length=120)] = "Effect"
+    tracks: Annotated[tuple[Track, ...], Field(max_length=MOST_TRACKS, strict=False)] = ()
     simulated: bool = False
 
     @property

@@ -219,6 +219,6 @@ def _refusal_response(refused: Refusal, scope: Scope) -> Response:
 def _logged_path(scope: Scope) -> str:
     """Return a path for the log, without the secrets in participants' addresses."""
     parts = str(scope["path"]).split("/")
-    if len(parts) > 2 and parts[1] in ("join", "take"):
+    if len(parts) > 2 and parts[1] in ("join", "take", "feel"):
         parts[2] = "…"
     return "/".join(parts)[:200]

@@ -27,8 +27,9 @@ METHODS = ("GET", "HEAD", "POST")
 LONGEST_PATH = 2048
 MOST_HEADER_BYTES = 32 * 1024
 KIB, MIB = 2**10, 2**20
-PARTICIPANTS = ("/join/", "/take/", "/participants/")
-"""Prefixes of participants' paths: these need a ticket instead of the token and get the strict policy."""
+PARTICIPANTS = ("/join/", "/take/", "/participants/", "/feel/")
+"""Prefixes of participants' paths, and of files felt on a phone: these need a ticket instead of the token and get the
+strict policy."""
 
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?::([0-9]{1,5}))?")
 _OTHER_SITE = "This request comes from a page of another site; open the page here and do it there."

@@ -18,6 +18,7 @@ from typing import Any, Literal
 import soundfile
 
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.rendering.files.catalogue import haptic_suffixes
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import READABLE, decode_image, read_signal
 from tactogram.signal.io.archives import check_archive
@@ -28,7 +29,7 @@ from tactogram.signal.io.riff import read_header
 from tactogram.study.study_file import Study
 from tactogram.text_files import decode_text, parse_toml
 
-Kind = Literal["signal", "image", "table", "study"]
+Kind = Literal["signal", "image", "table", "study", "haptic"]
 
 SUFFIXES: dict[Kind, tuple[str, ...]] = {
     "signal": READABLE,
@@ -141,8 +142,10 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
     """Return the safe name of an upload, after checking suffix, size and first bytes against its kind."""
     safe = safe_name(name)
     suffix = Path(safe).suffix
-    if suffix not in SUFFIXES[kind]:
-        known = ", ".join(SUFFIXES[kind])
+    # Those of haptic files may come from plug-ins.
+    suffixes = haptic_suffixes() if kind == "haptic" else SUFFIXES[kind]
+    if suffix not in suffixes:
+        known = ", ".join(suffixes)
         raise ParameterError(f"{safe}: expected a {kind} in one of {known}, got {suffix or 'no suffix'}")
     most = MOST_BYTES.get(suffix, MOST_OTHER_BYTES)
     if not data:

@@ -10,7 +10,7 @@ from tactogram.datasets import open_store
 from tactogram.studio.workspace.starter_data import StarterData
 
 ARGUMENTS = ("studio", "--port", "0", "--no-open", "--folder", ".")
-PAGES = ("Make", "Touch", "Materials", "Train", "Send", "Live", "Studies", "Reports")
+PAGES = ("Make", "Touch", "Edit", "Materials", "Train", "Send", "Live", "Studies", "Reports")
 WIDTH = "document.documentElement.scrollWidth"
 
 

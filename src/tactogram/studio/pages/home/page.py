@@ -14,6 +14,7 @@ from tactogram.studio.pages.home.first_words import draw_first_words
 DESCRIPTIONS = {
     "Make": "Generate touch signals from materials, photographs or words; view, play and compare them.",
     "Touch": "Stroke a surface with a finger, pen or mouse and feel it through the headphone jack.",
+    "Edit": "Draw a haptic effect on a timeline, feel it on a phone, and download it as AHAP, .haptic and others.",
     "Materials": "Browse recordings; upload a new one and see which materials it resembles.",
     "Train": "Train a model on your recordings; monitor, stop and resume the training.",
     "Send": "Convert a result to the drive of a display, or to a file for a game engine.",
