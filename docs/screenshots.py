@@ -82,6 +82,17 @@ def touch(page: Page) -> None:
     page.wait_for_timeout(1500)
 
 
+def edit(page: Page) -> None:
+    """A double tap and a fading buzz, with a point selected."""
+    page.goto("/edit")
+    page.wait_for_selector("#timeline[data-drawn]")
+    for name in ("Double tap", "Buzz", "Fade out"):
+        page.get_by_role("button", name=name, exact=True).click()
+        page.wait_for_timeout(400)
+    page.locator('[data-focus="item 1 amplitude 1"]').click()
+    page.wait_for_timeout(800)
+
+
 def materials(page: Page) -> None:
     """The recordings of a store."""
     page.goto("/materials")
@@ -146,6 +157,7 @@ PAGES: dict[str, Callable[[Page], None]] = {
     "home": home,
     "make": make,
     "touch": touch,
+    "edit": edit,
     "materials": materials,
     "train": train,
     "send": send,

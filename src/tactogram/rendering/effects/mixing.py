@@ -104,8 +104,8 @@ def track_of(envelope: Envelope, title: str) -> Track:
         for pulse in sorted(envelope.pulses, key=lambda pulse: pulse.time)
     )
     silent = all(point.value == 0 for point in amplitude)
-    return Track(
-        title=title[:60], amplitude=() if silent else amplitude, frequency=frequency, transients=transients
+    return Track(title=title[:60]).changed(
+        amplitude=() if silent else amplitude, frequency=frequency, transients=transients
     )
 
 
