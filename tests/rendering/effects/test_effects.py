@@ -6,6 +6,7 @@ from tactogram.rendering.effects import (
     Effect,
     Point,
     Track,
+    Transient,
     mixed,
     ready_effects,
     track_of,
@@ -15,7 +16,7 @@ from tactogram.rendering.effects.editing import shifted
 from tactogram.rendering.effects.effect import effect_from_json
 from tactogram.rendering.effects.mixing import signal_of
 from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.envelope import Envelope, Pulse, envelope_of
 from tactogram.signal import Signal
 
 
@@ -39,6 +40,14 @@ def test_a_mix_is_each_track_where_it_is_alone():
     assert np.interp(t, mix.times, mix.amplitude) == pytest.approx(expected, abs=1e-6)
     at = [0.0, 0.4, 0.6, 1.0]
     assert np.interp(at, mix.frequency_times, mix.frequency) == pytest.approx([100, 100, 200, 200])
+
+
+def test_transients_at_the_same_time_become_one():
+    first = Track(transients=(Transient(time=0.1, amplitude=0.6, frequency=100.0),))
+    second = Track(transients=(Transient(time=0.1, amplitude=0.6, frequency=250.0),), gain=0.5)
+    [pulse] = mixed(Effect(tracks=(first, second))).pulses
+    assert (pulse.time, pulse.amplitude) == (0.1, pytest.approx(0.9))
+    assert pulse.frequency == pytest.approx(150)
 
 
 def test_the_signal_of_an_effect_has_its_envelope():
@@ -102,6 +111,9 @@ def test_a_signal_becomes_a_track_relative_to_its_peak():
     assert np.interp([0.25, 0.75], *at) == pytest.approx([1.0, 0.25], abs=0.03)
     hz = np.interp(0.5, [p.time for p in track.frequency], [p.value for p in track.frequency])
     assert hz == pytest.approx(120, abs=3)
+    many = Envelope(1.0, *np.zeros((2, 1)), *np.ones((2, 1)), (Pulse(0.0, 1.0, 100.0),) * 3000)
+    with pytest.raises(ParameterError, match="at most 2000 transients, got 3000"):
+        track_of(many, "Many")
     with pytest.raises(ParameterError, match="at most 60 s, got 61 s"):
         track_of_signal(Signal(np.ones(6100, np.float32), 100, "1"), "Long")
 

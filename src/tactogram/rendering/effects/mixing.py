@@ -19,6 +19,7 @@ from tactogram.rendering.effects.effect import (
     Track,
     Transient,
 )
+from tactogram.rendering.effects.effect import MOST_POINTS as MOST_TRANSIENTS
 from tactogram.rendering.files.conversion import GRAVITY
 from tactogram.rendering.files.envelope import (
     HIGHEST_HZ,
@@ -45,8 +46,8 @@ def mixed(effect: Effect) -> Envelope:
     """Return the envelope of all tracks that are not muted, from 0 s to the end of the last one.
 
     The power of a mix is the sum of the tracks' powers, and its frequency their mean weighted by power, as
-    `envelope_of` defines both. Where one track sounds, the mix is that track exactly. Transients add up in the file's
-    own way. Raises `ParameterError` if nothing sounds.
+    `envelope_of` defines both. Where one track sounds, the mix is that track exactly. Transients at
+    the same time become one of their sum. Raises `ParameterError` if nothing sounds.
     """
     tracks = [track for track in effect.tracks if not track.muted and track.gain > 0]
     seconds = max((track.end for track in tracks), default=0.0)
@@ -62,13 +63,7 @@ def mixed(effect: Effect) -> Envelope:
         turning, weights = turning + share * hz, weights + share
     amplitude = np.sqrt(power)
     heard = weights > 0
-    pulses = tuple(
-        Pulse(transient.time, track.gain * transient.amplitude, transient.frequency)
-        for track in tracks
-        for transient in track.transients
-        if transient.amplitude > 0
-    )
-    pulses = tuple(sorted(pulses, key=lambda pulse: pulse.time))
+    pulses = _pulses(tracks)
     if not pulses and not amplitude.any():
         raise ParameterError("nothing to play: every amplitude is 0; raise one")
     frequency_times, frequency = times[heard], turning[heard] / weights[heard]
@@ -86,6 +81,10 @@ def track_of(envelope: Envelope, title: str) -> Track:
     """Return a track close to an envelope within 0 to 1; `ParameterError` if it is longer than an effect can be."""
     if envelope.seconds > LONGEST_S:
         raise ParameterError(f"an effect lasts at most {LONGEST_S:g} s, got {envelope.seconds:g} s; cut it")
+    if len(envelope.pulses) > MOST_TRANSIENTS:
+        raise ParameterError(
+            f"a track has at most {MOST_TRANSIENTS} transients, got {len(envelope.pulses)}; cut the file"
+        )
     amplitude = _points(envelope.times, np.clip(envelope.amplitude, 0, 1), AMPLITUDE_STEP)
     # The frequency of silence, which files state, too, is no frequency.
     at = densified(np.union1d(envelope.times, envelope.frequency_times))
@@ -120,6 +119,20 @@ def track_of_signal(signal: Signal, title: str) -> Track:
     envelope = envelope_of(one)
     fits = signal.unit == "1" and envelope.peak <= 1
     return track_of(envelope if fits or envelope.peak == 0 else envelope.scaled(1 / envelope.peak), title)
+
+
+def _pulses(tracks: list[Track]) -> tuple[Pulse, ...]:
+    """Return the transients in order; at the same time, amplitudes add up, and the frequency is their weighted mean."""
+    by_time: dict[float, Pulse] = {}
+    for track in tracks:
+        for one in track.transients:
+            added = track.gain * one.amplitude
+            before = by_time.get(one.time, Pulse(one.time, 0.0, 0.0))
+            amplitude = before.amplitude + added
+            if amplitude > 0:
+                hz = (before.amplitude * before.frequency + added * one.frequency) / amplitude
+                by_time[one.time] = Pulse(one.time, amplitude, hz)
+    return tuple(by_time[time] for time in sorted(by_time))
 
 
 def _times(tracks: list[Track], seconds: float) -> NDArray[np.float64]:

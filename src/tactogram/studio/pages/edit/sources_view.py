@@ -45,13 +45,13 @@ def draw_sources(
     async def opened(event: events.UploadEventArguments) -> None:
         data = await event.file.read()
         file, content = await in_background(files.upload, event.file.name, data)
+        audition(file)  # also of one that is too long to be edited
         envelope = content.envelope
         if envelope is None:
             track = await in_background(track_of_signal, to_one_axis(content.signal)[0], file.title)
         else:
             track = await in_background(track_of, envelope, file.title)
         insert((track,), file.simulated)
-        audition(file)
 
     with ui.element("section").classes("card w-full edit-card").props('aria-label="Ready effects"'):
         heading("Ready effects")

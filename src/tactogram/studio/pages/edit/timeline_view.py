@@ -65,8 +65,8 @@ class Timeline:
 
     def _operations(self) -> None:
         with ui.element("div").classes("edit-tools"):
-            self._from = ui.number("From, s", min=0, step=0.01).props('dense hint="empty: all"')
-            self._to = ui.number("To, s", min=0, step=0.01).props("dense")
+            self._from = ui.number("From, s", min=0, step=0.01).props("dense stack-label placeholder=start")
+            self._to = ui.number("To, s", min=0, step=0.01).props("dense stack-label placeholder=end")
             for field in (self._from, self._to):
                 field.on("change", self._set_range)
             for name, label in OPERATIONS.items():
