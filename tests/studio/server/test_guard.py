@@ -232,13 +232,16 @@ def test_without_the_token_nothing_is_answered(cookie):
 
 
 @pytest.mark.parametrize(
-    "path", ["/take/abc", "/join/abc", "/participants/static/take.js", "/static/studio.css"]
+    "path", ["/take/abc", "/join/abc", "/feel/abc", "/participants/static/take.js", "/static/studio.css"]
 )
 def test_participants_and_static_files_need_no_token(path):
     assert ask(path, settings=FAR)[0] == 200
 
 
-@pytest.mark.parametrize("path", ["/take", "/takeover", "/make", "/_nicegui_ws/socket.io/", "/static"])
+@pytest.mark.parametrize(
+    "path",
+    ["/take", "/takeover", "/feel", "/edit/file/1/x.ahap", "/make", "/_nicegui_ws/socket.io/", "/static"],
+)
 def test_all_else_needs_it(path):
     assert ask(path, settings=FAR)[0] == 401
 

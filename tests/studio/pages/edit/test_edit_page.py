@@ -65,6 +65,8 @@ def test_a_double_tap_and_a_fading_buzz_are_drawn_undone_and_written(tab, worksp
         "document.querySelector('[data-focus=\"item 1 amplitude 1\"]').getAttribute('aria-valuenow') === '1'"
     )
     assert lane["height"] > 50
+    tab.get_by_role("button", name="Play Double tap").click()
+    tab.wait_for_function("tactogramPlayer.state().url.startsWith('/edit/sound/')")
     path = downloaded(tab, tmp_path)
     assert path.name == "Double-tap.ahap"
     track = track_of(read_haptic(path).envelope, "Read")
