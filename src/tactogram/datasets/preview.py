@@ -81,8 +81,6 @@ def proposed_layouts(preview: Mapping[str, Any]) -> list[TableLayout]:
         units = {use.unit for use in uses if use.heading in axes.values()}
         if not uses:
             continue
-        if any("," in name for name in axes):  # several axes in one array have no headings
-            axes = {}
         values = {
             "columns": [use.heading for use in uses],
             "axes": axes,

@@ -249,10 +249,11 @@ def test_bad_arrays_are_refused(tmp_path):
     np.savez(path, left=np.zeros(3), right=np.zeros(3))
     assert refusal(path) == "which array? choose of left, right"
     assert refusal(path, columns=["w"]) == "no array 'w', there are left, right"
-    np.savez(path, x=np.zeros((100, 3)))
-    assert refusal(path, rate=10) == "array must be (axis, time), got (100, 3); transpose it"
+    np.savez(path, x=np.zeros((100, 65)))
+    expected = "x must be numbers (axis, time) with at most 64 axes, got float64 of shape (100, 65)"
+    assert refusal(path, rate=10) == expected
     np.savez(path, x=np.array([0, np.nan, 1]))
-    assert refusal(path, rate=10) == "x[0, 1]: expected a finite number, got nan"
+    assert refusal(path, rate=10) == "x[1]: expected a finite number, got nan"
     np.savez(path, x=np.zeros(3), t=np.array([0, 2.0, 1]))
     assert refusal(path) == "time stamp 2: time goes backwards, 1 s after 2 s"
     np.savez(path, x=np.zeros(3), t=np.zeros(4))

@@ -1,4 +1,4 @@
-from datetime import datetime
+from datetime import datetime, time
 
 import numpy as np
 import openpyxl
@@ -295,7 +295,10 @@ def test_arrays_are_axes_by_their_names(tmp_path):
     assert [column.role for column in file.columns] == ["time", "x", "y"]
     np.savez(tmp_path / "b.npz", data=np.stack([X, 2 * X, 3 * X]), Fs=np.float64(500))
     file = read_file(tmp_path / "b.npz")
-    assert (file.signal.rate, [column.role for column in file.columns]) == (500, ["x, y, z", "rate"])
+    assert (file.signal.rate, [column.role for column in file.columns]) == (
+        500,
+        ["x", "y", "z", "rate"],
+    )
 
 
 STAMPS = {
@@ -361,3 +364,45 @@ def test_the_workbook_of_phyphox_has_one_sheet_of_data(tmp_path):
         book.create_sheet(name).append(["property", "value"])
     book.save(tmp_path / "a.xlsx")
     assert read_signal(tmp_path / "a.xlsx").axes == ("x",)
+
+
+CLOCKS = {
+    "milliseconds": lambda s: f"{s // 3600:02.0f}:{s // 60 % 60:02.0f}:{s % 60:06.3f}",
+    "one digit of the hour": lambda s: f"{s // 3600:.0f}:{s // 60 % 60:02.0f}:{s % 60:06.3f}",
+    "decimal comma": lambda s: f"{s // 3600:02.0f}:{s // 60 % 60:02.0f}:{s % 60:06.3f}".replace(".", ","),
+}
+
+
+@pytest.mark.parametrize("name", CLOCKS)
+@pytest.mark.parametrize("heading", ["Time;x [g]", "clock;x [g]", None])
+def test_times_of_day_are_times_also_past_midnight(tmp_path, name, heading):
+    stamps = [CLOCKS[name]((86_399.9 + 0.01 * k) % 86_400) for k in range(40)]
+    rows = [f"{stamp};{k}" for k, stamp in enumerate(stamps)]
+    file = read_file(written(tmp_path, "\n".join([heading, *rows] if heading else rows)), unit=None)
+    assert (file.signal.rate, file.columns[0].role) == (pytest.approx(100), "time")
+    assert file.columns[0].unit == "time of day"
+    np.testing.assert_allclose(file.times, 0.01 * np.arange(40), atol=1e-9)
+
+
+def test_a_worksheet_may_have_times_of_day(tmp_path):
+    book = openpyxl.Workbook()
+    book.active.append(["when", "x [g]"])
+    for k in range(40):
+        book.active.append([time(12, 3, 4 + k // 20, 50_000 * (k % 20)), k])
+    book.save(tmp_path / "a.xlsx")
+    assert read_signal(tmp_path / "a.xlsx").rate == pytest.approx(20)
+
+
+@pytest.mark.parametrize(
+    ("stamps", "says"),
+    [
+        (["12:00:00.0", "12:00:00.1", "12:00:00.05"], "time goes backwards, 60.05 s after 60.1 s"),
+        (["12:00:00.0", "12:00:00.1", "noon"], "row 64, column 't': expected a time stamp, got 'noon'"),
+        (["12:00:00.0", "12:00:00.1", "2026-05-04 12:00"], "expected a time stamp like the first"),
+    ],
+)
+def test_a_wrong_time_of_day_is_refused(tmp_path, stamps, says):
+    first = [f"11:59:{k:02},{k}" for k in range(60)]
+    rows = [*first, *(f"{stamp},1" for stamp in stamps)]
+    with pytest.raises(DataError, match=says):
+        read_signal(written(tmp_path, "t,x\n" + "\n".join(rows)), unit="g")

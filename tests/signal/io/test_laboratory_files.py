@@ -148,3 +148,35 @@ def test_a_mat_file_without_numbers_says_how_to_save_it(tmp_path):
     savemat(tmp_path / "a.mat", {"note": "cork", "rate": 100.0})
     with pytest.raises(DataError, match="no numeric variable; tables and timetables are objects"):
         read_signal(tmp_path / "a.mat")
+
+
+MATRICES = {
+    "(time, 4)": lambda t: {"data": np.stack([1000 * t, X, 2 * X, X + 3], axis=1)},
+    "(4, time)": lambda t: {"data": np.stack([1000 * t, X, 2 * X, X + 3])},
+}
+
+
+@pytest.mark.parametrize("shape", MATRICES)
+@pytest.mark.parametrize("write", [np.savez, lambda path, **arrays: savemat(path, arrays)])
+def test_a_mapping_names_the_columns_of_a_matrix(tmp_path, shape, write):
+    path = tmp_path / ("a.npz" if write is np.savez else "a.mat")
+    write(path, **MATRICES[shape](np.arange(40) / 500))
+    names = ("data:1", "data:2", "data:3", "data:4")
+    assert [(use.heading, use.role) for use in read_columns(path)] == [(name, "unclear") for name in names]
+    values = {"columns": names, "axes": {"y": "data:2", "x": "data:3"}, "unit": "g"}
+    file = read_file(path, layouts=[TableLayout(**values, time="data:1", time_unit="ms")])
+    assert (file.signal.rate, file.signal.axes) == (pytest.approx(500), ("y", "x"))
+    np.testing.assert_allclose(file.signal.samples, 9.80665 * np.stack([X, 2 * X]), atol=1e-4)
+    assert [use.role for use in file.columns] == ["time", "y", "x", "ignored"]
+
+
+@pytest.mark.parametrize("beside", [{"Fs": 500.0}, {"fs": np.array([[500]])}, {"t": np.arange(40) / 500}])
+def test_a_matrix_beside_its_rate_or_times(tmp_path, beside):
+    savemat(tmp_path / "a.mat", {"data": np.stack([X, 2 * X, 3 * X, X], axis=1)} | beside)
+    file = read_file(tmp_path / "a.mat")
+    assert (file.signal.rate, file.signal.axes) == (pytest.approx(500), ("1", "2", "3", "4"))
+    layout = TableLayout(columns=[use.heading for use in file.columns], axes={"force": "data:4"}, unit="N")
+    if "t" in beside:
+        layout = layout.model_copy(update={"time": "t"})
+    file = read_file(tmp_path / "a.mat", layouts=[layout])
+    assert (file.signal.rate, file.signal.axes, file.signal.unit) == (pytest.approx(500), ("force",), "N")

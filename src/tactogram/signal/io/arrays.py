@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.columns import axis_names, time_column, time_unit_of
-from tactogram.signal.io.content import ZIP_ERRORS, FileContent
+from tactogram.signal.io.content import ZIP_ERRORS, FileContent, default_axes
 from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout, layout_for
+from tactogram.signal.io.layout import IGNORED, RATE, TIME, UNCLEAR, ColumnUse, TableLayout, layout_for
 from tactogram.signal.signal import Signal
 from tactogram.signal.units import parse_seconds, parse_unit
 
@@ -32,6 +32,8 @@ RATE_NAMES = (
 """Names of a single number in Hz, in any case, with or without underscores."""
 STEP_NAMES = ("dt", "ts", "deltat", "sampletime", "samplinginterval")
 """The same of the time between two samples, s."""
+MOST_COLUMNS = 64
+"""Columns of a matrix that is taken for a recording."""
 
 
 def read(
@@ -41,10 +43,11 @@ def read(
     time: str | None = None,
     layouts: Sequence[TableLayout] = (),
 ) -> FileContent:
-    """Return the content of an NPZ file: an array (axis, time) or (time,).
+    """Return the content of an NPZ file: an array (axis, time), (time, axis) or (time,), whose longer side is the time.
 
     Of a foreign file, ``columns`` names the array (or several of shape (time,), one per axis); a single array needs no
-    name. ``time`` names an array of stamps in s; by default one called ``time``, ``t`` and the like.
+    name. ``time`` names an array of stamps in s; by default one called ``time``, ``t`` and the like. The columns of a
+    matrix are named ``data:1``, ``data:2``, ….
     """
     arrays = load_arrays(path)
     if DESCRIPTION in arrays:
@@ -64,36 +67,33 @@ def array_content(
     time: str | None = None,
     layouts: Sequence[TableLayout] = (),
 ) -> FileContent:
-    """Return the content of named arrays (axis, time) or (time,), as `read` chooses them."""
-    layout = layout_for([*arrays], layouts) if columns is None else None
+    """Return the content of named arrays, as `read` chooses them; `array_columns` names their columns."""
+    found = array_columns(arrays)
+    layout = layout_for([*found], layouts) if columns is None else None
     if layout is not None:
         time, columns = layout.time, [*layout.axes.values()] or None
     if time is None and (layout is None or not layout.axes):
-        place = time_column([*arrays], path)
-        time = None if place is None else [*arrays][place]
-    names = list(columns or _unnamed(arrays, time, path))
-    parts = [np.atleast_2d(_numbers(arrays, name, path)) for name in names]
-    if len({part.shape[1] for part in parts}) > 1:
+        place = time_column([*found], path)
+        time = None if place is None else [*found][place]
+    chosen = list(columns or _unnamed(arrays, time, path))
+    names = [name for each in chosen for name in _columns_of(arrays, each) if name != time]
+    parts = [_numbers(found, name, path, dimensions=(1,)) for name in names]
+    if len({len(part) for part in parts}) > 1:
         raise DataError(f"{path}: arrays must be equally long, got {', '.join(str(p.shape) for p in parts)}")
-    samples = np.concatenate(parts)
-    if samples.shape[0] > samples.shape[1] > 0:
-        raise DataError(f"{path}: array must be (axis, time), got {samples.shape}; transpose it")
-    axes = tuple(names) if len(names) > 1 and len(names) == len(samples) else ()
+    samples = np.stack(parts)
+    axes = tuple(chosen) if 1 < len(chosen) == len(names) else default_axes(len(names))
     if columns is None:
         axes = axis_names(axes) or axes
-    unit, uses = None, {name: ColumnUse(name, ", ".join(axes) or SAMPLES) for name in names}
+    unit = spelled = None
     if layout is not None:
-        if len(layout.axes) == len(samples):
-            axes = tuple(layout.axes)
-        uses |= {name: ColumnUse(name, axis, layout.unit) for axis, name in layout.axes.items()}
-        if layout.unit is not None:
-            unit, factor = parse_unit(layout.unit)
-            samples = samples * factor
-    elif len(names) == len(axes):
-        uses = {name: ColumnUse(name, axis) for name, axis in zip(names, axes, strict=True)}
+        axes, spelled = tuple(layout.axes) or axes, layout.unit
+    if spelled is not None:
+        unit, factor = parse_unit(spelled)
+        samples = samples * factor
+    uses = {name: ColumnUse(name, axis, spelled) for name, axis in zip(names, axes, strict=True)}
     times = None
     if time is not None:
-        times = _numbers(arrays, time, path)
+        times = _numbers(found, time, path, dimensions=(1,))
         if times.shape != (samples.shape[1],):
             raise DataError(f"{path}: {time} must have shape ({samples.shape[1]},), got {times.shape}")
         time_unit = (layout and layout.time_unit) or time_unit_of(time) or "s"
@@ -108,10 +108,35 @@ def array_content(
         times,
         unit,
         None,
-        _place(names[0]),
-        uses=tuple(uses.get(name, ColumnUse(name, IGNORED)) for name in arrays),
+        lambda axis, sample: f"time stamp {sample}" if axis < 0 else f"{names[axis]}[{sample}]",
+        uses=tuple(uses.get(name, ColumnUse(name, IGNORED)) for name in found),
         layout=layout,
     )
+
+
+def array_columns(arrays: Mapping[str, NDArray[np.generic]]) -> dict[str, NDArray[np.generic]]:
+    """Return vectors and single numbers by name, and the columns of a matrix as ``data:1``, ``data:2``, ….
+
+    Its longer side is the time. A matrix with more than `MOST_COLUMNS` stays as it is.
+    """
+    found: dict[str, NDArray[np.generic]] = {}
+    for name, values in arrays.items():
+        names = _columns_of(arrays, name)
+        if values.ndim == 2 and min(values.shape) <= MOST_COLUMNS:
+            rows = values.T if len(values) > values.shape[1] else values
+            found |= dict(zip(names, rows, strict=True))
+        else:
+            found[name] = values
+    return found
+
+
+def array_uses(arrays: Mapping[str, NDArray[np.generic]], path: Path) -> tuple[ColumnUse, ...]:
+    """Return time stamps and rate, as their names say, and all other columns as `UNCLEAR`."""
+    names = [*array_columns(arrays)]
+    time, rate = time_column(names, path), _rate(arrays, path)
+    roles = {names[time]: TIME} if time is not None else {}
+    roles |= {rate[0]: RATE} if rate else {}
+    return tuple(ColumnUse(name, roles.get(name, UNCLEAR)) for name in names)
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -164,11 +189,18 @@ def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> SignalDescr
     return found
 
 
+def _columns_of(arrays: Mapping[str, NDArray[np.generic]], name: str) -> list[str]:
+    """Return the names of an array's columns; the name itself if it is a column, or there is no such array."""
+    values = arrays.get(name)
+    count = min(values.shape) if values is not None and values.ndim == 2 else 1
+    return [f"{name}:{i}" for i in range(1, count + 1)] if 1 < count <= MOST_COLUMNS else [name]
+
+
 def _unnamed(arrays: Mapping[str, NDArray[np.generic]], time: str | None, path: Path) -> list[str]:
     """Return the only array besides time stamps and single numbers, or those that are axes by their names."""
     names = [name for name in arrays if name != time and arrays[name].ndim > 0]
-    if time is not None and len(names) > 1:
-        names = [name for name in names if arrays[name].shape[-1] == arrays[time].size] or names
+    if time is not None and time in arrays and len(names) > 1:
+        names = [name for name in names if max(arrays[name].shape) == arrays[time].size] or names
     if len(names) == 1 or (names and axis_names(names) and all(arrays[name].ndim == 1 for name in names)):
         return names
     raise DataError(f"{path}: which array? choose of {', '.join(arrays) or 'none'}")
@@ -191,7 +223,8 @@ def _numbers(
         raise DataError(f"{path}: no array {name!r}, there are {', '.join(arrays)}")
     if arrays[name].dtype.kind not in "fiub" or arrays[name].ndim not in dimensions:
         shape, dtype = arrays[name].shape, arrays[name].dtype
-        what = "numbers (axis, time)" if 2 in dimensions else "a number"
+        what = "numbers (axis, time)" if 0 not in dimensions else "a number"
+        what += f" with at most {MOST_COLUMNS} axes" if arrays[name].ndim == 2 not in dimensions else ""
         raise DataError(f"{path}: {name} must be {what}, got {dtype} of shape {shape}")
     return arrays[name].astype(np.float64)
 

@@ -50,8 +50,6 @@ _AXIS = re.compile(r"(?:.*[^a-z])?(?:a|acc|accel|gf)?([xyz])(?:[^a-z]*(?:axis|ac
 _MAGNITUDE = re.compile(r"(?:absolute|abs|total|resultant)\b.*|.*\b(?:magnitude|norm|abs)|at|tgf|atotal")
 """Columns computed from three axes: ``Absolute acceleration`` (phyphox), ``aT`` and ``TgF`` (Physics Toolbox)."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
-CALENDAR = "date and time"
-"""Unit of calendar time stamps in `ColumnUse`."""
 MOST_MISSING = 3
 """Rows without a sample, one after the other, that are left to the resampling between time stamps (`to_uniform`)."""
 SLOWEST = 0.1
@@ -69,7 +67,7 @@ class TableColumns:
     time: int | None  # index of the time stamps
     seconds: float | None  # their unit in s, if heading or layout names it
     stamped: bool  # whether the time stamps place the samples, some of which may then be missing
-    calendar: bool  # whether the time stamps are dates with times
+    dated: bool  # whether the time stamps are dates or times of day rather than numbers
     uses: tuple[ColumnUse, ...]  # of every column
     layout: TableLayout | None = None  # which decided
 
@@ -130,8 +128,8 @@ def choose(
     if len({unit for unit, _ in units}) > 1:
         listed = ", ".join(headings[i] for i in places)
         raise DataError(f"{path}: columns are in different units: {listed}; choose those of one as axes")
-    calendar = at in stamps
-    time_unit = CALENDAR if calendar else layout and layout.time_unit
+    time_unit = stamps.get(-1 if at is None else at) or (layout and layout.time_unit)
+    dated = at in stamps
     uses = {
         i: ColumnUse(headings[i], name, unit) for i, name, unit in zip(places, chosen, spelled, strict=True)
     }
@@ -143,9 +141,9 @@ def choose(
         unit=units[0][0],
         factors=tuple(factor for _, factor in units),
         time=at,
-        seconds=1.0 if calendar else None if at is None else parse_seconds(uses[at].unit or ""),
+        seconds=1.0 if dated else None if at is None else parse_seconds(uses[at].unit or ""),
         stamped=at is not None and description is None,
-        calendar=calendar,
+        dated=dated,
         uses=tuple(uses.get(i, ColumnUse(heading, IGNORED)) for i, heading in enumerate(headings)),
         layout=layout,
     )

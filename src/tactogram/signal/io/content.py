@@ -80,14 +80,17 @@ def assemble(
         raise DataError(f"{path}: {error}") from error
 
 
+def default_axes(count: int) -> tuple[str, ...]:
+    """Return the names of axes that have none."""
+    return {1: ("z",), 3: ("x", "y", "z")}.get(count) or tuple(map(str, range(1, count + 1)))
+
+
 def _axes(
     content: FileContent, path: Path, axes: Sequence[str] | None
 ) -> tuple[NDArray[np.float32] | NDArray[np.float64], tuple[str, ...]]:
     """Return the rows that ``axes`` names, or all of them under those names."""
     count = len(content.samples)
-    named = content.axes or (
-        {1: ("z",), 3: ("x", "y", "z")}.get(count) or tuple(map(str, range(1, count + 1)))
-    )
+    named = content.axes or default_axes(count)
     if axes is None:
         return content.samples, named
     axes = tuple(axes)

@@ -154,9 +154,9 @@ def read_columns(path: str | Path, *, layouts: Sequence[TableLayout] = ()) -> tu
         case ".wav" | ".flac":
             return ()
         case ".npz":
-            headings = [*arrays.load_arrays(path)]
+            return arrays.array_uses(arrays.load_arrays(path), path)
         case ".mat":
-            headings = [*matlab.variables(path)]
+            return arrays.array_uses(matlab.variables(path), path)
         case ".lvm":
             headings = labview.headings(path)
         case ".xlsx":
@@ -233,7 +233,6 @@ def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
     else:
         kept, others = dict(zip(content.axes, axes, strict=False)), {}
     roles = others | kept
-    roles |= {arrays.SAMPLES: ", ".join(axes)} if content.uses and arrays.SAMPLES not in axes else {}
     return tuple(replace(use, role=roles.get(use.role, use.role)) for use in content.uses)
 
 

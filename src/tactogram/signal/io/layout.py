@@ -31,7 +31,7 @@ class TableLayout(BaseModel):
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
     """All headings of the tables to which it applies, in order (``"1"``, ``"2"``, … of a table without any), or the
-    names of all arrays in an NPZ or MAT file."""
+    names of all arrays in an NPZ or MAT file (``"data:1"``, ``"data:2"``, … for the columns of a matrix)."""
     axes: dict[str, str] = {}
     """Heading of each axis by the axis's name: the other columns are ignored. Without any, the headings decide."""
     unit: str | None = None

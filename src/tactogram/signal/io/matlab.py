@@ -38,7 +38,7 @@ def read(
 
 
 def variables(path: Path) -> dict[str, NDArray[np.generic]]:
-    """Return the numeric variables by name, single numbers with shape () and matrices with shape (axis, time)."""
+    """Return the numeric variables by name, single numbers with shape ()."""
     from scipy.io import loadmat
 
     with path.open("rb") as file:
@@ -104,5 +104,4 @@ def _numeric(content: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str
             np.asarray(value) if isinstance(value, np.ndarray | np.generic | int | float) else np.array("")
         )
         if array.dtype.kind in "fiub" and array.ndim <= 2 and (array.ndim == 0 or array.size):
-            # MATLAB's columns are usually the axes.
-            yield f"{prefix}{name}", array.T if array.ndim == 2 and len(array) > array.shape[1] else array
+            yield f"{prefix}{name}", array

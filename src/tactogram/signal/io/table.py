@@ -25,7 +25,7 @@ from tactogram.signal.io.columns import (
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.layout import ColumnUse, TableLayout
-from tactogram.signal.io.stamps import StampClock, parse_stamp
+from tactogram.signal.io.stamps import StampClock, is_stamp
 from tactogram.signal.signal import Signal
 from tactogram.text_files import decode_text
 
@@ -79,9 +79,7 @@ def is_table(path: Path) -> bool:
     with path.open("rb") as file:
         lines = file.read(_SNIFFED_BYTES).decode("utf-8-sig", "ignore").splitlines()
     rows = [cells for line in lines[:SNIFFED_ROWS] if (cells := re.findall(r"[^\s;,]+", line))]
-    numeric = [
-        2 * sum(is_number(cell) or parse_stamp(cell) is not None for cell in row) > len(row) for row in rows
-    ]
+    numeric = [2 * sum(is_number(cell) or is_stamp(cell) for cell in row) > len(row) for row in rows]
     return 2 * sum(numeric) > len(numeric)
 
 
@@ -163,7 +161,7 @@ class TextTable:
             converters: dict[int | str, Callable[[str], float]] = {}
             if converter is not None:
                 converters |= dict.fromkeys(chosen.used, converter)
-            if chosen.calendar and chosen.time is not None:
+            if chosen.dated and chosen.time is not None:
                 converters[chosen.time] = StampClock()
             with suppress(ValueError):
                 if complete:
@@ -188,7 +186,7 @@ class TextTable:
                 hint = "; write decimal points, not commas" if comma else ""
                 return f"row {number}: expected {len(self.headings)} columns, got {len(cells)}{hint}"
             for i in chosen.used:
-                if i == chosen.time and chosen.calendar:
+                if i == chosen.time and chosen.dated:
                     try:
                         clock(cells[i])
                     except ValueError as error:
@@ -216,7 +214,7 @@ def _read_table(path: Path) -> TextTable:
     preamble = _preamble(rows, separator, path)
     kept, rows = kept[preamble:], rows[preamble:]
     headings = _cells(rows[0], separator, path)
-    if all(is_number(cell) or parse_stamp(cell) for cell in headings):
+    if all(is_number(cell) or is_stamp(cell) for cell in headings):
         headings = _commented(comments, len(headings), separator, path) or [
             str(i + 1) for i in range(len(headings))
         ]

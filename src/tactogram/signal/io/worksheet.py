@@ -19,7 +19,7 @@ from tactogram.signal.io.columns import choose, table_content
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.layout import TableLayout
-from tactogram.signal.io.stamps import StampClock, parse_stamp
+from tactogram.signal.io.stamps import StampClock, is_stamp
 from tactogram.signal.io.table import SNIFFED_ROWS, heading
 from tactogram.signal.signal import Signal
 
@@ -62,11 +62,11 @@ def read(
         for number, row in chain(sniffed, below):
             kept.append(number)
             gaps = chosen.places if chosen.stamped else ()
-            calendar = chosen.time if chosen.calendar else None
+            dated = chosen.time if chosen.dated else None
             values.append(
                 [
                     _seconds(clock, row, i, number, headings, path)
-                    if i == calendar
+                    if i == dated
                     else _number(row, i, number, headings, path, gap=i in gaps)
                     for i in chosen.used
                 ]
@@ -163,7 +163,7 @@ def _headed(sheet: Any, path: Path) -> tuple[list[str], bool, Iterator[tuple[int
     width = max((i for i, cell in enumerate(head, 1) if cell not in (None, "")), default=0)
     if not width:
         raise DataError(f"{path}: no rows")
-    named = not all(isinstance(cell, int | float) or parse_stamp(cell) for cell in head[:width])
+    named = not all(isinstance(cell, int | float) or is_stamp(cell) for cell in head[:width])
     texts = [str(cell if cell is not None else "").strip() for cell in head[:width]]
     if named:
         return texts, True, filled
