@@ -10,7 +10,8 @@ import soundfile
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.datasets.mapping import read_mapping
-from tactogram.errors import ParameterError
+from tactogram.datasets.preview import preview_file
+from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.stores import import_store
 
 
@@ -118,6 +119,64 @@ def test_a_saved_mapping_changes_nothing_until_it_is_edited(source, tmp_path):
         import_store("folder", source, preview=True, save_mapping=tmp_path / "m.toml")
 
 
+def test_layouts_of_the_same_table_are_streams(source, tmp_path):
+    force = LAB.replace("tap", "force").replace('"g"', '"mN"').replace('axes.x = "right"\n', "")
+    (tmp_path / "m.toml").write_text(LAB.replace('axes.y = "left"\n', "") + force)
+    facts = import_store("folder", source, preview=True, mapping=tmp_path / "m.toml")
+    lab = layouts_of(facts)["lab.csv"]
+    assert [column["role"] for column in lab["columns"]] == ["time", "force y", "tap x"]
+    assert {name: stream["unit"] for name, stream in lab["streams"].items()} == {"tap": "m/s^2", "force": "N"}
+    import_store("folder", source, tmp_path / "s", mapping=tmp_path / "m.toml", skip_bad=True)
+    store = open_store(tmp_path / "s")
+    [cork] = [info.id for info in store.index if info.source == "cork/lab.csv"]
+    wave = 1e-3 * np.sin(np.arange(400))
+    np.testing.assert_allclose(store.signal(cork, "force").samples[0], wave, atol=1e-8)
+    assert store.signal(cork, "tap").rate == store.signal(cork, "force").rate == 500.0
+
+
+def test_a_mapping_is_saved_with_all_that_it_said(source, tmp_path):
+    (tmp_path / "m.toml").write_text(LAB + "rate = 250.0\n")
+    import_store(
+        "folder", source, preview=True, mapping=tmp_path / "m.toml", save_mapping=tmp_path / "n.toml"
+    )
+    [lab] = read_mapping(tmp_path / "m.toml").layout
+    assert lab in read_mapping(tmp_path / "n.toml").layout
+
+
+@pytest.mark.parametrize(
+    ("material_from", "materials"),
+    [
+        ("folder", {"day 1": 3}),
+        ("last_folder", {"cork": 2, "felt": 1}),
+        ("file", {"P80": 1, "P80_fast": 1, "take(3)x": 1}),
+        ("file_start", {"P80": 2, "take(3)x": 1}),
+    ],
+)
+def test_the_material_is_named_by_folder_or_file(tmp_path, material_from, materials):
+    for number, name in enumerate(["cork/P80_1", "cork/P80_fast-02", "felt/take(3)x"]):
+        rows = [[k / 100, k % 7 + number] for k in range(99)]
+        write_table(tmp_path / "f" / "day 1" / f"{name}.csv", "t [s],x [g]", rows)
+    options = {"material_from": material_from}
+    facts = import_store("folder", tmp_path / "f", preview=True, options=options)
+    assert facts["layouts"][0]["materials"] == materials
+    with pytest.raises(ParameterError, match="material_from must be one of folder, last_folder, file"):
+        import_store("folder", tmp_path / "f", preview=True, options={"material_from": "colour"})
+
+
+def test_one_file_is_previewed_as_it_is_imported(source, tmp_path):
+    (tmp_path / "m.toml").write_text(LAB)
+    options = {"mapping": read_mapping(tmp_path / "m.toml")}
+    recording = preview_file("folder", source, "felt/lab.csv", options=options)
+    import_store("folder", source, tmp_path / "s", mapping=tmp_path / "m.toml", skip_bad=True)
+    assert recording.id in {info.id for info in open_store(tmp_path / "s").index}
+    with pytest.raises(
+        DataError, match="felt/broken.csv: row 3, column 'x .g.': expected a number, got 'one'"
+    ):
+        preview_file("folder", source, "felt/broken.csv")
+    with pytest.raises(DataError, match="felt/gone.csv: no longer there"):
+        preview_file("folder", source, "felt/gone.csv")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
@@ -128,7 +187,7 @@ def test_a_saved_mapping_changes_nothing_until_it_is_edited(source, tmp_path):
         ("stream", "streem", "unknown key 'layout.0.streem'; known here: axes, columns, rate"),
         ('unit = "g"', "rate = -4", "layout.0.rate: must be greater than .* got -4"),
         ("[[layout]]", "[layout]", "layout: must be a list"),
-        (LAB, LAB + LAB, "two layouts have the columns ticks, left, right; keep one"),
+        (LAB, LAB + LAB, "two layouts have the columns ticks, left, right; keep one of them, or name"),
     ],
 )
 def test_a_wrong_mapping_is_refused_in_one_line(tmp_path, old, new, says):

@@ -22,14 +22,25 @@ class TableMapping(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     layout: Annotated[tuple[TableLayout, ...], Field(min_length=1)]
-    """Layouts, each of tables with other columns."""
+    """Layouts, each of tables with other columns, or of another stream in the same tables."""
 
     @model_validator(mode="after")
     def _distinct(self) -> Self:
-        seen = [layout.columns for layout in self.layout]
-        if twice := [columns for columns in seen if seen.count(columns) > 1]:
-            raise ValueError(f"two layouts have the columns {', '.join(twice[0])}; keep one of them")
+        for columns, alike in layouts_by_columns(self.layout).items():
+            streams = [layout.stream for layout in alike]
+            if len(alike) > 1 and (None in streams or len(set(streams)) < len(streams)):
+                raise ValueError(
+                    f"two layouts have the columns {', '.join(columns)}; keep one of them, or name their streams"
+                )
         return self
+
+
+def layouts_by_columns(layouts: Sequence[TableLayout]) -> dict[tuple[str, ...], list[TableLayout]]:
+    """Return the layouts of the same tables together: one for each stream in them."""
+    found: dict[tuple[str, ...], list[TableLayout]] = {}
+    for layout in layouts:
+        found.setdefault(layout.columns, []).append(layout)
+    return found
 
 
 def read_mapping(path: Path) -> TableMapping:

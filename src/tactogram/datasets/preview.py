@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.importing import ImportSink, find_set
+from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.ratings.ratings import item_of
-from tactogram.datasets.reading import Reader, read_all
+from tactogram.datasets.reading import Reader, read_all, read_item
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.layout import StoreStreamInfo
 from tactogram.datasets.store.photographs import Photograph
@@ -71,25 +72,54 @@ def preview_dataset(
     }
 
 
-def proposed_layouts(preview: Mapping[str, Any]) -> list[TableLayout]:
-    """Return the layouts of a preview as a mapping would state them, those of files without columns left out."""
-    layouts = []
+def preview_file(
+    set_name: str, path: Path, name: str, *, options: Mapping[str, Any] | None = None
+) -> Recording:
+    """Return the first recording of an item of the data set, as it would be imported but for the common rate.
+
+    Raises
+    ------
+    ParameterError, DataError
+        As `import_dataset`; if the item is gone, or cannot be read.
+    """
+    found = find_set(set_name, Path(path), options or {})
+    items = [item for item in found.items if name.startswith(item.name)]
+    if not items:
+        raise DataError(f"{name}: no longer there")
+    item = max(items, key=lambda item: len(item.name))
+    result = read_item(set_name, item)
+    if isinstance(result, str):
+        raise DataError(result)
+    return result[0]
+
+
+def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] = ()) -> list[TableLayout]:
+    """Return the layouts of a preview as a mapping would state them, those of files without columns left out.
+
+    Of tables to which some of ``layouts`` apply, it is these.
+    """
+    given = layouts_by_columns(layouts)
+    proposed: dict[tuple[str, ...], list[TableLayout]] = {}
     for facts in preview["layouts"]:
         uses = [ColumnUse(**column) for column in facts["columns"]]
         axes = {use.role: use.heading for use in uses if use.role not in (TIME, RATE, IGNORED, UNCLEAR)}
         time = next((use for use in uses if use.role == TIME), None)
         units = {use.unit for use in uses if use.heading in axes.values()}
-        if not uses:
+        headings = tuple(use.heading for use in uses)
+        if not uses or headings in proposed:
+            continue
+        if headings in given:
+            proposed[headings] = given[headings]
             continue
         values = {
-            "columns": [use.heading for use in uses],
+            "columns": headings,
             "axes": axes,
             "unit": _known(units.pop()) if len(units) == 1 else None,
             "time": time and time.heading,
             "time_unit": time.unit if time and parse_seconds(time.unit or "") else None,
         }
-        layouts.append(TableLayout.model_validate(values))
-    return layouts
+        proposed[headings] = [TableLayout.model_validate(values)]
+    return [layout for alike in proposed.values() for layout in alike]
 
 
 def _known(unit: str | None) -> str | None:

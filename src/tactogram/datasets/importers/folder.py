@@ -17,23 +17,26 @@ Other columns become labels; ``recording``, a number, gives the order in time. A
 error; a file without a row is not. A file whose metadata marks it as simulated stays simulated.
 
 The options ``unit``, ``rate``, ``axes`` (``x,y,z``) and ``stream`` apply to all files; a row takes precedence. The
-option ``mapping`` says what the columns of tables with certain headings hold.
+option ``mapping`` says what the columns of tables with certain headings hold, and ``material_from`` names the material
+by something else than the first folder (`MATERIAL_FROM`): then a folder's pictures are those of recordings alone.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tactogram.datasets.cells import finite_number
 from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive, files_below
-from tactogram.datasets.mapping import TableMapping
+from tactogram.datasets.mapping import TableMapping, layouts_by_columns
 from tactogram.datasets.recording import FileReading, Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io import read_file
+from tactogram.signal.io import SignalFile, read_file
+from tactogram.signal.io.layout import IGNORED, ColumnUse
 from tactogram.signal.io.table import is_table
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import read_table
@@ -58,6 +61,13 @@ SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx", ".mat", ".lvm")
 NUMBERS = ("speed_mm_s", "force_n", "direction_deg")
 TEXTS = ("contactor", "session", "subject")
 READING = ("unit", "rate", "axes", "stream", "image", "image_width_mm", "material", "file")
+MATERIAL_FROM: dict[str, Callable[[PurePosixPath], str]] = {
+    "folder": lambda path: path.parts[0] if len(path.parts) > 1 else "",
+    "last_folder": lambda path: path.parent.name,
+    "file": lambda path: re.sub(r"[\s_.-]*(\d+|\(\d+\))$", "", path.stem) or path.stem,
+    "file_start": lambda path: path.stem.partition("_")[0] or path.stem,
+}
+"""Material by the path of a file: first folder, last folder, name without a number at its end, or up to its first _."""
 STREAM_OF_UNIT = {
     "m/s^2": "acceleration",
     "m/s": "velocity",
@@ -77,8 +87,13 @@ def find(
     axes: str | Sequence[str] = "",
     stream: str = "",
     mapping: TableMapping | None = None,
+    material_from: str = "folder",
 ) -> list[ImportItem]:
     """Return an item per signal file; those in the folders ``items``, separated by commas, have no material."""
+    if material_from not in MATERIAL_FROM:
+        raise ParameterError(
+            f"material_from must be one of {', '.join(MATERIAL_FROM)}, got {material_from!r}"
+        )
     rows = _table(folder / TABLE)
     defaults = _options(unit, rate, axes, stream)
     if mapping is not None:
@@ -101,18 +116,19 @@ def find(
             info["labels"] = {"item": path.stem} | info.get("labels", {})
             info.setdefault("material", None)
         else:
-            info["material"] = info.get("material") or top
+            info["material"] = info.get("material") or MATERIAL_FROM[material_from](PurePosixPath(name))
         if not info["material"] and not info.get("labels", {}).get("item"):
             info["problem"] = f"{name}: must be in a folder named after its material, or have it in {TABLE}"
         info["material"] = info["material"] or None
-        pictures = [] if top in item_folders else material_pictures.get(top, [])
+        ours = material_from == "folder" and top not in item_folders
+        pictures = material_pictures.get(top, []) if ours else []
         shared = pictures[0] if len(pictures) == 1 else None
         image = folder / info["image"] if info.get("image") else recording_pictures.get(name, shared)
         found.append(ImportItem(name, (path,), info, image, info.pop("image_width_mm", None)))
     return found
 
 
-def photographs(folder: Path, *, items: str = "") -> list[ImportedPhotograph]:
+def photographs(folder: Path, *, items: str = "", material_from: str = "folder") -> list[ImportedPhotograph]:
     """Return the pictures of materials with several pictures or no recording, and those of ``items``."""
     rows = _table(folder / TABLE)
     signals = _signals(folder)
@@ -128,7 +144,7 @@ def photographs(folder: Path, *, items: str = "") -> list[ImportedPhotograph]:
         materials = recorded.get(top, {top})
         if top in item_folders:
             chosen = [(path, path.stem) for path in paths]
-        elif len(materials) == 1 and (len(paths) > 1 or top not in recorded):
+        elif material_from == "folder" and len(materials) == 1 and (len(paths) > 1 or top not in recorded):
             [material] = materials
             chosen = [(path, material) for path in paths if path not in named]
         else:
@@ -145,25 +161,25 @@ def read(item: ImportItem) -> list[Recording]:
     info = item.info
     if "problem" in info:
         raise DataError(info["problem"])
+    layouts = info.get("layouts", ())
     file = read_file(
-        path,
-        unit=info.get("unit"),
-        rate=info.get("rate"),
-        axes=info.get("axes"),
-        layouts=info.get("layouts", ()),
+        path, unit=info.get("unit"), rate=info.get("rate"), axes=info.get("axes"), layouts=layouts
     )
-    layout = file.layout
-    signal, timing = file.signal, file.timing
+    stream = info.get("stream") or (file.layout and file.layout.stream) or STREAM_OF_UNIT[file.signal.unit]
+    files = {stream: file}
+    for layout in layouts_by_columns(layouts)[file.layout.columns][1:] if file.layout else ():
+        files[layout.stream] = read_file(path, rate=info.get("rate"), layouts=(layout,))
+    timing = file.timing
     history: tuple[str, ...] = ()
     if timing is not None and not timing.even:
         history = (
             f"stamps show {timing.rate:g} Hz, jitter {timing.jitter_rms * 1e6:.0f} us rms, {timing.dropped} samples "
-            f"lost; resampled to {signal.rate:g} Hz",
+            f"lost; resampled to {file.signal.rate:g} Hz",
         )
     metadata: dict[str, Any] = {name: info.get(name) for name in (*NUMBERS, *TEXTS)}
     return [
         Recording(
-            streams={info.get("stream") or (layout and layout.stream) or STREAM_OF_UNIT[signal.unit]: signal},
+            streams={name: read.signal for name, read in files.items()},
             material=info["material"],
             ratings=info.get("ratings", {}),
             labels=info.get("labels", {}),
@@ -171,14 +187,29 @@ def read(item: ImportItem) -> list[Recording]:
             history=history,
             simulated=info.get("simulated", False) or str(file.metadata.get("simulated")).lower() == "true",
             reading=FileReading(
-                columns=file.columns,
-                mapped=layout is not None,
+                columns=_uses(files),
+                mapped=file.layout is not None,
                 timing=timing,
-                rate_estimated=timing is not None and (info.get("rate") or (layout and layout.rate)) is None,
+                rate_estimated=timing is not None
+                and (info.get("rate") or (file.layout and file.layout.rate)) is None,
             ),
             **metadata,
         )
     ]
+
+
+def _uses(files: Mapping[str, SignalFile]) -> tuple[ColumnUse, ...]:
+    """Return what each column was read as; of several streams, the axes have their stream's name in front."""
+    found: list[ColumnUse] = []
+    for stream, file in files.items():
+        uses = file.columns
+        if len(files) > 1:
+            uses = tuple(
+                replace(use, role=f"{stream} {use.role}") if use.role in file.signal.axes else use
+                for use in uses
+            )
+        found = [new if old.role == IGNORED else old for old, new in zip(found or uses, uses, strict=True)]
+    return tuple(found)
 
 
 def _item_folders(folder: Path, items: str) -> set[str]:
@@ -215,9 +246,7 @@ def _signals(folder: Path) -> dict[str, Path]:
     return {
         name: path
         for name, path in files.items()
-        if name != TABLE
-        and not name.endswith(METADATA)
-        and (path.suffix.lower() != ".txt" or ("/" in name and is_table(path)))
+        if name != TABLE and not name.endswith(METADATA) and (path.suffix.lower() != ".txt" or is_table(path))
     }
 
 

@@ -74,7 +74,7 @@ class StampClock:
                 raise ValueError(f"expected a time stamp {'with' if first.tzinfo else 'without'} time zone")
             return (stamp - first).total_seconds()
         if isinstance(stamp, datetime) or isinstance(first, datetime):
-            raise ValueError(f"expected a time stamp like the first, got {cell!r}")
+            raise ValueError(f"expected a time stamp like the first, got {cell!r}")  # noqa: TRY004
         seconds = stamp - first
         seconds += _DAY_S * round((self._last - seconds) / _DAY_S)
         self._last = seconds

@@ -124,10 +124,10 @@ def _preview(request: ImportRequest) -> dict[str, Any]:
         workers=request.workers,
         progress=partial(request.progress, "reading"),
     )
-    if saved is not None:
-        write_mapping(saved, proposed_layouts(facts))
-    met = [[column["heading"] for column in layout["columns"]] for layout in facts["layouts"]]
     layouts = options["mapping"].layout if request.mapping is not None else ()
+    if saved is not None:
+        write_mapping(saved, proposed_layouts(facts, layouts))
+    met = [[column["heading"] for column in layout["columns"]] for layout in facts["layouts"]]
     unused = [list(layout.columns) for layout in layouts if list(layout.columns) not in met]
     return facts | {"mapping": None if saved is None else str(saved), "unused_layouts": unused}
 
