@@ -124,7 +124,7 @@ def test_layouts_of_the_same_table_are_streams(source, tmp_path):
     (tmp_path / "m.toml").write_text(LAB.replace('axes.y = "left"\n', "") + force)
     facts = import_store("folder", source, preview=True, mapping=tmp_path / "m.toml")
     lab = layouts_of(facts)["lab.csv"]
-    assert [column["role"] for column in lab["columns"]] == ["time", "force y", "tap x"]
+    assert [column["role"] for column in lab["columns"]] == ["time", "force: y", "tap: x"]
     assert {name: stream["unit"] for name, stream in lab["streams"].items()} == {"tap": "m/s^2", "force": "N"}
     import_store("folder", source, tmp_path / "s", mapping=tmp_path / "m.toml", skip_bad=True)
     store = open_store(tmp_path / "s")

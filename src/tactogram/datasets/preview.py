@@ -10,6 +10,7 @@ from typing import Any
 
 from tactogram.datasets.importing import ImportSink, find_set
 from tactogram.datasets.mapping import layouts_by_columns
+from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import item_of
 from tactogram.datasets.reading import Reader, read_all, read_item
 from tactogram.datasets.recording import Recording
@@ -75,7 +76,7 @@ def preview_dataset(
 def preview_file(
     set_name: str, path: Path, name: str, *, options: Mapping[str, Any] | None = None
 ) -> Recording:
-    """Return the first recording of an item of the data set, as it would be imported but for the common rate.
+    """Return the first recording of an item of the data set, as it would be imported alone.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def preview_file(
     result = read_item(set_name, item)
     if isinstance(result, str):
         raise DataError(result)
-    return result[0]
+    return CommonRates().united(result[0])
 
 
 def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] = ()) -> list[TableLayout]:

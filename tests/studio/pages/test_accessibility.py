@@ -18,6 +18,7 @@ PAGES = {
     "materials": "/materials",
     "store": f"/materials/set?set={STORE}",
     "upload": "/materials/drop",
+    "import": "/materials/import",
     "train": "/train",
     "run": f"/train/watch?run={RUN}",
     "compare": f"/train/compare?runs={RUN}&runs=runs/second",

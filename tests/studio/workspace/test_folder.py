@@ -47,6 +47,17 @@ def test_a_home_folder_does_not_hold_the_search_up(workspace, monkeypatch):
     assert len(workspace.stores()) < 10 < MOST_FOLDERS
 
 
+def test_folders_of_recordings_are_found_above_their_files(workspace):
+    made(workspace.folder / "lab" / "cork", "1.csv")
+    made(workspace.folder / "lab" / "felt", "1.WAV", "notes.md")
+    made(workspace.folder / "papers", "a.pdf")
+    made(workspace.folder / "runs" / "one", "recipe.toml", "losses.csv")
+    made(workspace.folder / "studio" / "dropped", "1.csv")
+
+    names = [workspace.name_of(path) for path in workspace.recording_folders()]
+    assert names == ["lab", "lab/cork", "lab/felt"]
+
+
 def test_a_study_is_a_file_with_a_design(workspace):
     (workspace.folder / "study.toml").write_text('[design]\nkind = "abx"\n')
     (workspace.folder / "display.toml").write_text('family = "linear"\n')

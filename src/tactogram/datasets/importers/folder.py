@@ -205,7 +205,7 @@ def _uses(files: Mapping[str, SignalFile]) -> tuple[ColumnUse, ...]:
         uses = file.columns
         if len(files) > 1:
             uses = tuple(
-                replace(use, role=f"{stream} {use.role}") if use.role in file.signal.axes else use
+                replace(use, role=f"{stream}: {use.role}") if use.role in file.signal.axes else use
                 for use in uses
             )
         found = [new if old.role == IGNORED else old for old, new in zip(found or uses, uses, strict=True)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import zipfile
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 import numpy as np
 
@@ -18,10 +18,16 @@ MOST_GROWTH = 100
 """Unpacked over packed size of larger ones: measured signals compress to a third at best."""
 
 
+class UnpackedSizeError(DataError):
+    """A file is too large once it is unpacked."""
+
+
 def check_archive(
-    file: BinaryIO, where: Path | str, *, most_bytes: int | None = None, most_members: int = 10_000
+    file: IO[bytes], where: Path | str, *, most_bytes: int | None = None, most_members: int = 10_000
 ) -> None:
     """Raise a `DataError` if a file is not an archive, is too large unpacked, or has misleading or object arrays.
+
+    Too large is an `UnpackedSizeError`.
 
     ``most_bytes`` is the unpacked size of all members, by default `SMALL`, or `MOST_GROWTH` times the packed size; the
     archive's directory guarantees it.
@@ -31,6 +37,8 @@ def check_archive(
     try:
         with zipfile.ZipFile(file) as archive:
             problem = _problem(archive, most, most_members)
+    except UnpackedSizeError as error:
+        raise UnpackedSizeError(f"{where}: {error}") from None
     except Exception as error:  # zipfile and numpy raise whatever a damaged head leads to
         raise DataError(f"{where}: truncated or damaged: {one_line(error)}") from None
     if problem:
@@ -38,11 +46,11 @@ def check_archive(
 
 
 def _problem(archive: zipfile.ZipFile, most_bytes: int, most_members: int) -> str | None:
-    """Return why an archive is refused, if it is."""
+    """Return why an archive is refused, if it is; raise `UnpackedSizeError` if that is its size."""
     members = archive.infolist()
     unpacked = sum(member.file_size for member in members)
     if len(members) > most_members or unpacked > most_bytes:
-        return (
+        raise UnpackedSizeError(
             f"must unpack to at most {most_bytes // MIB} MiB in {most_members} parts, "
             f"got {unpacked / MIB:.0f} MiB in {len(members)}; cut it"
         )

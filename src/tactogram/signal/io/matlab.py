@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
-from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL
+from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError
 from tactogram.signal.io.arrays import array_content
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.layout import TableLayout
@@ -68,7 +68,7 @@ def variables(path: Path) -> dict[str, NDArray[np.generic]]:
 
 
 def check_unpacked(file: BinaryIO, where: Path | str, *, most_bytes: int | None = None) -> None:
-    """Raise a `DataError` if the variables of a MAT file are too large unpacked; compressed ones state their size.
+    """Raise an `UnpackedSizeError` if the variables of a MAT file are too large; compressed ones state their size.
 
     ``most_bytes`` is by default `SMALL`, or `MOST_GROWTH` times the size of the file.
     """
@@ -88,7 +88,7 @@ def check_unpacked(file: BinaryIO, where: Path | str, *, most_bytes: int | None 
     except (zlib.error, IndexError, ValueError) as error:
         raise DataError(f"{where}: truncated or not a MAT file: {one_line(error)}") from None
     if total > most:
-        raise DataError(
+        raise UnpackedSizeError(
             f"{where}: must unpack to at most {most // MIB} MiB, got {total / MIB:.0f} MiB; cut it"
         )
 

@@ -31,6 +31,9 @@ PARTICIPANTS = ("/join/", "/take/", "/participants/", "/feel/")
 """Prefixes of participants' paths, and of files felt on a phone: these need a ticket instead of the token and get the
 strict policy."""
 
+RECEIVED = "/materials/received"
+"""Path that takes folders of recordings."""
+
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?::([0-9]{1,5}))?")
 _OTHER_SITE = "This request comes from a page of another site; open the page here and do it there."
 
@@ -71,6 +74,7 @@ class GuardSettings:
     path_bytes: tuple[tuple[str, int], ...] = (
         *((path, 64 * KIB) for path in PARTICIPANTS),
         ("/_nicegui/client/", 512 * MIB),
+        (RECEIVED, 520 * MIB),  # with the names of the files
     )
     body_bytes: int = MIB
     message_bytes: int = 4 * MIB

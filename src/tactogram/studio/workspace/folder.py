@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.signal.io import READABLE
 from tactogram.text_files import REPLACEMENT, displayable, read_toml
 
 STUDIO = "studio"
@@ -121,6 +122,19 @@ class Workspace:
             for name in files
             if name.lower().endswith(suffixes) and not name.startswith(".")
         )
+
+    def recording_folders(self) -> list[Path]:
+        """Return the folders with signal files in or below them, by name, except runs, stores and the studio's own."""
+        others = {self.studio_folder}
+        found: set[Path] = set()
+        for folder, files in self._walk():
+            if {RUN, STORE, SESSION} & {*files}:
+                others.add(folder)
+            above = [folder, *folder.parents]
+            above = above[: above.index(self.folder)]
+            if not others.intersection(above) and any(name.lower().endswith(READABLE) for name in files):
+                found.update(above)
+        return sorted(found)
 
     def _folders_with(self, name: str) -> list[Path]:
         return [folder for folder, files in self._walk() if name in files]

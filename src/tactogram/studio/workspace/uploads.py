@@ -21,7 +21,7 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.files.catalogue import haptic_suffixes
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import READABLE, decode_image, read_signal
-from tactogram.signal.io.archives import check_archive
+from tactogram.signal.io.archives import UnpackedSizeError, check_archive
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.matlab import check_unpacked
 from tactogram.signal.io.picture import picture_size
@@ -60,7 +60,8 @@ HEADS: dict[str, tuple[bytes, ...]] = {
 }
 """First bytes by suffix; all others are text, or pictures, which Pillow recognises."""
 _TEXT = (".csv", ".tsv", ".txt", ".toml", ".lvm")
-_RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
+RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
+"""Names that Windows keeps for devices."""
 _saving = threading.Lock()
 
 
@@ -73,9 +74,14 @@ def safe_name(name: str) -> str:
     stem = re.sub(r"[^\w-]+", "_", stem).strip("_")
     stem = stem.encode()[:LONGEST_NAME].decode("utf-8", "ignore").rstrip("_") or "upload"
     suffix = re.sub(r"[^A-Za-z0-9]", "", suffix)[:10].lower()
-    if stem.lower() in _RESERVED:
+    if stem.lower() in RESERVED:
         stem = f"_{stem}"
     return f"{stem}.{suffix}" if suffix else stem
+
+
+def most_bytes_of(suffix: str) -> int:
+    """Return the largest size of an uploaded file."""
+    return MOST_BYTES.get(suffix, MOST_OTHER_BYTES)
 
 
 def read_uploaded_signal(name: str, data: bytes, **options: Any) -> Signal:
@@ -147,7 +153,7 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
     if suffix not in suffixes:
         known = ", ".join(suffixes)
         raise ParameterError(f"{safe}: expected a {kind} in one of {known}, got {suffix or 'no suffix'}")
-    most = MOST_BYTES.get(suffix, MOST_OTHER_BYTES)
+    most = most_bytes_of(suffix)
     if not data:
         raise DataError(f"{safe}: empty file; choose another")
     if len(data) > most:
@@ -171,21 +177,36 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
     return safe
 
 
+def check_unpacked_size(path: Path) -> None:
+    """Raise an `UnpackedSizeError` if a signal file is too large once unpacked; its reader says if it is damaged."""
+    try:
+        with path.open("rb") as file:
+            if path.suffix.lower() in (".npz", ".xlsx"):
+                check_archive(file, path.name, most_bytes=MOST_UNPACKED, most_members=MOST_MEMBERS)
+            elif path.suffix.lower() == ".mat":
+                check_unpacked(file, path.name, most_bytes=MOST_UNPACKED)
+        _check_samples(path)
+    except UnpackedSizeError:
+        raise
+    except (DataError, soundfile.SoundFileError):
+        return
+
+
 def _check_samples(path: Path) -> None:
     """Refuse a sound that is too long once unpacked, by its header."""
-    if path.suffix == ".wav":
+    if path.suffix.lower() == ".wav":
         head = read_header(path)
         channels = head.channels
         samples = head.size // max(1, head.bits // 8)
-    elif path.suffix == ".flac":
+    elif path.suffix.lower() == ".flac":
         facts = soundfile.info(str(path))
         channels, samples = facts.channels, facts.frames * facts.channels
     else:
         return
     if channels > MOST_CHANNELS:
-        raise DataError(f"{path.name}: must have at most {MOST_CHANNELS} channels, got {channels}")
+        raise UnpackedSizeError(f"{path.name}: must have at most {MOST_CHANNELS} channels, got {channels}")
     if samples > MOST_SAMPLES:
-        raise DataError(f"{path.name}: {_too_many(samples)}")
+        raise UnpackedSizeError(f"{path.name}: {_too_many(samples)}")
 
 
 def _too_many(samples: int) -> str:

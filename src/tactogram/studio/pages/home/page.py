@@ -10,12 +10,13 @@ from nicegui import ui
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import PAGES, heading, hint, page, route
 from tactogram.studio.pages.home.first_words import draw_first_words
+from tactogram.studio.pages.materials import receiving
 
 DESCRIPTIONS = {
     "Make": "Generate touch signals from materials, photographs or words; view, play and compare them.",
     "Touch": "Stroke a surface with a finger, pen or mouse and feel it through the headphone jack.",
     "Edit": "Draw a haptic effect on a timeline, feel it on a phone, and download it as AHAP, .haptic and others.",
-    "Materials": "Browse recordings; upload a new one and see which materials it resembles.",
+    "Materials": "Browse recordings; import your own, or upload one and see which materials it resembles.",
     "Train": "Train a model on your recordings; monitor, stop and resume the training.",
     "Send": "Convert a result to the drive of a display, or to a file for a game engine.",
     "Live": "View a sensor's signal, classify it while you measure, and record by a plan.",
@@ -35,7 +36,8 @@ def add(studio: Studio) -> None:
         def summary() -> None:
             _draw_summary(studio)
 
-        with page("Studio"):
+        ui.add_head_html(receiving.HEAD)
+        with page("Studio"), receiving.drop_zone(whole_page=True):
             draw_first_words(studio)
             _draw_starter(studio, ready=summary.refresh)
             with ui.element("div").classes("tiles"):
@@ -44,6 +46,7 @@ def add(studio: Studio) -> None:
                         ui.link(name, address).classes("h2 whole-link")
                         ui.label(DESCRIPTIONS[name]).classes("quiet")
             summary()
+            receiving.draw_status("Drop a folder or a zip of recordings anywhere on this page to import it.")
 
 
 def _draw_starter(studio: Studio, *, ready: Callable[[], object]) -> None:

@@ -1,22 +1,20 @@
-"""The page Materials: the stores of the workspace, and forms to simulate or import one."""
+"""The page Materials: the stores of the workspace, a form to simulate one, and a place to drop recordings."""
 
 from __future__ import annotations
 
-import os
-import shlex
 from collections.abc import Callable
-from typing import Any
 
 from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import NumberField, heading, hint, in_background, page, report_errors, route
-from tactogram.studio.pages.materials import drop, recording, store
+from tactogram.studio.pages.materials import drop, import_page, receiving, recording, store
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, add_routes
 from tactogram.studio.pages.materials.overview import StoreOverview
+from tactogram.studio.pages.materials.receiving import draw_chooser, drop_zone
 from tactogram.studio.pages.train.request import NAME
-from tactogram.studio.pages.train.trainings import Kind, command_line, free_name, trainings_of
+from tactogram.studio.pages.train.trainings import command_line, free_name, trainings_of
 from tactogram.workflows.data.stores import list_sets
 
 
@@ -28,10 +26,11 @@ def add(studio: Studio) -> None:
     store.add(context)
     recording.add(context)
     drop.add(context)
+    import_page.add(context)
 
     @route("/materials")
     async def show() -> None:
-        ui.add_head_html(HEAD)
+        ui.add_head_html(HEAD + receiving.HEAD)
         with page("Materials"):
             with (
                 ui.element("section").classes("card w-full"),
@@ -44,7 +43,7 @@ def add(studio: Studio) -> None:
             with ui.element("div").classes("grid-2") as columns:
                 columns.style("grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr))")
                 _draw_simulation(context, sets["simulate"])
-                _draw_import(context, sets["import"])
+                _draw_import(context)
 
 
 def _draw_simulation(context: MaterialsContext, sets: dict[str, str]) -> None:
@@ -73,65 +72,33 @@ def _draw_simulation(context: MaterialsContext, sets: dict[str, str]) -> None:
                     found += [option, f"{value:.16g}"]
             return found
 
-        _draw_start(context, "simulate", arguments, name, kind, lambda: str(kind.value))
+        _draw_start(context, arguments, name, kind)
 
 
-def _draw_import(context: MaterialsContext, sets: dict[str, Any]) -> None:
-    workspace = context.studio.workspace
-    with ui.element("section").classes("card").props('aria-label="Import a data set"'):
-        heading("Import a data set")
+def _draw_import(context: MaterialsContext) -> None:
+    with ui.element("section").classes("card").props('aria-label="Import recordings"'), drop_zone():
+        heading("Import recordings")
         hint(
-            f"From a folder inside the workspace {workspace.display_path}. The command tactogram data import reads "
-            "from any folder."
-        ).style("overflow-wrap: anywhere")
-        options = {key: f"{key}: {facts['title']}" for key, facts in sets.items()}
-        kind = ui.select(options, label="Kind", value="folder").classes("w-full")
-        path = ui.input("Folder", placeholder="recordings").classes("w-full")
-        settings = ui.input("Information missing from the files", placeholder="rate=1000 unit=m/s^2")
-        settings.classes("w-full")
-        skip = ui.checkbox("Skip broken files")
-        name = ui.input("Name", value="").classes("w-full")
-
-        def arguments() -> list[str]:
-            if not (path.value or "").strip():
-                raise ParameterError("Folder: enter a folder of the workspace to import")
-            source = workspace.inside(path.value.strip())
-            if not source.is_dir():
-                raise ParameterError(f"{path.value}: no such folder in the workspace")
-            found = [
-                "data",
-                "import",
-                str(kind.value),
-                workspace.name_of(source),
-                "--out",
-                _output(name.value),
-            ]
-            for setting in shlex.split(settings.value or ""):
-                found += ["--set", setting]
-            return [*found, "--skip-bad"] if skip.value else found
-
-        def suggestion() -> str:
-            return os.path.basename((path.value or "").strip("/")) or "set"
-
-        _draw_start(context, "import", arguments, name, kind, suggestion)
+            "Drop a folder with a folder for each material, or a zip of it: the studio shows how every file would be "
+            "read before it imports them."
+        )
+        draw_chooser()
+        ui.link(
+            "Import from a folder of the workspace, or a published data set", "/materials/import"
+        ).classes("small")
 
 
 def _draw_start(
-    context: MaterialsContext,
-    task: Kind,
-    arguments: Callable[[], list[str]],
-    name: ui.input,
-    kind: ui.select,
-    suggestion: Callable[[], str],
+    context: MaterialsContext, arguments: Callable[[], list[str]], name: ui.input, kind: ui.select
 ) -> None:
-    """Draw the equivalent command and the button that starts the task; fill in an unused name for each ``kind``."""
+    """Draw the equivalent command and the button that starts the simulation; suggest a name for each ``kind``."""
     workspace = context.studio.workspace
     command = ui.element("code").classes("small")
     command.style("overflow-wrap: anywhere; display: block; min-height: 1.2em")
     problem = ui.label().classes("text-negative").props('role="alert"')
 
     def suggest() -> None:
-        name.value = free_name(workspace.folder / "data", suggestion())
+        name.value = free_name(workspace.folder / "data", str(kind.value))
 
     def show() -> None:
         try:
@@ -148,7 +115,7 @@ def _draw_start(
             if output.exists():
                 raise ParameterError(f"{_output(name.value)}: already exists; choose another name")
             output.parent.mkdir(parents=True, exist_ok=True)
-            await in_background(context.trainings.begin, task, found, output)
+            await in_background(context.trainings.begin, "simulate", found, output)
         except (TactogramError, ValueError) as error:
             problem.text = str(error)
             return
@@ -158,7 +125,7 @@ def _draw_start(
     suggest()
     show()
     ui.timer(1.0, show)
-    ui.button(task.capitalize(), on_click=report_errors(begin))
+    ui.button("Simulate", on_click=report_errors(begin))
 
 
 def _output(name: str | None) -> str:
