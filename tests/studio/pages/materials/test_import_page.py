@@ -106,6 +106,12 @@ def test_a_stream_has_one_unit_and_time_another():
     assert [layout.axes for layout in three] == [{"x": "a", "y": "b", "z": "c"}]
 
 
+def test_the_unit_of_a_heading_stays_unless_another_is_chosen():
+    chosen = ColumnChoices(("t (ms)", "a [g]"), ("ignored", "ignored"), ("", ""))
+    assert chosen.with_role(0, "time").with_role(1, "x").units == ("ms", "g")
+    assert chosen.with_role(1, "time").with_role(0, "x").units == ("", "")
+
+
 def test_other_streams_of_a_saved_mapping_stay(tmp_path):
     layouts = [
         TableLayout(columns=HEADINGS, axes={"x": "a"}, time="t", stream="tap"),

@@ -17,8 +17,8 @@ from tactogram.validation import validated
 STREAM_ROLES = ("force", "position")
 """Streams of their own beside the axes; one column is their z, three are x, y and z."""
 ROLES = (TIME, "x", "y", "z", *STREAM_ROLES, IGNORED)
-TIME_UNITS = ("", "s", "ms", "us", "ns")
-UNITS = ("", "m/s^2", "g", "mg", "m/s", "mm/s", "m", "mm", "um", "N", "mN", "V", "mV", "1")
+TIME_UNITS = ("s", "ms", "us", "ns")
+UNITS = ("m/s^2", "g", "mg", "m/s", "mm/s", "m", "mm", "um", "N", "mN", "V", "mV", "1")
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,19 @@ class ColumnChoices:
     def with_role(self, place: int, role: str) -> ColumnChoices:
         """Change the role of a column; time and axes have other units."""
         unit = self.units[place]
-        if (role == TIME) != (parse_seconds(unit) is not None):
-            unit = ""
-        changed = replace(self, roles=_put(self.roles, place, role), units=_put(self.units, place, unit))
+        changed = replace(self, roles=_put(self.roles, place, role))
+        if not unit or (role == TIME) != (parse_seconds(unit) is not None):
+            unit = changed.stated_unit(place)
+        changed = replace(changed, units=_put(self.units, place, unit))
         alike = [self.units[i] for i in changed.of_one_stream(place) if i != place]
         return changed.with_unit(place, alike[0]) if alike and not unit else changed
+
+    def stated_unit(self, place: int) -> str:
+        """Return the unit in a heading, which stays unless another is chosen; empty if there is none."""
+        heading = self.headings[place]
+        timed = self.roles[place] == TIME
+        unit = time_unit_of(heading) if timed else split_heading(heading)[1]
+        return _known(unit) if timed == (parse_seconds(unit or "") is not None) else ""
 
     def with_unit(self, place: int, unit: str) -> ColumnChoices:
         """Change the unit of a column, and of those in its stream: a stream has one unit."""

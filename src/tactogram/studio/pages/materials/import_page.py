@@ -135,6 +135,8 @@ class ImportPage:
         mappings = {"": "none"} | {self.workspace.name_of(path): path.stem for path in self._saved_mappings()}
         if self.values["mapping"] not in mappings:
             self.values["mapping"] = ""
+        if self.values["set"] not in sets:
+            self.values["set"] = "folder"
         with ui.row().classes("w-full items-end gap-3"):
             kinds = {name: f"{name}: {facts['title']}" for name, facts in sets.items()}
             kind = ui.select(kinds, label="Kind of data", value=self.values["set"]).classes("w-72")

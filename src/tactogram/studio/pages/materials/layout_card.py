@@ -18,7 +18,7 @@ from tactogram.studio.layout import NumberField, attribute, heading, hint
 from tactogram.studio.pages.materials.columns import ROLES, TIME_UNITS, UNITS, ColumnChoices
 from tactogram.studio.pages.materials.recordings import trace_svg
 
-ROLE_NAMES = {UNCLEAR: "not clear: choose", IGNORED: "not read", RATE: "sampling rate"}
+ROLE_NAMES = {UNCLEAR: "choose", IGNORED: "not read", RATE: "sampling rate"}
 
 
 class LayoutCard:
@@ -98,10 +98,11 @@ class LayoutCard:
         return {role: ROLE_NAMES.get(role, role) for role in wanted}
 
     def _units_of(self, place: int) -> dict[str, str]:
-        usual = TIME_UNITS if self.choices.roles[place] == TIME else UNITS
-        units = dict.fromkeys([*usual, self.choices.units[place]])
-        none = "as stated, or s" if usual == TIME_UNITS else "no unit stated"
-        return {unit: unit or none for unit in units}
+        timed, stated = self.choices.roles[place] == TIME, self.choices.stated_unit(place)
+        usual = TIME_UNITS if timed else UNITS
+        none = "as stated, or s" if timed else "no unit stated"
+        units = dict.fromkeys([*([] if stated else [""]), *usual, stated, self.choices.units[place]])
+        return {unit: unit or none for unit in units if unit or not stated}
 
     async def _set_role(self, place: int, event: Any) -> None:
         if event.value != self.choices.roles[place]:

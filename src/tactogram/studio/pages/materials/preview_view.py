@@ -21,6 +21,7 @@ from tactogram.studio.pages.materials.layout_card import LayoutCard, by_key, hea
 if TYPE_CHECKING:
     from tactogram.studio.pages.materials.import_page import ImportPage
 
+MOST_LAYOUTS = 30
 MOST_SHOWN = 200
 """Skipped files, and materials, that the page lists."""
 REMEDIES = (
@@ -94,7 +95,7 @@ class PreviewView:
             facts = await in_background(
                 preview_dataset, kind, path, options=options, workers=1, progress=report
             )
-            names = [layout["example"] for layout in facts["layouts"]]
+            names = [layout["example"] for layout in facts["layouts"][:MOST_LAYOUTS]]
             examples = await in_background(lambda: {name: self._example(name, options) for name in names})
         except _SupersededError:
             return
@@ -128,7 +129,7 @@ class PreviewView:
         facts, mapped = self.facts, layouts_by_columns(self.page.layouts)
         self._show_summary()
         drawn = [card.key for card in self._cards]
-        layouts = by_key(facts["layouts"])
+        layouts = by_key(facts["layouts"][:MOST_LAYOUTS])
         if {*drawn} != {*layouts}:
             self._place.clear()
             self._cards = [
@@ -144,6 +145,8 @@ class PreviewView:
             with self._place:
                 for card in self._cards:
                     card.draw()
+                if (more := len(facts["layouts"]) - len(layouts)) > 0:
+                    hint(f"… and {more} more layouts, of fewer files; a mapping can describe them, too")
         for card in self._cards:
             card.update(layouts[card.key])
             card.show(examples[card.example])
