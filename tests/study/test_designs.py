@@ -91,7 +91,7 @@ def test_two_area_asks_which_and_then_how_real_each_is(make_study):
     assert which.slot(which.questions[0].right).stimulus.condition == "generated"
     assert [asked.key for asked in realism.questions] == ["realism:A", "realism:B"]
     assert {asked.condition for asked in realism.questions} == {"generated", "recorded"}
-    assert "real cork" in realism.text.en or "real tile" in realism.text.en
+    assert "real cork" in realism.text.texts["en"] or "real tile" in realism.text.texts["en"]
     assert given[2].responses["which"] == which.questions[0].right
 
 
@@ -219,7 +219,7 @@ def test_the_next_pair_is_the_one_that_tells_most_and_never_the_same_at_once(mak
 def test_magnitude_with_a_standard_shows_it_as_a(make_study):
     pages, _ = taken(make_study({"kind": "magnitude", "standard": "cork-recorded", "modulus": 50}))
     assert all(page.slot("A").stimulus.name == "cork-recorded" for page in trials(pages))
-    assert "A counts as 50" in trials(pages)[0].text.en
+    assert "A counts as 50" in trials(pages)[0].text.texts["en"]
     assert (
         trials(pages)[0].questions[0].stimulus != "cork-recorded"
         or trials(pages)[0].questions[0].condition == "generated"

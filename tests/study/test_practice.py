@@ -127,4 +127,4 @@ def test_practice_that_cannot_be_is_refused_in_a_line(make_study, design, practi
 
 def test_texts_of_practice_must_be_in_each_language(make_study):
     with pytest.raises(ParameterError, match=r"practice\.right lacks the language en"):
-        make_study(practice={"trials": 1, "right": {"ja": "はい"}})
+        make_study(languages=["ja", "en"], practice={"trials": 1, "right": {"ja": "はい"}})

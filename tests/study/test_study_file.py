@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.study.session.sitting import consent_sha256
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.wording import wordings
 
@@ -13,7 +14,8 @@ from tactogram.study.wording import wordings
 def test_a_shipped_study_has_both_languages_and_comes_back_from_its_values(name):
     study = Study.load(name)
     assert study.languages == ("ja", "en")
-    assert all(bool(wording.ja) == bool(wording.en) for _, wording in wordings(study))
+    for place, wording in wordings(study):
+        assert not wording or set(study.languages) <= set(wording.languages), place
     assert study.consent
     assert Study.of(json.loads(study.as_json())).sha256 == study.sha256
     assert all(stimulus.is_simulated or stimulus.text for stimulus in study.all_stimuli)
@@ -46,8 +48,17 @@ def test_the_shipped_studies_have_the_numbers_of_the_papers():
         ({"design": {"kind": "abx", "repeats": 0}}, "repeats: must be greater than or equal to 1, got 0"),
         ({"order": "any"}, "order: must be 'random', 'blocks'"),
         ({"name": "My study"}, "name: String should match"),
-        ({"title": {"en": "only English"}}, "title lacks the language ja; give title.ja"),
-        ({"names": {"a": {"fr": "un"}}}, "unknown key 'names.a.fr'; known here: en, ja"),
+        (
+            {"title": {"en": "only English"}, "languages": ["ja", "en"]},
+            "title lacks the language ja; give title.ja",
+        ),
+        (
+            {"title": {"de": "Titel"}, "consent": {"fr": "D'accord"}},
+            "title lacks the language fr; give title.fr",
+        ),
+        ({"names": {"a": {"French": "un"}}}, "names.a: a text's language must be a tag .* got 'French'"),
+        ({"languages": ["de", "de"]}, "languages must differ"),
+        ({"languages": ["German"]}, "languages.0: String should match pattern"),
         ({"stimuli": []}, "needs stimuli"),
         ({"stimuli": [{"name": "a", "file": "a.wav", "run": "runs/b"}]}, "one source, got file and run"),
         ({"stimuli": [{"name": "a"}, {"name": "a"}]}, "names of stimuli must differ, got 'a' twice"),
@@ -90,3 +101,27 @@ def test_the_study_in_the_documentation_is_one():
     study = Study.of(tomllib.loads(text.partition("```toml\n")[2].partition("```")[0]))
     assert [stimulus.name for stimulus in study.all_stimuli][:2] == ["cork/recorded", "cork/generated"]
     assert study.all_stimuli[1].run == "runs/my-run"
+
+
+def test_a_study_of_an_earlier_session_keeps_its_values_and_hash():
+    facts = (Path(__file__).parent / "golden/study-of-ja-and-en.json").read_text(encoding="utf-8")
+    study = Study.of(json.loads(facts))
+    assert study.as_json() == facts
+    assert (
+        consent_sha256(study) == "891b7c60bdd9e1a2e71005637cca0f844ac1ec5335e4b5dec3e75780d076ef0c"
+    )  # stored with the answers of then
+
+
+@pytest.mark.parametrize(
+    ("texts", "languages"),
+    [
+        ({}, ("en", "ja")),
+        ({"title": {"de": "Titel", "fr": "Titre"}, "consent": {"fr": "Oui", "de": "Ja"}}, ("de", "fr")),
+        ({"title": {"pt-BR": "Título"}}, ("pt-BR",)),
+        ({"title": {"ja": "題", "en": "Title", "de": "Titel"}, "languages": ["de"]}, ("de",)),
+    ],
+)
+def test_a_study_has_the_languages_of_its_texts(make_study, texts, languages):
+    study = make_study({"kind": "abx", "instructions": "Touch.", "which": "Which?"}, **texts)
+    assert study.languages == languages
+    assert list(json.loads(study.as_json())["title"]) == sorted(languages)

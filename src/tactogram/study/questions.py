@@ -28,7 +28,7 @@ class AnswerOption(BaseModel):
     @model_validator(mode="after")
     def _text_by_default(self) -> Self:
         if not self.text:
-            object.__setattr__(self, "text", Wording(ja=self.value, en=self.value))
+            object.__setattr__(self, "text", Wording(self.value))
         return self
 
 

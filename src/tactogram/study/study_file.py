@@ -22,11 +22,13 @@ from tactogram.study.practice import Practice
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus, StimulusGrid
 from tactogram.study.trials import DesignContext
-from tactogram.study.wording import LANGUAGES, Language, Wording, wordings
+from tactogram.study.wording import Language, Wording, wordings
 from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_]{0,39}$")]
+PLAIN_TEXT_LANGUAGES: tuple[Language, ...] = ("en", "ja")
+"""Languages of a study that neither lists any nor has a text in one."""
 
 
 class Study(BaseModel):
@@ -40,8 +42,9 @@ class Study(BaseModel):
     description: Wording = Wording()
     source: str = ""
     """Publication that is reproduced."""
-    languages: tuple[Language, ...] = Field(default=LANGUAGES, min_length=1)
-    """Every text is required in each; the first is the default."""
+    languages: tuple[Language, ...] = ()
+    """Every text is required in each; the first is the default. By default those of its texts, in the order in which
+    they first appear; English and Japanese where all texts are plain strings."""
     seed: int = Field(default=0, ge=0)
     """Of every order and side."""
     order: Rule = "random"
@@ -81,8 +84,18 @@ class Study(BaseModel):
             raise ValueError(f"question {twice[0]} appears twice")
         return questions
 
+    @field_validator("languages")
+    @classmethod
+    def _different(cls, languages: tuple[Language, ...]) -> tuple[Language, ...]:
+        if len(set(languages)) < len(languages):
+            raise ValueError("languages must differ")
+        return languages
+
     @model_validator(mode="after")
     def _whole(self) -> Self:
+        if not self.languages:
+            stated = (language for _, text in wordings(self, stated=True) for language in text.languages)
+            object.__setattr__(self, "languages", tuple(dict.fromkeys(stated)) or PLAIN_TEXT_LANGUAGES)
         if not self.all_stimuli:
             raise ValueError("a study needs stimuli, or a grid of them")
         names = Counter(stimulus.name for stimulus in self.all_stimuli)
@@ -164,7 +177,7 @@ class Study(BaseModel):
     def _check_names(self) -> None:
         """Raise ValueError if two keys share a name."""
         keys = self._keys
-        for language in LANGUAGES:
+        for language in self.languages:
             names = self.names_in(language)
             shown = Counter(names.get(key, key) for key in keys)
             if twice := [text for text, count in shown.items() if count > 1]:
@@ -186,8 +199,9 @@ class Study(BaseModel):
         return self.design.total(self.setting)
 
     def as_json(self) -> str:
-        """Return every resolved value as JSON, for `Study.of`."""
-        return json.dumps(self.model_dump(mode="json", exclude_none=True), ensure_ascii=False, sort_keys=True)
+        """Return every resolved value as JSON, for `Study.of`; texts in the study's languages only."""
+        values = self.model_dump(mode="json", exclude_none=True, context={"languages": self.languages})
+        return json.dumps(values, ensure_ascii=False, sort_keys=True)
 
     def first_difference(self, other: Study) -> str:
         """Return the first dotted key in which another study differs, "nothing" if none does."""

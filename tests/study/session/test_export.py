@@ -61,7 +61,7 @@ def test_names_are_levels_of_the_columns_that_hold_keys(tmp_path, bids_issues, n
         folder = export_bids(store, tmp_path / "bids")
     [sidecar] = folder.glob("sub-*/ses-1/beh/*_beh.json")
     facts = json.loads(sidecar.read_text(encoding="utf-8"))
-    names = {key: name.en for key, name in study.display_names.items()}
+    names = {key: name.texts["en"] for key, name in study.display_names.items()}
     assert facts["stimulus"]["Levels"] == names | practice
     assert "Levels" not in facts["question"]
     assert bids_issues(folder) == []

@@ -95,7 +95,10 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
         {
             "participant_id": {"Description": "Code of the participant"},
             **{name: {"Description": column_description(name)} for name in headings[1:]},
-            "language": {"Description": "Of the pages", "Levels": {"ja": "Japanese", "en": "English"}},
+            "language": {
+                "Description": "Of the pages",
+                "Levels": {language: language for language in store.study.languages},
+            },
             "simulated": {
                 "Description": "Whether it is a simulated participant",
                 "Levels": {"true": "a program", "false": "a person"},
@@ -134,7 +137,7 @@ def _notes(folder: Path, store: SessionStore) -> None:
 
 def _description(study: Study, answers: Answers) -> dict[str, Any]:
     return {
-        "Name": study.title.en or study.title.ja,
+        "Name": study.title.in_english(),
         "BIDSVersion": BIDS_VERSION,
         "DatasetType": "raw",
         "GeneratedBy": [{"Name": "tactogram"}],
@@ -149,18 +152,18 @@ def _readme(study: Study, answers: Answers) -> str:
     simulated = len({row.participant for row in answers if row.simulated})
     people = len(answers.unique("participant")) - simulated
     return (
-        f"{study.title.en or study.title.ja}\n\nA study of the design {study.design.kind} with "
-        f"{people} participants and {simulated} simulated participants.\n{study.description.en}\n"
+        f"{study.title.in_english()}\n\nA study of the design {study.design.kind} with "
+        f"{people} participants and {simulated} simulated participants.\n{study.description.in_english()}\n"
     )
 
 
 def _sidecar(study: Study, names: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, Any]:
     facts: dict[str, Any] = {
         "TaskName": study.name,
-        "TaskDescription": study.title.en or study.title.ja,
-        "Instructions": study.design.instructions.en or study.design.instructions.ja,
+        "TaskDescription": study.title.in_english(),
+        "Instructions": study.design.instructions.in_english(),
     }
-    labels = {key: name.en or name.ja for key, name in study.display_names.items()}
+    labels = {key: name.in_english() for key, name in study.display_names.items()}
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
         facts[name] = {"Description": study.design.columns.get(name) or _column(name)}
         if labels and name in (*KEY_COLUMNS, *study.design.key_columns):

@@ -66,8 +66,9 @@ def declined(history: Sequence[PageAnswers]) -> bool:
 
 
 def consent_sha256(study: Study) -> str:
-    """Return the hash of the consent text in all languages."""
-    return hashlib.sha256(study.consent.model_dump_json().encode()).hexdigest()
+    """Return the hash of the consent text in all languages of the study."""
+    text = study.consent.model_dump_json(context={"languages": study.languages})
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def answer_rows(

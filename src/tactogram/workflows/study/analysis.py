@@ -72,13 +72,13 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
         seed=request.seed,
         draws=request.draws,
     )
+    names = {} if study is None else study.names_in(_report_language(study, request.language))
     analysis = analyse(answers, plan=plan)
     result = analysis.as_dict() | {
         "source": str(request.source),
         "targets": None if targets is None else str(targets),
     }
     drawn: list[dict[str, Figure]] = [{} for _ in analysis.sections]
-    names = {} if study is None else study.names_in(request.language)
     if request.figures:
         drawn = _figures(analysis, answers, names, study)
     pictures = {f"{name}.png": _png(figure) for own in drawn for name, figure in own.items()}
@@ -95,6 +95,15 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
     write_study_report(folder / REPORT_FILE, named, data, drawn, practice=request.practice)
     return result | {"out": str(request.out), "text": analysis.text()}
+
+
+def _report_language(study: Study, language: str) -> str:
+    """Return the language of the names in a report; raise `ParameterError` if the study lacks it."""
+    if not language:
+        return "en" if "en" in study.languages else study.languages[0]
+    if language not in study.languages:
+        raise ParameterError(f"language must be one of {', '.join(study.languages)}, got {language[:20]!r}")
+    return language
 
 
 def _png(figure: Figure) -> bytes:

@@ -110,7 +110,7 @@ def write_study_report(
     """Write the report of an analysis, with the figures of each section's design, and return its path."""
     title = analysis.study
     if data.study is not None:
-        title = data.study.title.en or data.study.title.ja
+        title = data.study.title.in_english()
     sections = [
         ReportSection(
             "Findings", [*_verdicts(analysis), *(ReportText(line) for line in analysis.plan.lines())]
@@ -255,9 +255,12 @@ def _design(data: StudyData) -> list[Block]:
         ("SHA-256 of the study", study.sha256),
         ("SHA-256 of the consent", consent_sha256(study)),
     ]
-    text = study.description.en or study.description.ja
-    names = [(key, name.en, name.ja) for key, name in study.display_names.items()]
-    called = [ReportTable(("key", "en", "ja"), names, folded=f"Names ({len(names)})")] if names else []
+    text = study.description.in_english()
+    names = [
+        (key, *(name.in_language(language) for language in study.languages))
+        for key, name in study.display_names.items()
+    ]
+    called = [ReportTable(("key", *study.languages), names, folded=f"Names ({len(names)})")] if names else []
     return [*([ReportText(text)] if text else []), ReportTable(("", ""), facts), *called]
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from tactogram.workflows.request import Argument, Option, Request
 
@@ -91,6 +91,9 @@ class AnalysisRequest(Request):
     draws: Annotated[int, Option("draws of the bootstraps")] = 2000
     seed: Annotated[int, Option("seed of the bootstraps")] = 0
     figures: Annotated[bool, Option("write no PNG", flag="--no-figures")] = True
-    language: Annotated[Literal["en", "ja"], Option("language of item and condition names in the report")] = (
-        "en"
-    )
+    language: Annotated[
+        str,
+        Option(
+            "language of item and condition names in the report; by default English, or the study's first"
+        ),
+    ] = ""

@@ -67,10 +67,9 @@ def study_folder(study: Path | str) -> Path:
 
 
 def _facts(study: Study) -> dict[str, Any]:
-    language = study.languages[0]
     return {
         "name": study.name,
-        "title": study.title.en or study.title.in_language(language),
+        "title": study.title.in_english(),
         "design": study.design.kind,
         "trials": study.trials,
         "stimuli": len(study.all_stimuli),

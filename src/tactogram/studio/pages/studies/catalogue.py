@@ -182,7 +182,7 @@ def _session_entry(workspace: Workspace, folder: Path) -> SessionEntry:
             simulated = any(one["simulated"] for one in progress)
             counts = status_counts(one["status"] for one in progress)
             people = participant_count(len(progress), simulated=simulated)
-            title = store.study.title.en or store.study.title.ja
+            title = store.study.title.in_english()
             line = ", ".join(filter(None, (people, counts, "ended" if store.ended else "")))
             line = f"{store.study.name}: {line}"
     except TactogramError as error:

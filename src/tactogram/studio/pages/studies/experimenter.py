@@ -51,7 +51,7 @@ def add(studio: Studio) -> None:
             opened = studio.sessions.open(Path(folder_of(session)))
         except TactogramError as error:
             message = str(error)
-        title = "Experiment" if opened is None else opened.study.title.en or opened.study.title.ja
+        title = "Experiment" if opened is None else opened.study.title.in_english()
         with page(title, navigation=not studio.study_only):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             if opened is None:

@@ -80,7 +80,7 @@ class JoinCard:
         self._show()
 
     def _form(self) -> None:
-        languages = {name: LANGUAGES[name] for name in self.session.study.languages}
+        languages = {name: LANGUAGES.get(name, name) for name in self.session.study.languages}
         self.code = ui.input("Code (empty: random)").props("dense maxlength=16").classes("w-full")
         self.language = ui.select(languages, value=next(iter(languages)), label="Language")
         self.language.props("dense").classes("w-full")
