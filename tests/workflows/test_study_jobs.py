@@ -287,3 +287,22 @@ def test_a_session_is_looked_after_from_the_command_line(study_file, tmp_path, c
     assert "P1    not begun  0 of 4" in capsys.readouterr().out
     assert main(["study", "abort", str(folder), "P9"]) == 1
     assert capsys.readouterr().err == "tactogram: no participant has the code 'P9'\n"
+
+
+def test_languages_are_listed_with_what_they_lack_and_printed_for_translation(
+    study_file, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setenv("TACTOGRAM_LANGUAGES", "")
+    own = tmp_path / "nl.toml"
+    assert main(["study", "languages", "en"]) == 0
+    own.write_text(capsys.readouterr().out.replace('name = "English"', 'name = "Nederlands"'), "utf-8")
+    listed = printed(capsys, "study", "languages", "--languages", own)
+    assert listed["nl"] == {"name": "Nederlands", "missing_texts": []}
+    own.write_text('next = "Verder"', encoding="utf-8")
+    study_file.write_text(f'languages = ["nl", "en"]\n{STUDY}')
+    lacks = printed(capsys, "study", "check", study_file)["missing_texts"]
+    assert list(lacks) == ["nl"]
+    assert "begin" in lacks["nl"]
+    assert "next" not in lacks["nl"]
+    assert main(["study", "check", str(study_file)]) == 0
+    assert f"missing_texts: nl {len(lacks['nl'])}: name, reload, language," in capsys.readouterr().out

@@ -77,6 +77,7 @@ VERBS = {
     "studying": {
         "study list": "List the studies that come with the package.",
         "study designs": "List the designs that a study can have, with their margins and power tables.",
+        "study languages": "List the languages of participants' pages, or print the texts of one.",
         "study check": "Check a study's file and describe what it asks of a participant.",
         "study run": "Serve a study to participants and its progress to the experimenter; run again to continue.",
         "study simulate": "Let simulated participants take a study, with or without an effect.",

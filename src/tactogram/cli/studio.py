@@ -86,4 +86,4 @@ def _studio(request: _StudioRequest, show: Printer) -> None:
         serve(Studio.at(request.folder), port, open_browser=request.open_browser, ready=ready)
 
 
-VERBS = {"studio": Verb(_StudioRequest, _studio, folders=("models", "designs"))}
+VERBS = {"studio": Verb(_StudioRequest, _studio, folders=("models", "designs", "languages"))}

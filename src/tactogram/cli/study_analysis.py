@@ -50,6 +50,6 @@ def _power(request: _PowerRequest, show: Printer) -> None:
 
 
 VERBS = {
-    "study analyse": Verb(AnalysisRequest, _analyse, folders=("designs",)),
-    "study power": Verb(_PowerRequest, _power, folders=("designs",)),
+    "study analyse": Verb(AnalysisRequest, _analyse, folders=("designs", "languages")),
+    "study power": Verb(_PowerRequest, _power, folders=("designs", "languages")),
 }

@@ -140,10 +140,10 @@ def _withdraw(request: _ParticipantRequest, show: Printer) -> None:
 
 
 VERBS = {
-    "study export": Verb(_ExportRequest, _export, folders=("designs",)),
-    "study withdraw": Verb(_ParticipantRequest, _withdraw, folders=("designs",)),
-    "study progress": Verb(_SessionRequest, _progress, folders=("designs",)),
-    "study note": Verb(_NoteRequest, _note, folders=("designs",)),
-    "study abort": Verb(_AbortRequest, _abort, folders=("designs",)),
-    "study end": Verb(_EndRequest, _end, folders=("designs",)),
+    "study export": Verb(_ExportRequest, _export, folders=("designs", "languages")),
+    "study withdraw": Verb(_ParticipantRequest, _withdraw, folders=("designs", "languages")),
+    "study progress": Verb(_SessionRequest, _progress, folders=("designs", "languages")),
+    "study note": Verb(_NoteRequest, _note, folders=("designs", "languages")),
+    "study abort": Verb(_AbortRequest, _abort, folders=("designs", "languages")),
+    "study end": Verb(_EndRequest, _end, folders=("designs", "languages")),
 }

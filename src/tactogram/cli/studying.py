@@ -1,7 +1,7 @@
-"""Verbs for experiments with people: `study list`, `designs`, `check`, `run`, `simulate`."""
+"""Verbs for experiments with people: `study list`, `designs`, `languages`, `check`, `run`, `simulate`."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any
 
@@ -12,10 +12,21 @@ from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.study.requests import CHANGES, ParticipantsRequest
 
+MOST_KEYS = 8
+"""Keys of missing texts that a line names."""
+
 
 @dataclass(frozen=True)
 class _ListRequest(Request):
     pass
+
+
+@dataclass(frozen=True)
+class _LanguagesRequest(Request):
+    language: Annotated[
+        str,
+        Argument("print the texts of this language as a file to translate, missing ones in English", "LANG"),
+    ] = ""
 
 
 @dataclass(frozen=True)
@@ -75,12 +86,37 @@ def _designs(request: _ListRequest, show: Printer) -> None:
     show(designs, columns([("kind", "margins", "power tables", ""), *rows]))
 
 
+def _languages(request: _LanguagesRequest, show: Printer) -> None:
+    import tomli_w
+
+    from tactogram.study.language_files import complete_texts
+    from tactogram.workflows.study.studies import list_languages
+
+    if request.language:
+        texts = complete_texts(request.language)
+        show(texts, tomli_w.dumps(texts).rstrip())
+        return
+    languages = list_languages()
+    rows = [(tag, one["name"], _missing(one["missing_texts"])) for tag, one in languages.items()]
+    show(languages, columns([("language", "", "missing texts"), *rows]))
+
+
+def _missing(keys: Sequence[str]) -> str:
+    """Return keys as text: how many, and the first ones."""
+    return (
+        f"{len(keys)}: {', '.join(keys[:MOST_KEYS])}{' …' if len(keys) > MOST_KEYS else ''}"
+        if keys
+        else "none"
+    )
+
+
 def _check(request: _CheckRequest, show: Printer) -> None:
     from tactogram.workflows.study.studies import check_study
 
     facts = check_study(**vars(request))
     rendered = None if facts["rendered"] is None else f"{len(facts['rendered'])} stimuli"
-    show(facts, lines_of({**facts, "rendered": rendered}))
+    missing = [f"{language} {_missing(keys)}" for language, keys in facts["missing_texts"].items()]
+    show(facts, lines_of({**facts, "rendered": rendered, "missing_texts": missing}))
 
 
 @with_salvage_command
@@ -130,9 +166,10 @@ def _simulate(request: ParticipantsRequest, show: Printer) -> None:
 
 
 VERBS = {
-    "study list": Verb(_ListRequest, _list, folders=("designs",)),
-    "study designs": Verb(_ListRequest, _designs, folders=("designs",)),
-    "study check": Verb(_CheckRequest, _check, folders=("designs",)),
-    "study run": Verb(_RunRequest, _run, folders=("designs",)),
-    "study simulate": Verb(ParticipantsRequest, _simulate, folders=("designs",)),
+    "study list": Verb(_ListRequest, _list, folders=("designs", "languages")),
+    "study designs": Verb(_ListRequest, _designs, folders=("designs", "languages")),
+    "study languages": Verb(_LanguagesRequest, _languages, folders=("languages",)),
+    "study check": Verb(_CheckRequest, _check, folders=("designs", "languages")),
+    "study run": Verb(_RunRequest, _run, folders=("designs", "languages")),
+    "study simulate": Verb(ParticipantsRequest, _simulate, folders=("designs", "languages")),
 }

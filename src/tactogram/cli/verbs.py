@@ -16,6 +16,7 @@ from tactogram.workflows.request import Argument, Option, Request, declared
 FOLDERS = {
     "models": "folder of further models",
     "designs": "a file or folder with further designs",
+    "languages": "a file or folder with further language files",
     "tasks": "folder of further tasks",
     "stores": "a store, or a folder of stores",
 }

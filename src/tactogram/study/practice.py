@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.study.designs import Design
+from tactogram.study.language_files import text_field
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import DesignContext, Page, PageAnswers, Participant
 from tactogram.study.wording import Wording
@@ -37,14 +38,10 @@ class Practice(BaseModel):
     """Names of the study's stimuli in the practice; by default all, or none if there are ``own`` ones."""
     own: tuple[Stimulus, ...] = ()
     """Stimuli of the practice only, so that nothing is learned of those that count."""
-    text: Wording = Wording(
-        ja="{number} / {of}。この回答は数えません。", en="{number} of {of}. This answer does not count."
-    )
-    right: Wording = Wording(ja="正解です。", en="That was right.")
-    wrong: Wording = Wording(ja="不正解です。", en="That was wrong.")
-    ended: Wording = Wording(
-        ja="練習は終わりです。ここから本番です。", en="The practice is over. From here on it counts."
-    )
+    text: Wording = text_field("practice_text")
+    right: Wording = text_field("practice_right")
+    wrong: Wording = text_field("practice_wrong")
+    ended: Wording = text_field("practice_ended")
 
     @model_validator(mode="after")
     def _once(self) -> Self:

@@ -16,6 +16,7 @@ from tactogram.errors import ParameterError
 from tactogram.study import studies as _studies
 from tactogram.study.designs import Design, designs
 from tactogram.study.designs.catalogue import FOLDERS_VARIABLE
+from tactogram.study.language_files import language_texts
 from tactogram.study.orders import Rule
 from tactogram.study.planned import PlannedAnalysis
 from tactogram.study.practice import Practice
@@ -44,7 +45,7 @@ class Study(BaseModel):
     """Publication that is reproduced."""
     languages: tuple[Language, ...] = ()
     """Every text is required in each; the first is the default. By default those of its texts, in the order in which
-    they first appear; English and Japanese where all texts are plain strings."""
+    they first appear; English and Japanese if all texts are plain strings."""
     seed: int = Field(default=0, ge=0)
     """Of every order and side."""
     order: Rule = "random"
@@ -126,6 +127,7 @@ class Study(BaseModel):
     @classmethod
     def of(cls, values: Mapping[str, Any], *, where: str = "study") -> Self:
         """Return the study that ``values`` describe; raise `ParameterError`, naming the key, if they describe none."""
+        language_texts()  # a wrong language file is reported as such, not as a wrong design
         design = values.get("design")
         if isinstance(design, str):
             design = {"kind": design}

@@ -421,7 +421,7 @@ def test_pages_and_their_files_are_served(tmp_path, opened, person):
     offered = client.get(f"{session.join_path}/study").json()
     assert offered == {"title": {"ja": "小さな研究", "en": "Small"}, "languages": ["ja", "en"], "open": True}
     gone = client.get("/join/nothing-that-was-ever-drawn")
-    assert (gone.status_code, "does not work" in gone.text) == (404, True)
+    assert (gone.status_code, "<p class='lead' lang='de'>Diese Seite" in gone.text) == (404, True)
 
 
 def test_keys_are_read_by_their_owner_only(tmp_path):

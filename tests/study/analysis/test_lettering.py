@@ -6,8 +6,8 @@ from tactogram.study.analysis.lettering import DEFAULT_FONT, font_with, letter
 
 def test_a_font_has_all_letters_or_none_is_named(monkeypatch):
     assert font_with(["cork", "Öl", ""]) == DEFAULT_FONT
-    assert font_with(["コルク"]) in (None, *lettering.JAPANESE)
-    monkeypatch.setattr(lettering, "JAPANESE", ())
+    assert font_with(["コルク"]) in (None, *lettering.EAST_ASIAN)
+    monkeypatch.setattr(lettering, "EAST_ASIAN", ())
     assert font_with(["cork", "コルク"]) is None
 
 

@@ -67,7 +67,8 @@ def test_names_must_differ_and_be_there_in_each_language(changes, said):
 
 
 @pytest.mark.parametrize("name", [name for name in shipped_studies() if name != "magnitude"])
-def test_what_is_shipped_has_japanese_names_for_all_its_items(name):
+def test_what_is_shipped_has_names_for_all_its_items_in_each_language(name):
     study = Study.load(name)
     assert not study.unused_names
-    assert {one.item for one in study.all_stimuli} <= set(study.names_in("ja"))
+    for language in study.languages:
+        assert {one.item for one in study.all_stimuli} <= set(study.names_in(language))

@@ -6,7 +6,10 @@ experimenter. Answers are on the disk before the next page is known (`tactogram.
 
 from __future__ import annotations
 
+import html
+import json
 import re
+from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -42,6 +45,7 @@ from tactogram.studio.participants.sessions import (
     UnknownSessionError,
 )
 from tactogram.studio.participants.stimulus_routes import add_stimulus_routes
+from tactogram.study.language_files import complete_texts, language_texts
 from tactogram.study.session.participants import PageNotOpenError, UnknownParticipantError
 from tactogram.study.session.progress import ParticipantState
 from tactogram.study.trials import Participant
@@ -49,11 +53,10 @@ from tactogram.study.trials import Participant
 STATIC = Path(__file__).parent / "static"
 MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}\.(js|css|svg)")
+NO_CACHE = {"cache-control": "no-cache"}
 BROKEN_LINK = (
     "<!doctype html><html lang='en'><meta charset='utf-8'>"
-    "<meta name='viewport' content='width=device-width, initial-scale=1'><title>tactogram</title>"
-    "<p lang='ja'>このリンクは使えません。実験者にお知らせください。</p>"
-    "<p>This link does not work. Please tell the experimenter.</p></html>"
+    "<meta name='viewport' content='width=device-width, initial-scale=1'><title>tactogram</title>{said}</html>"
 )
 
 
@@ -85,7 +88,14 @@ def _add_files(router: APIRouter) -> None:
         path = STATIC / name
         if not _NAME.fullmatch(name) or not path.is_file():
             raise UnknownSessionError(f"there is no file {name[:60]!r}")
-        return FileResponse(path, media_type=MEDIA_TYPES[path.suffix], headers={"cache-control": "no-cache"})
+        return FileResponse(path, media_type=MEDIA_TYPES[path.suffix], headers=NO_CACHE)
+
+    @router.get("/participants/languages.js", include_in_schema=False)
+    def languages() -> Response:
+        """Return the texts of the pages in every language, as a module."""
+        texts = {language: complete_texts(language) for language in language_texts()}
+        script = f"export default {json.dumps(texts, ensure_ascii=False)};\n"
+        return Response(script, media_type=MEDIA_TYPES[".js"], headers=NO_CACHE)
 
 
 def _add_joining(router: APIRouter, sessions: SessionRegistry) -> None:
@@ -97,10 +107,11 @@ def _add_joining(router: APIRouter, sessions: SessionRegistry) -> None:
     def join_page(key: str) -> Response:
         """Return the page to begin or continue from."""
         try:
-            sessions.by_join_key(key).stimuli.start()
+            session = sessions.by_join_key(key)
         except UnknownSessionError:
-            return HTMLResponse(BROKEN_LINK, 404)
-        return _page_file("join")
+            return _broken_link()
+        session.stimuli.start()
+        return _page_file("join", session)
 
     @router.get("/join/{key}/study")
     def offered(key: str) -> OfferResponse:
@@ -128,10 +139,11 @@ def _add_pages(router: APIRouter, sessions: SessionRegistry) -> None:
     def take_page(ticket: str) -> Response:
         """Return the page that shows all pages of a study; the same for everybody."""
         try:
-            sessions.state_of(ticket)[0].stimuli.start()
+            session, _ = sessions.state_of(ticket)
         except UnknownSessionError:
-            return HTMLResponse(BROKEN_LINK, 404)
-        return _page_file("take")
+            return _broken_link()
+        session.stimuli.start()
+        return _page_file("take", session)
 
     @router.get("/take/{ticket}/page")
     def page(ticket: str) -> PageResponse:
@@ -206,5 +218,18 @@ def _by_code(
     return participant
 
 
-def _page_file(script: Literal["join", "take"]) -> Response:
-    return HTMLResponse((STATIC / "page.html").read_text(encoding="utf-8").replace("{script}", script))
+def _page_file(script: Literal["join", "take"], session: OpenSession) -> Response:
+    page = (STATIC / "page.html").read_text(encoding="utf-8").replace("{script}", script)
+    return HTMLResponse(page.replace("{reload}", _said("reload", session.study.languages)))
+
+
+def _broken_link() -> Response:
+    return HTMLResponse(BROKEN_LINK.format(said=_said("no_ticket", language_texts())), 404)
+
+
+def _said(key: str, languages: Iterable[str]) -> str:
+    """Return paragraphs with a text in each language, for pages that cannot know the reader's."""
+    return "".join(
+        f"<p class='lead' lang='{language}'>{html.escape(complete_texts(language)[key])}</p>\n"
+        for language in languages
+    )

@@ -1,4 +1,4 @@
-"""Fonts for names in figures: matplotlib's default has no Japanese."""
+"""Fonts for names in figures: matplotlib's default has no Chinese or Japanese."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from matplotlib.text import Text
 
 DEFAULT_FONT = "DejaVu Sans"
 """Part of matplotlib."""
-JAPANESE = (
+EAST_ASIAN = (
     *("Noto Sans CJK JP", "Noto Sans JP", "IPAexGothic", "IPAGothic", "TakaoGothic", "VL Gothic"),
     *("Hiragino Sans", "Yu Gothic", "Meiryo", "MS Gothic"),
+    *("Noto Sans CJK SC", "Noto Sans SC", "WenQuanYi Zen Hei", "PingFang SC", "Microsoft YaHei", "SimHei"),
 )
 """Fonts of Linux, macOS and Windows, where installed."""
 
@@ -20,7 +21,7 @@ JAPANESE = (
 def font_with(texts: Iterable[str]) -> str | None:
     """Return an installed font with all letters of the texts, matplotlib's default first; None if there is none."""
     letters = {ord(letter) for text in texts for letter in text}
-    for font in (DEFAULT_FONT, *JAPANESE):
+    for font in (DEFAULT_FONT, *EAST_ASIAN):
         if font in fontManager.get_font_names() and letters <= set(
             get_font(findfont(FontProperties(family=font))).get_charmap()
         ):

@@ -16,6 +16,7 @@ from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram.study.designs.design import Design, MarginScale, ab_question
+from tactogram.study.language_files import text_field
 from tactogram.study.orders import balanced_sides, generator, ordered
 from tactogram.study.power.assumptions import GEE, PowerAssumptions
 from tactogram.study.stimuli import Stimulus
@@ -53,11 +54,8 @@ class Abx(Design):
     """Names of stimuli. By default all pairs of conditions within each item, or all pairs if no item has two."""
     repeats: int = Field(default=4, ge=1, le=1000)
     """Trials of each pair; with a multiple of four each arrangement of A, B and X comes equally often."""
-    instructions: Wording = Wording(
-        ja="A、B、Xに触れてください。XはAかBのどちらかと同じです。",
-        en="Touch A, B and X. X is the same as A or as B.",
-    )
-    which: Wording = Wording(ja="Xはどちらと同じですか。", en="Which one is X?")
+    instructions: Wording = text_field("abx_instructions")
+    which: Wording = text_field("abx_which")
 
     def check(self, setting: DesignContext) -> None:
         """Raise `ParameterError` for unknown stimuli in pairs, and for a study without any pair."""

@@ -12,6 +12,7 @@ from typing import Literal
 from pydantic import Field, field_validator
 
 from tactogram.study.designs.single_stimulus import SingleStimulus
+from tactogram.study.language_files import default_text, language_texts
 from tactogram.study.orders import generator
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import DesignContext, PageQuestion, Participant
@@ -30,7 +31,7 @@ class WordScales(SingleStimulus):
     words: tuple[str, ...] = Field(default_factory=_ten_words)
     """Words in question (Table 1 of [1] and [2])."""
     word_texts: dict[str, Wording] = Field(default_factory=dict)
-    """Texts of the words; the ten words have texts in both languages."""
+    """Texts of the words; the ten words have texts in every language, others are their own text."""
     word_order: Literal["random", "as-listed"] = "random"
     """Within a page. The papers only state a random order of what was evaluated."""
 
@@ -57,6 +58,6 @@ class WordScales(SingleStimulus):
 
     def word_text(self, word: str) -> Wording:
         """Return the text of a word."""
-        from tactogram.datasets.ratings.words import JAPANESE
-
-        return self.word_texts.get(word) or Wording(ja=JAPANESE.get(word, word), en=word)
+        if text := self.word_texts.get(word):
+            return text
+        return default_text(key) if (key := f"word_{word}") in language_texts()["en"] else Wording(word)

@@ -17,6 +17,7 @@ from typing import Any
 
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers, cells
+from tactogram.study.language_files import own_name
 from tactogram.study.session.device_facts import COLUMN, fact_description
 from tactogram.study.session.side_tables import column_description, notes_table, participants_table
 from tactogram.study.session.states import STATES
@@ -97,7 +98,7 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
             **{name: {"Description": column_description(name)} for name in headings[1:]},
             "language": {
                 "Description": "Of the pages",
-                "Levels": {language: language for language in store.study.languages},
+                "Levels": {language: own_name(language) for language in store.study.languages},
             },
             "simulated": {
                 "Description": "Whether it is a simulated participant",

@@ -12,24 +12,15 @@ from dataclasses import replace
 from typing import Any
 
 from tactogram.study.answers import Answer
+from tactogram.study.language_files import default_text
 from tactogram.study.practice import MARK, TOKEN, practice_answers
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.session.device_facts import device_columns
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PageAnswers, PageQuestion, Participant
-from tactogram.study.wording import Wording
 
 CONSENT, BEFORE, AFTER = "consent", "before", "after"
 """Tokens of the pages around the trials."""
-AGREE = Question(
-    id="consent",
-    text=Wording(ja="参加に同意しますか。", en="Do you agree to take part?"),
-    kind="choice",
-    options=(
-        AnswerOption(value="agreed", text=Wording(ja="同意する", en="I agree")),
-        AnswerOption(value="declined", text=Wording(ja="同意しない", en="I do not agree")),
-    ),
-)
 
 
 def next_page(study: Study, participant: Participant, history: Sequence[PageAnswers]) -> Page | None:
@@ -37,7 +28,9 @@ def next_page(study: Study, participant: Participant, history: Sequence[PageAnsw
     tokens = [answered.token for answered in history]
     if CONSENT not in tokens:
         consent = {"consent_sha256": consent_sha256(study)}
-        return Page(CONSENT, "consent", (PageQuestion(AGREE),), text=study.consent, more=consent)
+        return Page(
+            CONSENT, "consent", (PageQuestion(_consent_question()),), text=study.consent, more=consent
+        )
     if declined(history):
         return None
     if study.before and BEFORE not in tokens:
@@ -58,6 +51,15 @@ def next_page(study: Study, participant: Participant, history: Sequence[PageAnsw
     if study.after and AFTER not in tokens:
         return Page(AFTER, "questions", tuple(map(PageQuestion, study.after)))
     return None
+
+
+def _consent_question() -> Question:
+    options = (
+        AnswerOption(value=value, text=default_text(f"consent_{value}")) for value in ("agreed", "declined")
+    )
+    return Question(
+        id="consent", text=default_text("consent_question"), kind="choice", options=tuple(options)
+    )
 
 
 def declined(history: Sequence[PageAnswers]) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 from tactogram.errors import DataError
 from tactogram.rendering.level import parse_level
 from tactogram.study.designs import designs
+from tactogram.study.language_files import language_texts, missing_texts, own_name
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.study.stimuli import StudyStimuli
@@ -29,6 +30,14 @@ def list_designs() -> dict[str, Any]:
             "power": list(design.power),
         }
         for kind, design in designs().items()
+    }
+
+
+def list_languages() -> dict[str, Any]:
+    """Return the languages of participants' pages by tag, with their own names and the keys that are English."""
+    return {
+        language: {"name": own_name(language), "missing_texts": list(missing_texts(language))}
+        for language in language_texts()
     }
 
 
@@ -82,6 +91,7 @@ def _facts(study: Study) -> dict[str, Any]:
         "order": study.order,
         "seed": study.seed,
         "languages": list(study.languages),
+        "missing_texts": {one: list(keys) for one in study.languages if (keys := missing_texts(one))},
         "display": study.display,
         "played_by": study.played_by,
         "level": study.level,

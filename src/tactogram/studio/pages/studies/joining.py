@@ -11,11 +11,10 @@ from nicegui import ui
 from tactogram.studio.layout import heading, hint, in_background, report_errors
 from tactogram.studio.server.listening import is_loopback
 from tactogram.studio.server.qr_code import svg_qr_code
+from tactogram.study.language_files import own_name
 
 if TYPE_CHECKING:
     from tactogram.studio.participants.sessions import OpenSession
-
-LANGUAGES = {"ja": "Japanese", "en": "English"}
 
 
 class JoinCard:
@@ -80,7 +79,7 @@ class JoinCard:
         self._show()
 
     def _form(self) -> None:
-        languages = {name: LANGUAGES.get(name, name) for name in self.session.study.languages}
+        languages = {name: own_name(name) for name in self.session.study.languages}
         self.code = ui.input("Code (empty: random)").props("dense maxlength=16").classes("w-full")
         self.language = ui.select(languages, value=next(iter(languages)), label="Language")
         self.language.props("dense").classes("w-full")

@@ -23,7 +23,7 @@ export function calibrate(stage, language) {
   const reason = make("p", { class: "reason", role: "status", text: say(language, "card_move_first") });
   const fits = button(say(language, "card_fits"), () => {}, { class: "large primary", disabled: true });
   const less = button("−", () => move(-STEP_PX), { "aria-label": say(language, "card_shorter"), class: "large step" });
-  const more = button("＋", () => move(STEP_PX), { "aria-label": say(language, "card_longer"), class: "large step" });
+  const more = button("+", () => move(STEP_PX), { "aria-label": say(language, "card_longer"), class: "large step" });
   stage.replaceChildren(
     make(
       "div",

@@ -3,7 +3,7 @@
 import { deviceFacts } from "./device.js";
 import { button, holdStill, make, tell } from "./dom.js";
 import { Refused, ask, insist } from "./server.js";
-import { NAMES, say } from "./wording.js";
+import { guessed, nameOf, preferred, say } from "./wording.js";
 
 const base = location.pathname.replace(/\/+$/, "");
 const stage = document.getElementById("stage");
@@ -11,7 +11,7 @@ const head = document.getElementById("head");
 const ATTEMPT = "tactogram.attempt";
 const UNFINISHED = "tactogram.unfinished";
 let study = null;
-let language = "ja";
+let language = guessed;
 let busy = false;
 
 /** Return the id of this person's attempt to begin: sent twice, it makes one participant. */
@@ -52,7 +52,8 @@ async function join(code) {
     }
     location.href = `/take/${made.ticket}`;
   } catch (error) {
-    tell(error instanceof Refused && error.message ? error.message : say(language, "waiting"));
+    const unknown = code && error.status === 404;
+    tell(unknown ? say(language, "unknown_code") : error instanceof Refused && error.message ? error.message : say(language, "waiting"));
     busy = false;
   }
 }
@@ -63,7 +64,7 @@ function show() {
   document.title = title;
   head.replaceChildren(make("span", { class: "title", text: title }));
   const languages = study.languages.map((one) =>
-    make("button", { type: "button", class: "large", lang: one, "aria-pressed": String(one === language), text: NAMES[one], onclick: () => choose(one) }),
+    make("button", { type: "button", class: "large", lang: one, "aria-pressed": String(one === language), text: nameOf(one), onclick: () => choose(one) }),
   );
   const code = make("input", { type: "text", id: "code", class: "number", autocomplete: "off", autocapitalize: "characters", spellcheck: "false", maxlength: 16, "aria-describedby": "code-hint", oninput: () => (go.disabled = code.value.trim() === "") });
   const go = make("button", { type: "submit", class: "large", text: say(language, "go_on"), disabled: true });
@@ -79,7 +80,7 @@ function show() {
     : [];
   const begin = button(say(language, "begin"), () => join(""), { class: known ? "large" : "large primary" });
   const parts = [make("h1", { tabindex: "-1", text: title })];
-  if (study.languages.length > 1) parts.push(make("p", { class: "lead", text: study.languages.map((one) => say(one, "language")).join(" / ") }), make("div", { class: "row" }, ...languages));
+  if (study.languages.length > 1) parts.push(make("p", { class: "lead", text: say(language, "language") }), make("div", { class: "row" }, ...languages));
   parts.push(...back, begin, make("p", { class: "divider", text: say(language, "or") }), form);
   stage.replaceChildren(make("div", { class: "moment join" }, ...parts));
 }
@@ -97,8 +98,7 @@ async function start() {
     stage.replaceChildren(make("div", { class: "moment" }, make("h1", { text: say(language, "no_ticket") }), make("p", { class: "lead", text: error.message })));
     return;
   }
-  const own = navigator.language.slice(0, 2);
-  language = study.languages.includes(own) ? own : study.languages[0];
+  language = preferred(study.languages);
   show();
 }
 

@@ -20,7 +20,7 @@ const IN_ROWS = ["steps", "choice"];
 /**
  * @param {object} options
  * @param {any} options.page as `Page.shown` gives it
- * @param {"ja"|"en"} options.language
+ * @param {string} options.language
  * @param {any} options.sounds
  * @param {Map<string, string>} options.images
  * @param {HTMLElement} options.stage

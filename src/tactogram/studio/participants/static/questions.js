@@ -13,7 +13,7 @@ const SMALLEST_SHOWN = 1e-6;
 /**
  * Page data that a question needs.
  * @typedef {object} Place
- * @property {"ja"|"en"} language
+ * @property {string} language
  * @property {Object<string, any>} layout
  * @property {number} room width for a line, CSS pixels
  * @property {boolean} matrix whether questions of one kind are shown in rows

@@ -9,7 +9,7 @@ const STEPS = { ArrowLeft: -0.01, ArrowDown: -0.01, ArrowRight: 0.01, ArrowUp: 0
 
 /**
  * @param {object} options
- * @param {"ja"|"en"} options.language
+ * @param {string} options.language
  * @param {number} options.mm wanted length
  * @param {number} options.room available CSS pixels
  * @param {number} options.low value at the left end

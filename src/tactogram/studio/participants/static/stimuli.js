@@ -14,7 +14,7 @@ const IMAGE_SHARE = { width: 0.8, height: 0.3 };
 /**
  * Page data that a stimulus view needs.
  * @typedef {object} Scene
- * @property {"ja"|"en"} language
+ * @property {string} language
  * @property {any} page as `Page.shown` gives it
  * @property {any} sounds `BrowserSounds` or `ServerSounds`
  * @property {Map<string, string>} images addresses by slot

@@ -8,7 +8,7 @@ import { measured } from "./millimetres.js";
 import { showMoment, showPage } from "./page_view.js";
 import { Outbox, Refused, ask, bytes, insist, passes } from "./server.js";
 import { BrowserSounds, ServerSounds } from "./sound.js";
-import { NAMES, say } from "./wording.js";
+import { guessed, nameOf, say } from "./wording.js";
 
 const base = location.pathname.replace(/\/+$/, "");
 const ticket = base.split("/").pop();
@@ -18,7 +18,7 @@ const head = document.getElementById("head");
 /** Replaced with each page. */
 const now = { state: null, view: null, sounds: null, images: new Map(), sending: false, started: false, left: new Set() };
 
-const language = () => now.state?.language ?? "ja";
+const language = () => now.state?.language ?? guessed;
 const address = (what, slot) => `${base}/${what}?token=${encodeURIComponent(now.state.page.token)}&slot=${encodeURIComponent(slot)}`;
 
 const tellAway = (away, why) => tell(away ? why || say(language(), "waiting") : "");
@@ -82,10 +82,9 @@ function showHead() {
   if (now.started && !ended()) parts.push(progressOf(state.page));
   const tools = make("span", { class: "tools" }, make("span", { class: "code-small", text: state.code }));
   if ((state.languages ?? []).length > 1 && !ended()) {
-    for (const one of state.languages) {
-      const press = () => speak(one);
-      tools.append(make("button", { type: "button", class: "small", lang: one, "aria-pressed": String(one === state.language), text: NAMES[one], onclick: press }));
-    }
+    const names = state.languages.map((one) => make("option", { value: one, lang: one, selected: one === state.language, text: nameOf(one) }));
+    const choice = make("select", { class: "small", "aria-label": say(language(), "language"), onchange: () => speak(choice.value) }, ...names);
+    tools.append(choice);
   }
   const can = document.fullscreenEnabled && !document.fullscreenElement;
   if (now.started && can && !ended()) tools.append(make("button", { type: "button", class: "small", text: say(language(), "full_screen"), onclick: fullScreen }));
@@ -103,13 +102,14 @@ function progressOf(page) {
   return make("span", { class: "progress" }, bar, make("span", { text }));
 }
 
-/** Switch to the other language; answers so far stay. */
+/** Switch to another language; answers so far stay. */
 async function speak(chosen) {
-  if (now.sending || chosen === language()) return;
+  if (now.sending) return showHead();
   try {
     await ask(`${base}/language`, { language: chosen });
     take(await ask(`${base}/page`));
   } catch {
+    showHead();
     return tell(say(language(), "waiting"));
   }
   tell("");

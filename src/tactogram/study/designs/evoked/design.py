@@ -14,6 +14,7 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram.study.designs.design import MarginScale
 from tactogram.study.designs.word_scales import WordScales
+from tactogram.study.language_files import text_field
 from tactogram.study.orders import generator
 from tactogram.study.power.assumptions import EXACT, PowerAssumptions
 from tactogram.study.questions import AnswerOption, Question
@@ -48,12 +49,9 @@ class EvokedWords(WordScales):
     sets: int = Field(default=1, ge=1)
     """Sets per participant, the next ones for the next participant. The paper had 30 participants per set and 37 in
     all, so that most rated several."""
-    instructions: Wording = Wording(
-        ja="画像を見て、それぞれのことばの触感が喚起されるかどうか答えてください。",
-        en="Look at the image, and say whether it evokes each word.",
-    )
-    evoked: Wording = Wording(ja="喚起される", en="evoked")
-    not_evoked: Wording = Wording(ja="喚起されない", en="not evoked")
+    instructions: Wording = text_field("evoked_instructions")
+    evoked: Wording = text_field("evoked_evoked")
+    not_evoked: Wording = text_field("evoked_not_evoked")
 
     def check(self, setting: DesignContext) -> None:
         """Raise `ParameterError` for stimuli without an image, and for more sets than there are."""

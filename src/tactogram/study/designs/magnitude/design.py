@@ -17,6 +17,7 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram.study.designs.design import MarginScale, check_standard
 from tactogram.study.designs.single_stimulus import SingleStimulus
+from tactogram.study.language_files import text_field
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
@@ -61,15 +62,9 @@ class MagnitudeEstimation(SingleStimulus):
     """Name of a stimulus that is A on each page and counts as ``modulus``; without one, people choose their scale."""
     modulus: float = Field(default=10.0, gt=0, allow_inf_nan=False)
     repeats: int = Field(default=3, ge=1, le=1000)
-    instructions: Wording = Wording(
-        ja="感じた強さを、比率が合うように数で答えてください。",
-        en="Say how strong it feels by a number: what feels twice as strong gets twice the number.",
-    )
-    with_standard: Wording = Wording(
-        ja="Aの強さを{modulus}とします。Bの強さはいくつですか。",
-        en="A counts as {modulus}. How strong is B?",
-    )
-    magnitude: Wording = Wording(ja="強さ", en="How strong is it?")
+    instructions: Wording = text_field("magnitude_instructions")
+    with_standard: Wording = text_field("magnitude_with_standard")
+    magnitude: Wording = text_field("magnitude_magnitude")
 
     def check(self, setting: DesignContext) -> None:
         """Raise `ParameterError` for an unknown standard, or nothing to estimate."""

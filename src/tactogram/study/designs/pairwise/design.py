@@ -22,6 +22,7 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram.study.analysis.bradley_terry import bradley_terry, curvature
 from tactogram.study.designs.design import Design, MarginScale, ab_question
+from tactogram.study.language_files import text_field
 from tactogram.study.orders import generator, ordered
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.trials import DesignContext, Page, PageAnswers, PageQuestion, Participant
@@ -68,8 +69,8 @@ class PairwiseComparison(Design):
     repeats: int = Field(default=1, ge=1, le=1000)
     prior_sd: float = Field(default=2.0, gt=0, le=100)
     """Of the utilities, in logits. With 2, the best of many is nearly always preferred to the worst."""
-    instructions: Wording = Wording(ja="AとBに触れてください。", en="Touch A and B.")
-    preferred: Wording = Wording(ja="どちらが良いですか。", en="Which one do you prefer?")
+    instructions: Wording = text_field("pairwise_instructions")
+    preferred: Wording = text_field("pairwise_preferred")
 
     def check(self, setting: DesignContext) -> None:
         """Raise `ParameterError` for fewer than two stimuli."""

@@ -13,6 +13,7 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram.study.designs.design import MarginScale
 from tactogram.study.designs.word_scales import WordScales
+from tactogram.study.language_files import text_field
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
@@ -46,14 +47,11 @@ class WordRating(WordScales):
     low: int = 1
     high: int = 7
     """[1], Sec. III-A: "a 7-point unipolar scale ranging from 1 (negative) to 7 (positive)"."""
-    low_text: Wording = Wording(ja="まったくあてはまらない", en="not at all")
-    high_text: Wording = Wording(ja="非常にあてはまる", en="very much")
+    low_text: Wording = text_field("rating_low_text")
+    high_text: Wording = text_field("rating_high_text")
     image_mm: float = Field(default=30.0, gt=0, le=1000)
     """Side of the square image, where a stimulus has one ([2], Sec. II-D: "adjusted to a size of 30 mm square")."""
-    instructions: Wording = Wording(
-        ja="触って、それぞれのことばがどれくらいあてはまるか答えてください。",
-        en="Touch it, and say how well each word fits.",
-    )
+    instructions: Wording = text_field("rating_instructions")
 
     def check(self, setting: DesignContext) -> None:
         """Raise `ParameterError` unless low < high."""

@@ -18,6 +18,7 @@ from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.study.designs.design import Design, MarginScale, ab_question, check_standard
+from tactogram.study.language_files import text_field
 from tactogram.study.orders import generator
 from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.stimuli import Stimulus
@@ -92,8 +93,8 @@ class Staircase(Design):
     lowest_db: float = Field(default=-80.0, allow_inf_nan=False)
     highest_db: float = Field(default=20.0, allow_inf_nan=False)
     """Limits of the intensity."""
-    instructions: Wording = Wording(ja="AとBに触れてください。", en="Touch A and B.")
-    which: Wording = Wording(ja="振動を感じたのはどちらですか。", en="Which one did you feel?")
+    instructions: Wording = text_field("staircase_instructions")
+    which: Wording = text_field("staircase_which")
 
     @model_validator(mode="after")
     def _in_range(self) -> Self:

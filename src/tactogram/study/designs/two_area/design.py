@@ -19,6 +19,7 @@ from pydantic import Field
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.study.designs.design import Design, MarginScale, ab_question, pairs_by_item
+from tactogram.study.language_files import text_field
 from tactogram.study.orders import balanced_sides, generator, ordered
 from tactogram.study.power.assumptions import EXACT, GEE, PowerAssumptions
 from tactogram.study.questions import Question
@@ -78,18 +79,12 @@ class TwoArea(Design):
     held sideways shows 195 mm by 135 mm or more: 180 mm is about as wide as it can be, and two areas of 20 mm fit
     above each other with both scales below. The target (12 mm) then has 168 mm of way and turns three times a second at
     500 mm/s; on 80 mm it would turn seven times, which no finger follows."""
-    instructions: Wording = Wording(
-        ja="領域AとBを、動く目標に合わせてなぞってください。",
-        en="Stroke the areas A and B, following the moving target.",
-    )
-    which: Wording = Wording(ja="生成された触感はどちらですか。", en="Which one is generated?")
-    reference: Wording = Wording(
-        ja="本物の「{item}」をなぞってから、AとBをもう一度なぞり、それぞれの本物らしさを答えてください。",
-        en="Stroke the real {item}, then A and B again, and say how real each feels.",
-    )
-    real: Wording = Wording(ja="本物らしさ", en="How real does it feel?")
-    least: Wording = Wording(ja="まったく本物らしくない", en="not at all real")
-    most: Wording = Wording(ja="本物そのもの", en="just like the real one")
+    instructions: Wording = text_field("two_area_instructions")
+    which: Wording = text_field("two_area_which")
+    reference: Wording = text_field("two_area_reference")
+    real: Wording = text_field("two_area_real")
+    least: Wording = text_field("two_area_least")
+    most: Wording = text_field("two_area_most")
 
     def check(self, setting: DesignContext) -> None:
         """Raise `ParameterError` for a texture that lacks one of the two conditions."""
