@@ -1,4 +1,5 @@
 import json
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
+from tactogram.studio.participants.sessions import SessionRegistry
 from tactogram.study.session.store import SessionStore
 from tactogram.study.stimuli import StimulusSource
 from tactogram.study.study_file import Study
@@ -17,7 +19,7 @@ from tactogram.workflows.study.answers import open_answers
 from tactogram.workflows.study.sessions import begin_session, log_played, origin_folder
 from tactogram.workflows.study.simulation import effect_of, simulate_study
 from tactogram.workflows.study.stimuli import StudyStimuli, stronger
-from tactogram.workflows.study.studies import study_folder
+from tactogram.workflows.study.studies import check_study, study_folder
 from tactogram.workflows.training import loaded_run
 
 STUDY = """
@@ -68,6 +70,17 @@ def test_a_study_goes_from_check_to_export_and_withdrawal(study_file, tmp_path, 
     gone = printed(capsys, "study", "withdraw", folder, code)
     assert gone == {"folder": str(folder), "answers_deleted": 5, "participants_left": 1}
     assert code not in open_answers(folder).column("participant")
+
+
+def test_check_refuses_a_display_that_a_session_refuses(study_file, tmp_path):
+    changes = {"display": "voice-coil"}
+    with pytest.raises(ParameterError, match="stimulus buzz: a browser plays parts of full scale") as checked:
+        check_study(study_file, changes=changes)
+    with closing(SessionRegistry(tmp_path)) as sessions, pytest.raises(ParameterError) as begun:
+        sessions.begin(study_file, tmp_path / "session", changes=changes)
+    assert str(begun.value) == str(checked.value)
+    assert not (tmp_path / "session").exists()
+    assert check_study(study_file, changes=changes | {"played_by": "server"})["display"] == "voice-coil"
 
 
 def test_the_shipped_studies_are_listed(capsys):

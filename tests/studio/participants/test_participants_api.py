@@ -23,7 +23,8 @@ from tactogram.studio.participants.tickets import load_keys
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE
 from tactogram.study.session.store import SessionStore
-from tactogram.workflows.study.sessions import begin_session
+from tactogram.study.study_file import Study
+from tactogram.workflows.study.sessions import keep_origin
 from tactogram.workflows.study.stimuli import StudyStimuli
 
 
@@ -460,7 +461,9 @@ def test_a_session_that_no_browser_plays_can_be_looked_at_and_sends_no_sound(
     tmp_path, opened, person, write_study
 ):
     study = write_study(tmp_path, display="voice-coil", level="peak=0.8")
-    folder = begin_session(study, tmp_path / "session")
+    folder = tmp_path / "session"
+    with SessionStore(folder, Study.load(study)):  # `begin_session` refuses it
+        keep_origin(folder, study)
     with Closing(SessionRegistry(tmp_path)) as sessions:
         session = sessions.open(folder)
         one = person(opened.client_of(sessions), session.join_path)

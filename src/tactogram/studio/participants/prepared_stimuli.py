@@ -13,12 +13,13 @@ from typing import TypeVar
 import numpy as np
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PresentedStimulus
+from tactogram.workflows.study.browser_playback import check_browser
 from tactogram.workflows.study.stimuli import SlotPlayback, StudyStimuli
 from tactogram.workflows.study.streams import FingerStream
 
@@ -32,8 +33,6 @@ SILENCE_S = 1.0
 """Length of a silent slot where no other slot of its page sets one."""
 PATIENCE_S = 10.0
 """Wait for the current stimulus when a session is closed."""
-BROWSER_RATES = (8000, 96_000)
-"""Rates that every browser plays, Hz (Web Audio API, createBuffer); beyond them Firefox refuses."""
 
 log = logging.getLogger("tactogram.studio")
 
@@ -59,11 +58,8 @@ class PreparedStimuli:
         self._thread: threading.Thread | None = None
 
     def check(self) -> None:
-        """Refuse files outside of the allowed folders and displays that a browser cannot stand in for."""
+        """Refuse files, runs and displays outside of the allowed folders."""
         self._source.check_places()
-        if self.study.played_by == "browser":
-            for display in self.displays:
-                check_browser(display)
 
     def start(self) -> None:
         """Start preparing stimuli in a thread, unless it runs."""
@@ -216,19 +212,3 @@ def wav_bytes(signal: Signal) -> bytes:
     file = io.BytesIO()
     soundfile.write(file, signal.samples.T, round(signal.rate), format="WAV", subtype="FLOAT")
     return file.getvalue()
-
-
-def check_browser(display: Display) -> None:
-    """Raise `ParameterError` for a drive that is not in parts of full scale, or whose rate browsers do not play."""
-    if not _plays_in_browser(display):
-        low, high = BROWSER_RATES
-        usable = ", ".join(known for known in shipped() if _plays_in_browser(open_display(known)))
-        raise ParameterError(
-            f"a browser plays parts of full scale at {low} to {high} Hz, {display.name} takes {display.unit} at "
-            f"{display.rate:g} Hz: give a display such as {usable}, or played_by = 'server'"
-        )
-
-
-def _plays_in_browser(display: Display) -> bool:
-    low, high = BROWSER_RATES
-    return display.unit == "1" and low <= display.rate <= high and display.rate % 1 == 0

@@ -32,6 +32,7 @@ from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.streaming.textures import TextureSettings, live_texture
+from tactogram.workflows.study.browser_playback import check_browser
 from tactogram.workflows.study.streams import (
     StimulusStream,
     stimulus_stream,
@@ -131,7 +132,7 @@ class StudyStimuli:
         return _display(str(path))
 
     def check_names(self) -> None:
-        """Refuse an unknown display, simulated surface or simulated picture; no stimulus is made.
+        """Refuse an unknown or unsuitable display, simulated surface or simulated picture; no stimulus is made.
 
         Raises
         ------
@@ -140,10 +141,8 @@ class StudyStimuli:
         """
         for stimulus in self.study.made_stimuli:
             try:
-                if stimulus.is_played and self.study.played_by == "stream":
-                    check_streams(self.display(stimulus))
-                elif stimulus.is_played:
-                    self.display(stimulus)
+                if stimulus.is_played:
+                    self._check_display(self.display(stimulus))
                 if stimulus.simulated:
                     _surface(stimulus.simulated)
                 if stimulus.simulated_image:
@@ -171,6 +170,12 @@ class StudyStimuli:
                     self.display(stimulus)
             except TactogramError as error:
                 raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+
+    def _check_display(self, display: Display) -> None:
+        if self.study.played_by == "stream":
+            check_streams(display)
+        elif self.study.played_by == "browser":
+            check_browser(display)
 
     def _rendered(self, stimulus: Stimulus, gain_db: float) -> SlotPlayback:
         signal, text = self.signal(stimulus), stimulus.level or self.study.level
