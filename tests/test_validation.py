@@ -4,7 +4,7 @@ import pytest
 from pydantic import BaseModel, ConfigDict
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.validation import validated, with_changes
+from tactogram.validation import faults, validated, with_changes
 
 
 def test_values_by_dotted_key_take_the_place_of_the_files():
@@ -31,6 +31,17 @@ def test_a_wrong_value_is_not_repeated_in_full(values):
         validated(Plan, values, where="plan")
     assert len(str(caught.value)) < 250
     assert "\n" not in str(caught.value)
+
+
+def test_faults_have_places_and_the_sentences_of_validated():
+    values = {"rate": "fast", "colour": 1}
+    found = faults(Plan, values, where="plan")
+    assert [fault.place for fault in found] == [("rate",), ("colour",)]
+    with pytest.raises(ParameterError) as raised:
+        validated(Plan, values, where="plan")
+    assert found[0].sentence == str(raised.value)
+    assert found[1].sentence == "plan: unknown key 'colour'; known here: rate"
+    assert faults(Plan, {"rate": 2}, where="plan") == ()
 
 
 def test_a_long_value_in_any_message_loses_its_middle():

@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, TypeVar, get_args
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
 from tactogram.errors import ParameterError, shortened, shown
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
 M = TypeVar("M", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A wrong value: its place as keys and indices, and the sentence that `validated` raises for it."""
+
+    place: tuple[int | str, ...]
+    sentence: str
 
 
 def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
@@ -17,18 +29,34 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
     try:
         return kind.model_validate(dict(values))
     except ValidationError as error:
-        first = error.errors()[0]
-        key = shortened(".".join(str(part) for part in first["loc"]))
-        if first["type"] == "extra_forbidden":
-            known = ", ".join(sorted(_keys_at(kind, first["loc"][:-1])))
-            hint = f"; known here: {known}" if known else ""
-            raise ParameterError(f"{where}: unknown key {key!r}{hint}") from None
-        message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-        message = message.replace("a valid tuple", "a list")
-        if isinstance(first["input"], Mapping | BaseModel):
-            # A whole table is not repeated in the message: it would fill a page.
-            raise ParameterError(": ".join(part for part in (where, key, message) if part)) from None
-        raise ParameterError(f"{where}: {key}: {message}, got {shown(first['input'])}") from None
+        raise ParameterError(_sentence(kind, error.errors()[0], where)) from None
+
+
+def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> tuple[Fault, ...]:
+    """Return every fault of ``values`` as a ``kind``, that of `validated` first."""
+    try:
+        kind.model_validate(dict(values))
+    except ValidationError as error:
+        return tuple(Fault(one["loc"], _sentence(kind, one, where)) for one in error.errors())
+    return ()
+
+
+def _sentence(kind: type[BaseModel], error: ErrorDetails, where: str) -> str:
+    key = shortened(".".join(str(part) for part in error["loc"]))
+    if error["type"] == "extra_forbidden":
+        known = ", ".join(sorted(_keys_at(kind, error["loc"][:-1])))
+        hint = f"; known here: {known}" if known else ""
+        return _joined(where, f"unknown key {key!r}{hint}")
+    message = error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    message = message.replace("a valid tuple", "a list")
+    if isinstance(error["input"], Mapping | BaseModel):
+        # A whole table is not repeated in the message: it would fill a page.
+        return _joined(where, key, message)
+    return _joined(where, key, f"{message}, got {shown(error['input'])}")
+
+
+def _joined(*parts: str) -> str:
+    return ": ".join(part for part in parts if part)
 
 
 def with_changes(values: Mapping[str, Any], changes: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -73,6 +73,7 @@ def test_the_shipped_studies_have_the_numbers_of_the_papers():
         ),
         ({"design": {"kind": "staircase", "start_db": 90.0}}, "lowest_db <= start_db <= highest_db"),
         ({"design": {"kind": "magnitude", "standard": "x"}}, "standard must be one of cork-recorded"),
+        ({"design": {"kind": "rating", "words": ["sand paper"]}}, "words: a word must be letters, digits"),
         ({"design": {"kind": "evoked", "sets": 2}}, "sets must be at most 1"),
         ({"before": [{"id": "a", "text": "?", "kind": "choice"}]}, "needs at least two different options"),
         ({"before": [{"id": "a", "text": "?", "kind": "vas"}]}, "vas needs low < high"),

@@ -14,7 +14,7 @@ from tactogram.study.analysis.findings import ALPHA
 class EquivalenceMargin(BaseModel):
     """Half the width of what counts as equal; a plain number is a margin without a reason."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     value: float = Field(gt=0, allow_inf_nan=False)
     because: str = ""
@@ -29,7 +29,7 @@ class EquivalenceMargin(BaseModel):
 class PlannedAnalysis(BaseModel):
     """Analysis planned in the study's file before any answer."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     margins: dict[str, EquivalenceMargin] = Field(default_factory=dict)
     """By question or measure, as the design names them. Without a margin nothing can be shown to be equivalent."""

@@ -29,7 +29,7 @@ MARK = "practice"
 class Practice(BaseModel):
     """Content of the table ``practice`` in a study's file."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     trials: int = Field(ge=1, le=100)
     feedback: bool = False

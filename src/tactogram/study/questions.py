@@ -12,13 +12,14 @@ from tactogram.study.wording import Wording
 
 LONGEST_TEXT = 2000
 """Characters of a free-text answer."""
-Identifier = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,63}$")]
+IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
+Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
 
 
 class AnswerOption(BaseModel):
     """Option of a choice."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     value: Annotated[str, Field(min_length=1, max_length=100)]
     """Stored answer."""
@@ -35,7 +36,7 @@ class AnswerOption(BaseModel):
 class Question(BaseModel):
     """Question of a study's file."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     id: Identifier
     text: Wording
@@ -84,6 +85,14 @@ class Question(BaseModel):
                 raise ParameterError(f"{self.id}: must be one of {', '.join(values)}, got {text[:60]!r}")
             return text
         return self._number(text)
+
+    @property
+    def example(self) -> str:
+        """An accepted answer."""
+        if self.kind == "choice":
+            return self.options[0].value
+        limits = [limit for limit in (self.low, self.high) if math.isfinite(limit)]
+        return "-" if self.kind == "text" else f"{(limits or [0.0])[0]:.17g}"
 
     def _number(self, text: str) -> str:
         try:

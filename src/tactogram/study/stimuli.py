@@ -20,7 +20,7 @@ SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simula
 class StimulusSource(BaseModel):
     """Origin of a stimulus. In a grid, ``{item}`` and ``{condition}`` are replaced in every text."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     file: str = ""
     """Signal file, relative to the study's file."""
@@ -119,7 +119,7 @@ class Stimulus(StimulusSource):
 class StimulusGrid(BaseModel):
     """Every item in every condition."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     items: tuple[Name, ...] = ()
     numbered: str = ""

@@ -25,9 +25,10 @@ from tactogram.study.stimuli import Stimulus, StimulusGrid
 from tactogram.study.trials import DesignContext
 from tactogram.study.wording import Language, Wording, wordings
 from tactogram.text_files import read_toml
-from tactogram.validation import validated, with_changes
+from tactogram.validation import Fault, faults, validated, with_changes
 
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_]{0,39}$")]
+NAME = r"^[a-z0-9][a-z0-9_]{0,39}$"
+Name = Annotated[str, Field(pattern=NAME)]
 PLAIN_TEXT_LANGUAGES: tuple[Language, ...] = ("en", "ja")
 """Languages of a study that neither lists any nor has a text in one."""
 
@@ -35,7 +36,7 @@ PLAIN_TEXT_LANGUAGES: tuple[Language, ...] = ("en", "ja")
 class Study(BaseModel):
     """Content of a study's file. Unknown keys are errors."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     name: Name
     """Part of every row and of file names; lower-case letters, digits and _."""
@@ -47,7 +48,7 @@ class Study(BaseModel):
     """Every text is required in each; the first is the default. By default those of its texts, in the order in which
     they first appear; English and Japanese if all texts are plain strings."""
     seed: int = Field(default=0, ge=0)
-    """Of every order and side."""
+    """Decides every order and side that is drawn at random."""
     order: Rule = "random"
     """See `tactogram.study.orders.ordered`."""
     display: str = "audio"
@@ -128,17 +129,20 @@ class Study(BaseModel):
     def of(cls, values: Mapping[str, Any], *, where: str = "study") -> Self:
         """Return the study that ``values`` describe; raise `ParameterError`, naming the key, if they describe none."""
         language_texts()  # a wrong language file is reported as such, not as a wrong design
-        design = values.get("design")
-        if isinstance(design, str):
-            design = {"kind": design}
-        kind = design.get("kind") if isinstance(design, Mapping) else design
-        if not isinstance(design, Mapping) or not isinstance(kind, str) or kind not in designs():
-            known = ", ".join(designs())
-            raise ParameterError(
-                f"{where}: design.kind must be one of {known}, or of a file that {FOLDERS_VARIABLE} names, got {kind!r}"
-            )
-        made = validated(designs()[kind], design, where=f"{where}: design")
+        kind, design = _design_of(values, where)
+        made = validated(kind, design, where=f"{where}: design")
         return validated(cls, {**values, "design": made}, where=where)
+
+    @classmethod
+    def faults(cls, values: Mapping[str, Any]) -> tuple[Fault, ...]:
+        """Return every fault of ``values``: those of the design alone if it has any.
+
+        Raises `ParameterError` for an unknown design.
+        """
+        kind, design = _design_of(values, "study")
+        if found := faults(kind, design, where="design"):
+            return tuple(Fault(("design", *one.place), one.sentence) for one in found)
+        return faults(cls, {**values, "design": kind.model_validate(dict(design))}, where="")
 
     @cached_property
     def all_stimuli(self) -> tuple[Stimulus, ...]:
@@ -213,6 +217,20 @@ class Study(BaseModel):
     def sha256(self) -> str:
         """Hash of every resolved value."""
         return hashlib.sha256(self.as_json().encode()).hexdigest()
+
+
+def _design_of(values: Mapping[str, Any], where: str) -> tuple[type[Design], Mapping[str, Any]]:
+    """Return the design's class and settings; raise `ParameterError` if there is no such design."""
+    design = values.get("design")
+    if isinstance(design, str):
+        design = {"kind": design}
+    kind = design.get("kind") if isinstance(design, Mapping) else design
+    if not isinstance(design, Mapping) or not isinstance(kind, str) or kind not in designs():
+        known = ", ".join(designs())
+        raise ParameterError(
+            f"{where}: design.kind must be one of {known}, or of a file that {FOLDERS_VARIABLE} names, got {kind!r}"
+        )
+    return designs()[kind], design
 
 
 def _difference(one: Any, other: Any, place: str = "") -> str:

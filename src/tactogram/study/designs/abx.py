@@ -48,6 +48,10 @@ class Abx(Design):
             (10, 20), (12, 48), "answers of each participant", GEE,
         )
     }  # fmt: skip
+    labels: ClassVar[Mapping[str, str]] = {
+        "repeats": "Repeats of each pair",
+        "which": "Question",
+    }
 
     kind: Literal["abx"] = "abx"
     pairs: tuple[tuple[str, str], ...] = ()

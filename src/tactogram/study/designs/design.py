@@ -54,7 +54,7 @@ class Design(BaseModel, ABC):
     methods hold for every study of the kind, also for a table of answers without its study.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     title: ClassVar[str] = ""
     """Title in lists and reports."""
@@ -72,6 +72,9 @@ class Design(BaseModel, ABC):
     """Descriptions of extra columns of its answers, and of columns that differ from other designs."""
     key_columns: ClassVar[tuple[str, ...]] = ()
     """Extra columns with keys of items, conditions or stimuli."""
+
+    labels: ClassVar[Mapping[str, str]] = {}
+    """Labels of its settings in forms, by key, and of a choice by ``KEY.VALUE``; by default the key in words."""
 
     kind: str
     """Name of the design in a study's file; a subclass fixes it: ``kind: Literal["abx"] = "abx"``."""

@@ -6,14 +6,17 @@
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
-from typing import Literal
+from collections.abc import Mapping
+from typing import ClassVar, Literal
 
 from pydantic import Field, field_validator
 
 from tactogram.study.designs.single_stimulus import SingleStimulus
 from tactogram.study.language_files import default_text, language_texts
 from tactogram.study.orders import generator
+from tactogram.study.questions import IDENTIFIER
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import DesignContext, PageQuestion, Participant
 from tactogram.study.wording import Wording
@@ -28,6 +31,13 @@ def _ten_words() -> tuple[str, ...]:
 class WordScales(SingleStimulus):
     """A design that asks about each of several words."""
 
+    labels: ClassVar[Mapping[str, str]] = {
+        "word_order": "Order of the words on a page",
+        "word_order.random": "random",
+        "word_order.as-listed": "as listed",
+        "repeats": "Repeats of each stimulus",
+    }
+
     words: tuple[str, ...] = Field(default_factory=_ten_words)
     """Words in question (Table 1 of [1] and [2])."""
     word_texts: dict[str, Wording] = Field(default_factory=dict)
@@ -40,6 +50,11 @@ class WordScales(SingleStimulus):
     def _different(cls, words: tuple[str, ...]) -> tuple[str, ...]:
         if not words or len(set(words)) != len(words):
             raise ValueError("words must be distinct, and at least one")
+        for word in words:
+            if not re.fullmatch(IDENTIFIER, word):
+                raise ValueError(
+                    "a word must be letters, digits, _ and -, beginning with a letter; give its text in word_texts"
+                )
         return words
 
     def questions_about(

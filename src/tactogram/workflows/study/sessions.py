@@ -66,6 +66,13 @@ def keep_origin(folder: Path, study: Path | str) -> None:
     write_text(folder / ORIGIN, json.dumps(origin, ensure_ascii=False) + "\n")
 
 
+def begin_trials(store: SessionStore, code: str) -> None:
+    """Answer the consent and the questions before the trials for a participant, each with a first possible answer."""
+    while (page := store.participant_state(code).page) is not None and page.kind in ("consent", "questions"):
+        answers = {question.key: question.question.example for question in page.questions}
+        store.submit(code, page.token, answers)
+
+
 def session_progress(folder: Path | str) -> dict[str, Any]:
     """Return the progress of each participant, their counts by status, the notes, and when the session was ended."""
     with SessionStore(Path(folder)) as store:

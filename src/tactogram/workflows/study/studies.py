@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.level import parse_level
 from tactogram.study.designs import designs
 from tactogram.study.language_files import language_texts, missing_texts, own_name
+from tactogram.study.session_length import planned_minutes
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import PresentedStimulus
 from tactogram.workflows.study.stimuli import StudyStimuli
@@ -53,18 +54,24 @@ def check_study(
     TactogramError
         For the first fault, in one line.
     """
-    loaded = Study.load(study, changes=changes)
-    folder = study_folder(study)
-    made = StudyStimuli(loaded, folder)
+    return check_loaded(Study.load(study, changes=changes), study_folder(study), stimuli=stimuli)
+
+
+def check_loaded(study: Study, folder: Path, *, stimuli: bool = False) -> dict[str, Any]:
+    """Check a study whose paths are relative to ``folder``, as `check_study` does its file."""
+    for place in ("title", "consent"):
+        if not getattr(study, place):
+            raise ParameterError(f"{place} must have a text, got none")
+    made = StudyStimuli(study, folder)
     made.check_names()
-    for stimulus in loaded.made_stimuli:
+    for stimulus in study.made_stimuli:
         if stimulus.is_played:
-            parse_level(stimulus.level or loaded.level)
+            parse_level(stimulus.level or study.level)
         for name in (stimulus.file, stimulus.image):
             path = Path(name) if Path(name).is_absolute() else folder / name
             if name and not path.is_file():
                 raise DataError(f"stimulus {stimulus.name}: {path}: no such file")
-    facts = _facts(loaded) | {"sha256": loaded.sha256, "rendered": None}
+    facts = _facts(study) | {"sha256": study.sha256, "rendered": None}
     if stimuli:
         facts["rendered"] = _render_all(made)
     return facts
@@ -81,6 +88,7 @@ def _facts(study: Study) -> dict[str, Any]:
         "title": study.title.in_english(),
         "design": study.design.kind,
         "trials": study.trials,
+        "minutes": round(planned_minutes(study), 1),
         "stimuli": len(study.all_stimuli),
         "conditions": list(dict.fromkeys(stimulus.condition for stimulus in study.all_stimuli)),
         "simulated_stimuli": sum(stimulus.is_simulated for stimulus in study.all_stimuli),

@@ -43,9 +43,17 @@ class EvokedWords(WordScales):
         )
     }  # fmt: skip
 
+    labels: ClassVar[Mapping[str, str]] = {
+        **WordScales.labels,
+        "set_size": "Pictures in a set",
+        "sets": "Sets for each participant",
+        "evoked": "Answer: yes",
+        "not_evoked": "Answer: no",
+    }
+
     kind: Literal["evoked"] = "evoked"
     set_size: int = Field(default=80, ge=1)
-    """[2], Sec. II-B: "320 images were divided into four sets, each containing 80 images"."""
+    """Images in a set ([2], Sec. II-B: "320 images were divided into four sets, each containing 80 images")."""
     sets: int = Field(default=1, ge=1)
     """Sets per participant, the next ones for the next participant. The paper had 30 participants per set and 37 in
     all, so that most rated several."""

@@ -57,6 +57,14 @@ class MagnitudeEstimation(SingleStimulus):
     }  # fmt: skip
     columns: ClassVar[Mapping[str, str]] = {"modulus": "Number that the standard stands for"}
 
+    labels: ClassVar[Mapping[str, str]] = {
+        "magnitude": "Question",
+        "standard": "Standard",
+        "modulus": "Number that the standard stands for",
+        "with_standard": "Text above each trial with a standard",
+        "repeats": "Repeats of each stimulus",
+    }
+
     kind: Literal["magnitude"] = "magnitude"
     standard: str = ""
     """Name of a stimulus that is A on each page and counts as ``modulus``; without one, people choose their scale."""

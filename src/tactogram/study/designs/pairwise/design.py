@@ -61,6 +61,16 @@ class PairwiseComparison(Design):
         "second": "Number of the second of the pair",
     }
 
+    labels: ClassVar[Mapping[str, str]] = {
+        "preferred": "Question",
+        "choice": "Choice of the pairs",
+        "choice.informative": "the most informative pair next",
+        "choice.listed": "every pair equally often",
+        "comparisons": "Comparisons (0: three for each stimulus)",
+        "repeats": "Repeats of each pair",
+        "prior_sd": "Expected spread of preferences, logits",
+    }
+
     kind: Literal["pairwise"] = "pairwise"
     choice: Literal["informative", "listed"] = "informative"
     """``listed`` presents every pair ``repeats`` times by the study's order rule."""

@@ -43,10 +43,19 @@ class WordRating(WordScales):
         )
     }  # fmt: skip
 
+    labels: ClassVar[Mapping[str, str]] = {
+        **WordScales.labels,
+        "low": "Lowest step",
+        "high": "Highest step",
+        "low_text": "Text at the lower end",
+        "high_text": "Text at the upper end",
+        "image_mm": "Side of a picture, mm",
+    }
+
     kind: Literal["rating"] = "rating"
     low: int = 1
     high: int = 7
-    """[1], Sec. III-A: "a 7-point unipolar scale ranging from 1 (negative) to 7 (positive)"."""
+    """Ends of the scale. [1], Sec. III-A: "a 7-point unipolar scale ranging from 1 (negative) to 7 (positive)"."""
     low_text: Wording = text_field("rating_low_text")
     high_text: Wording = text_field("rating_high_text")
     image_mm: float = Field(default=30.0, gt=0, le=1000)

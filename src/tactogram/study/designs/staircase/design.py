@@ -75,6 +75,19 @@ class Staircase(Design):
     }
     key_columns: ClassVar[tuple[str, ...]] = ("staircase",)
 
+    labels: ClassVar[Mapping[str, str]] = {
+        "which": "Question",
+        "standard": "Standard",
+        "start_db": "First level, dB",
+        "steps_db": "Steps, dB",
+        "up": "Wrong answers before the level rises",
+        "down": "Right answers before the level falls",
+        "reversals": "Reversals before a staircase ends",
+        "most_trials": "Most trials of a staircase",
+        "lowest_db": "Lowest level, dB",
+        "highest_db": "Highest level, dB",
+    }
+
     kind: Literal["staircase"] = "staircase"
     standard: str = ""
     """Name of the stimulus in the other interval; "" is silence, for detection thresholds."""

@@ -59,6 +59,24 @@ class TwoArea(Design):
         ),
     }  # fmt: skip
 
+    labels: ClassVar[Mapping[str, str]] = {
+        "asked_for": "Condition that participants look for",
+        "against": "Condition in the other area",
+        "repeats": "Repeats of each item",
+        "sides": "Side of each trial",
+        "sides.random": "drawn",
+        "sides.balanced": "each equally often",
+        "realism": "Ask how real each feels after each choice",
+        "vas_mm": "Length of that scale, mm",
+        "speed_mm_s": "Speed of the target, mm/s",
+        "area_mm": "Width and height of an area, mm",
+        "which": "Question",
+        "reference": "Text before the question how real each feels",
+        "real": "Question how real it feels",
+        "least": "Lower end of that scale",
+        "most": "Upper end of that scale",
+    }
+
     kind: Literal["two_area"] = "two_area"
     asked_for: str = "generated"
     """Condition of the target."""
@@ -73,7 +91,7 @@ class TwoArea(Design):
     vas_mm: float = Field(default=100.0, gt=0, le=1000)
     """Length of the scale."""
     speed_mm_s: float = Field(default=500.0, gt=0, le=5000)
-    """Of the target (Sec. IV-A)."""
+    """Speed of the target (Sec. IV-A)."""
     area_mm: tuple[float, float] = (180.0, 20.0)
     """Width and height of an area. The paper says "two rectangle areas" on a tablet, and no size. A tablet of 10 inches
     held sideways shows 195 mm by 135 mm or more: 180 mm is about as wide as it can be, and two areas of 20 mm fit
