@@ -1,5 +1,6 @@
 """Rules of accessibility, decided by axe-core, on every page and report, light and dark."""
 
+import re
 import shutil
 
 import pytest
@@ -7,6 +8,7 @@ from matplotlib.figure import Figure
 
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportSound, ReportTable, write_report
 from tactogram.signal import Signal
+from tactogram.study.study_file import shipped_studies
 
 STORE = "studio/first/surfaces"
 RUN = "studio/first/voices"
@@ -25,15 +27,18 @@ PAGES = {
     "send": "/send",
     "live": "/live",
     "studies": "/studies",
+    "editor": "/studies/edit?study=studies/mine.toml",
     "reports": "/reports",
     "absent": "/absent",
 }
 
 
 @pytest.fixture(scope="module", autouse=True)
-def second_run(workspace):
-    """Add a run to compare with."""
+def second_run_and_own_study(workspace):
+    """Add a run to compare with, and a study to edit."""
     shutil.copytree(workspace / RUN, workspace / "runs/second")
+    (workspace / "studies").mkdir()
+    shutil.copy(shipped_studies()["image-words"], workspace / "studies/mine.toml")
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -49,6 +54,26 @@ def test_no_rule_is_broken(name, scheme, tab, faults):
     if name == "absent":
         tab.wrong.clear()  # the browser logs the status 404
     assert tab.locator(f".body--{scheme}").count() == 1
+    assert faults(tab) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_is_broken_by_the_editor_with_all_parts_open_and_a_fault(scheme, tab, faults):
+    tab.emulate_media(color_scheme=scheme)
+    tab.goto(PAGES["editor"])
+    for part in ("Questions after", "Practice", "Analysis", "The file", "Names on pages"):
+        tab.get_by_role("button", name=re.compile(part)).click()
+    tab.get_by_label("Lowest step").fill("9")
+    tab.get_by_role("status").filter(has_text="1 problem").wait_for()
+    assert faults(tab) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_is_broken_by_the_form_of_a_stimulus(scheme, tab, faults):
+    tab.emulate_media(color_scheme=scheme)
+    tab.goto(PAGES["editor"])
+    tab.get_by_role("button", name="Add a stimulus").click()
+    tab.get_by_role("dialog").get_by_text("nothing played", exact=True).wait_for()
     assert faults(tab) == []
 
 

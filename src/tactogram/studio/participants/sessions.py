@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hmac
 import logging
+import shutil
+import tempfile
 import threading
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping
@@ -22,11 +24,14 @@ from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study, shipped_studies
 from tactogram.study.trials import Participant
 from tactogram.study.wording import Language
-from tactogram.workflows.study.sessions import begin_session, origin_folder
+from tactogram.workflows.study.sessions import begin_session, begin_trials, keep_origin, origin_folder
 from tactogram.workflows.study.studies import study_folder
 
 MOST_ATTEMPTS = 1000
 """Attempts to join that are remembered, so that a double click makes one participant."""
+MOST_PREVIEWS = 4
+PREVIEW = "PREVIEW1"
+"""Code of the participant of a preview."""
 NO_TICKET = "this link does not belong to any participant; ask the experimenter for a new one"
 
 log = logging.getLogger("tactogram.studio")
@@ -141,6 +146,7 @@ class SessionRegistry:
         self.display = ServerDisplay(device, full_scale)
         # Replaced, never changed: readers need no lock.
         self._open: dict[Path, OpenSession] = {}
+        self._previews: list[Path] = []
         self._guard = threading.RLock()
 
     def begin(
@@ -175,6 +181,29 @@ class SessionRegistry:
                 self._open = {**self._open, folder: OpenSession(folder, within=self._within)}
             return self._open[folder]
 
+    def preview(self, study: Study, file: Path) -> str:
+        """Open a study at its first trial, for its author, and return the path of that page.
+
+        Its answers are in a temporary folder, which is deleted with the server, or after `MOST_PREVIEWS` more. Paths of
+        the study are relative to its ``file``.
+        """
+        file = self._inside(file)
+        folder = Path(tempfile.mkdtemp(prefix="tactogram-preview-"))
+        try:
+            with SessionStore(folder, study) as store:
+                keep_origin(folder, file)
+                begin_trials(store, store.enrol(PREVIEW, language=study.languages[0]).code)
+            session = OpenSession(folder, within=self._within)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        with self._guard:
+            self._open = {**self._open, folder: session}
+            self._previews.append(folder)
+            while len(self._previews) > MOST_PREVIEWS:
+                self._close_preview(self._previews.pop(0))
+        return f"{session.take_path(PREVIEW)}?preview"
+
     def reopen(self, folders: Iterable[Path]) -> list[OpenSession]:
         """Open the sessions that participants could reach before a restart, so that their links go on working.
 
@@ -196,6 +225,14 @@ class SessionRegistry:
             sessions, self._open = list(self._open.values()), {}
         for session in sessions:
             session.close()
+        for folder in self._previews:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _close_preview(self, folder: Path) -> None:
+        session = self._open[folder]
+        self._open = {place: one for place, one in self._open.items() if place != folder}
+        session.close()
+        shutil.rmtree(folder, ignore_errors=True)
 
     def by_join_key(self, key: str) -> OpenSession:
         """Return the session that a join key opens, or raise `UnknownSessionError`."""

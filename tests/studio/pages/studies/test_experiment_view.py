@@ -10,7 +10,6 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.studio import study_server
 from tactogram.studio.application import ServerAnnouncement
 from tactogram.studio.pages.studies.catalogue import (
-    copy_study,
     counts_of,
     new_session_folder,
     pairs_of,
@@ -18,6 +17,7 @@ from tactogram.studio.pages.studies.catalogue import (
     workspace_sessions,
     workspace_studies,
 )
+from tactogram.studio.pages.studies.editor.draft import copy_study
 from tactogram.studio.pages.studies.experiment_view import (
     address_of,
     answers_rows,
@@ -152,9 +152,9 @@ def test_downloads_hold_the_whole_export(session, kind, name):
 
 def test_the_catalogue_lists_every_design_and_what_is_wrong_with_a_file(session, tmp_path):
     workspace = Workspace.at(tmp_path)
-    copied = copy_study(workspace, "threshold")
+    copied = copy_study(workspace, "threshold", "threshold")
     copied.with_name("broken.toml").write_text("[design]\nkind = 'abx'\n")
-    bare = re.sub(r"\[analysis.margins\].*?(?=\n\[)", "", copied.read_text(encoding="utf-8"), flags=re.S)
+    bare = re.sub(r"\[analysis.margins.*?(?=\n\[)", "", copied.read_text(encoding="utf-8"), flags=re.S)
     copied.with_name("bare.toml").write_text(bare, encoding="utf-8")
     found = {study.name: study for study in workspace_studies(workspace)}
     assert set(shipped_studies()) < set(found)
@@ -162,8 +162,6 @@ def test_the_catalogue_lists_every_design_and_what_is_wrong_with_a_file(session,
     assert "margins: staircase ±3 dB" in found["threshold"].line
     assert "margins: none, so that equivalence cannot be shown" in found["studies/bare.toml"].line
     assert found["studies/broken.toml"].error
-    with pytest.raises(DataError, match="exists"):
-        copy_study(workspace, "threshold")
     [one] = workspace_sessions(workspace)
     assert (one.name, one.line) == ("sessions/pilot", "abx: 2 participants, 1 going on, 1 not begun")
 

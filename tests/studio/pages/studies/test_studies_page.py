@@ -18,10 +18,14 @@ def test_a_design_is_copied_begun_with_changes_and_analysed(studies, workspace):
     tab = studies
     for name in shipped_studies():
         assert tab.locator(f"[data-study={name}]").count() == 1
-    tab.get_by_role("button", name="Copy threshold into the workspace").click()
-    tab.locator("[data-study='studies/threshold.toml']").wait_for()
-    copied = Path(workspace) / "studies" / "threshold.toml"
-    assert copied.read_text() == shipped_studies()["threshold"].read_text()
+    tab.get_by_role("button", name="Make your own from threshold").click()
+    tab.get_by_label("Name of your study").fill("Threshold!")
+    tab.get_by_role("button", name="Copy and edit").click()
+    tab.get_by_text("name must be 1 to 40 lower-case letters").wait_for()
+    tab.get_by_label("Name of your study").fill("threshold")
+    tab.get_by_role("button", name="Copy and edit").click()
+    tab.wait_for_url("**/studies/edit?study=studies/threshold.toml")
+    tab.get_by_role("link", name="All studies").click()
 
     tab.get_by_role("button", name="Begin a session of studies/threshold.toml").click()
     tab.get_by_label("Name of the session's folder").fill("../out")

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.studio.pages.studies.experiment_view import participant_count, report_of
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.study.designs import designs
@@ -22,8 +20,8 @@ from tactogram.workflows.study.simulation import SIMULATED
 from tactogram.workflows.study.studies import check_study
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
-SESSIONS, STUDIES, ANALYSES = "sessions", "studies", "studio/analyses"
-"""Folders of the workspace for new sessions, copied studies and analyses."""
+SESSIONS, ANALYSES = "sessions", "studio/analyses"
+"""Folders of the workspace for new sessions and analyses."""
 HEADINGS: Mapping[str, str] = {
     "trials": "trials each",
     "power": "shows the effect",
@@ -115,15 +113,10 @@ def new_session_folder(workspace: Workspace, name: str) -> Path:
     return folder
 
 
-def copy_study(workspace: Workspace, name: str) -> Path:
-    """Copy a shipped study into the workspace and return the file; `DataError` if it exists."""
-    target = workspace.inside(Path(STUDIES) / f"{name}.toml")
-    if target.exists():
-        raise DataError(f"{workspace.name_of(target)} exists; change that file, or move it away")
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with atomic_write(target) as part:
-        shutil.copyfile(shipped_studies()[name], part)
-    return target
+def free_session_name(workspace: Workspace, name: str) -> str:
+    """Return an unused name for a new session's folder, after the study's name."""
+    names = (name if number == 1 else f"{name[:36]}-{number}" for number in range(1, 1000))
+    return next(free for free in names if not workspace.inside(Path(SESSIONS) / free).exists())
 
 
 def analysis_folder(workspace: Workspace, source: Path) -> Path:

@@ -7,27 +7,37 @@ from urllib.parse import quote
 
 from nicegui import events, ui
 
-from tactogram.recipe import parse_changes
 from tactogram.studio.context import Studio
-from tactogram.studio.layout import busy, heading, hint, in_background, page, report_errors, route, upload
+from tactogram.studio.layout import (
+    attribute,
+    busy,
+    heading,
+    hint,
+    in_background,
+    page,
+    report_errors,
+    route,
+    upload,
+)
+from tactogram.studio.pages.studies.begin import begin_dialog
 from tactogram.studio.pages.studies.catalogue import (
-    STUDIES,
     SessionEntry,
     StudyEntry,
-    copy_study,
-    new_session_folder,
-    split_commas,
     workspace_sessions,
     workspace_studies,
 )
+from tactogram.studio.pages.studies.editor.draft import STUDIES, copy_study, free_name
+from tactogram.studio.pages.studies.editor.page import add as add_editor
 from tactogram.studio.pages.studies.experiment_view import address_of
 from tactogram.studio.pages.studies.panels import analysis, power
 from tactogram.studio.workspace.uploads import save_upload
+from tactogram.study.language_files import own_name
 from tactogram.workflows.study.studies import check_study
 
 
 def add(studio: Studio) -> None:
-    """Register the page."""
+    """Register the page and the editor."""
+    add_editor(studio)
 
     @route("/studies")
     async def show() -> None:
@@ -35,9 +45,15 @@ def add(studio: Studio) -> None:
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             ui.label(
                 "A study is a file that sets stimuli, their order and the questions. Begin a session of a study, and "
-                "participants take it on this machine or on tablets. The designs play simulated recordings."
+                "participants take it on this machine or on tablets. Make your own to change texts, words, stimuli and "
+                " languages. The designs play simulated recordings."
             ).classes("quiet")
             await StudiesPage(studio).draw()
+
+
+def edit_address(name: str) -> str:
+    """Return the address of the editor of a study's file, by its path relative to the workspace."""
+    return f"/studies/edit?study={quote(name)}"
 
 
 class StudiesPage:
@@ -60,7 +76,7 @@ class StudiesPage:
             if own:
                 self._cards(own)
             else:
-                ui.label("None yet: copy a design below and change it, or add a file.").classes("quiet")
+                ui.label("None yet: make your own from a design below, or add a file.").classes("quiet")
             heading("Designs")
             self._cards([study for study in studies if study.shipped])
         power()
@@ -89,9 +105,11 @@ class StudiesPage:
             begin.props(f'aria-label="Begin a session of {study.name}"')
             check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("outline")
             check.props(f'aria-label="Check {study.name}: make and render every stimulus"')
-            if study.shipped:
-                copy = ui.button("Copy", on_click=report_errors(lambda: self._copy(study))).props("outline")
-                copy.props(f'aria-label="Copy {study.name} into the workspace"')
+            copy = ui.button("Make your own", on_click=lambda: self._copy(study)).props("outline")
+            copy.props(f'aria-label="Make your own from {study.name}"')
+            if not study.shipped:
+                link = ui.link("Edit", edit_address(study.name))
+                link.props(f'aria-label="Edit {attribute(study.name)}"').classes("self-center")
 
     def _sessions(self, sessions: list[SessionEntry]) -> None:
         if not sessions:
@@ -124,30 +142,7 @@ class StudiesPage:
                     ui.link("open", address).props(f'aria-label="Report of {session.name}"')
 
     def _begin(self, study: StudyEntry) -> None:
-        with (
-            ui.dialog().props('aria-label="Begin a session"') as dialog,
-            ui.card().classes("w-96 max-w-full"),
-        ):
-            heading(f"Begin a session: {study.title}")
-            name = ui.input("Name of the session's folder", value=study.facts["name"]).classes("w-full")
-            changes = ui.input("Changes (optional)").props('placeholder="design.repeats=2, seed=7"')
-            changes.classes("w-full")
-            hint(
-                "Answers are stored in this folder of the workspace. The study cannot be changed after the session has "
-                "begun."
-            )
-
-            async def begin() -> None:
-                folder = new_session_folder(self.workspace, name.value or "")
-                values = parse_changes(split_commas(changes.value))
-                with busy("beginning the session"):
-                    await in_background(self.studio.sessions.begin, study.source, folder, changes=values)
-                ui.navigate.to(address_of(folder.as_posix()))
-
-            with ui.row().classes("justify-end w-full"):
-                ui.button("Cancel", on_click=dialog.close).props("flat")
-                ui.button("Begin", on_click=report_errors(begin))
-        dialog.open()
+        begin_dialog(self.studio, study.source, title=study.title, name=study.facts["name"])
 
     @report_errors
     async def _check(self, study: StudyEntry, button: ui.button) -> None:
@@ -157,9 +152,32 @@ class StudiesPage:
         ui.notify(f"{study.name}: no problems; {count} signals were made and rendered on {facts['display']}")
 
     def _copy(self, study: StudyEntry) -> None:
-        path = copy_study(self.workspace, study.name)
-        ui.notify(f"copied to {self.workspace.name_of(path)}; change it with any text editor")
-        ui.navigate.reload()
+        with (
+            ui.dialog(value=True).props('aria-label="Make your own"') as dialog,
+            ui.card().classes("w-96 max-w-full"),
+        ):
+            heading(f"Your own from {study.title}")
+            name = ui.input("Name of your study", value=free_name(self.workspace, study.source)).classes(
+                "w-full"
+            )
+            hint("Lower-case letters, digits and _; it is the file's name, and part of every row of answers.")
+
+            offered = {one: own_name(one) for one in study.facts["languages"]}
+            first = "en" if "en" in offered else next(iter(offered))
+            languages = ui.select(offered, label="Languages", multiple=True, value=[first])
+            languages.classes("w-full").props("use-chips")
+            hint("More can be added later; the texts of all of them are copied.")
+
+            async def copy() -> None:
+                path = await in_background(
+                    copy_study, self.workspace, study.source, name.value or "", languages=languages.value
+                )
+                ui.navigate.to(edit_address(self.workspace.name_of(path)))
+
+            with ui.row().classes("justify-end w-full"):
+                ui.button("Cancel", on_click=dialog.close).props("flat")
+                ui.button("Copy and edit", on_click=report_errors(copy))
+        dialog.on("hide", dialog.delete)
 
     async def _upload(self, event: events.UploadEventArguments) -> None:
         data = await event.file.read()

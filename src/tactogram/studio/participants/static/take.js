@@ -13,6 +13,8 @@ import { guessed, nameOf, say } from "./wording.js";
 const base = location.pathname.replace(/\/+$/, "");
 const ticket = base.split("/").pop();
 const outbox = new Outbox(ticket);
+/** Whether the author of a study looks at it: without the card, and without full screen. */
+const previewing = new URLSearchParams(location.search).has("preview");
 const stage = document.getElementById("stage");
 const head = document.getElementById("head");
 /** Replaced with each page. */
@@ -127,14 +129,14 @@ function showWelcome() {
   const l = language();
   const go = async () => {
     now.sounds.unlock();
-    fullScreen();
+    if (!previewing) fullScreen();
     now.started = true;
     await show();
   };
   const code = make("div", { class: "code-block" }, make("span", { class: "quiet", text: say(l, "code") }), make("strong", { class: "code", text: now.state.code }), make("p", { text: say(l, "note_code") }), make("p", { class: "quiet", text: say(l, "no_names") }));
   const possible = now.state.played_by !== "browser" || BrowserSounds.possible;
   const more = [code, ...(possible ? [] : [make("p", { class: "feedback wrong", text: say(l, "no_audio") })])];
-  const label = document.fullscreenEnabled ? "start" : "start_plain";
+  const label = document.fullscreenEnabled && !previewing ? "start" : "start_plain";
   showMoment(stage, { title: say(l, first ? "welcome" : "welcome_back"), text: document.title, go: say(l, label), press: go, more });
 }
 
@@ -145,7 +147,7 @@ async function show() {
   now.view = null;
   showHead();
   if (ended()) return showEnd();
-  if (measured() === null) await calibrate(stage, language());
+  if (measured() === null && !previewing) await calibrate(stage, language());
   const { page } = now.state;
   const l = language();
   if (page.rest && !now.left.has(`rest ${page.token}`)) {
