@@ -71,6 +71,7 @@ export class Rows {
   /** Update the list, and choose the file, kept result, or material of a run with this name. */
   async choose(where, of, material = "") {
     this._offers = (await offersNow()).offers;
+    if (!this._rows.length) this._rows = [this._fresh(0)]; // before the example surfaces are ready
     await this._change(this._rows[0], { key: keyOf({ where, of, material }), lay: "auto", speed: null });
   }
 
