@@ -180,17 +180,23 @@ def stepped_envelope(edges: NDArray[np.float64], strength: NDArray[np.float64], 
 
 
 def stepped_strength(
-    signal: Signal, step_ms: int, bands: Sequence[tuple[float, float]], *, what: str
+    signal: Signal,
+    step_ms: int,
+    bands: Sequence[tuple[float, float]],
+    *,
+    what: str,
+    first_ms: int | None = None,
 ) -> tuple[NDArray[np.int64], list[NDArray[np.float64]]]:
     """Return the edges of steps of ``step_ms`` (ms, the last step shorter), and each band's strength in the steps.
 
-    A strength is the envelope's amplitude in the middle of a step, at most 1. ``what`` names the result in errors.
-    Raises `ParameterError` if the signal is shorter than 1 ms.
+    A strength is the envelope's amplitude in the middle of a step, at most 1. The first step lasts ``first_ms``,
+    ``step_ms`` by default. ``what`` names the result in errors. Raises `ParameterError` if the signal is shorter than
+    1 ms.
     """
     length = round(1e3 * signal.seconds)
     if length < 1:
         raise ParameterError(f"{what} needs at least 1 ms, got {signal.seconds:g} s")
-    edges = np.append(np.arange(0, length, step_ms), length)
+    edges = np.unique([0, *range(first_ms or step_ms, length, step_ms), length])
     middles = (edges[:-1] + edges[1:]) / 2e3
     envelopes = [envelope_of(signal, low=low, high=high, pulses=False) for low, high in bands]
     return edges, [np.minimum(np.interp(middles, one.times, one.amplitude), 1) for one in envelopes]
