@@ -32,9 +32,9 @@ $(STAMP): pyproject.toml constraints.txt tests/s3-server.txt
 demo: install ## simulate, classify, search and generate surfaces; writes runs/demo/report.html
 	$(BIN)/tactogram demo
 
-# Three processes for two cores: the tests of pages wait for their server and browser half of the time.
+# Three processes for two cores, but two where each has a browser or a cluster, whose own processes are several.
 test: install ## run the tests (SLOW=yes: also in a browser and on a cluster; COVERAGE=yes: measure it, it must not fall)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder $(if $(SLOW),,-m "not slow") $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(if $(SLOW),2,3) --dist loadfile --no-loadscope-reorder $(if $(SLOW),,-m "not slow") $(if $(COVERAGE),--cov --cov-report=html:build/coverage)
 
 check: install ## style, types, layers, documentation
 	$(BIN)/ruff check .
