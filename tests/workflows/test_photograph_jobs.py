@@ -1,6 +1,7 @@
 """From a photograph to a signal through the jobs: train, judge, generate; surfaces that were never touched too."""
 
 import json
+import shutil
 from functools import partial
 
 import numpy as np
@@ -12,7 +13,8 @@ from scipy.signal import lfilter
 from tactogram.cli import main
 from tactogram.datasets import Recording, Split, create_store
 from tactogram.datasets.store.photographs import photograph_of
-from tactogram.errors import LeakError, ParameterError
+from tactogram.errors import LeakError, ParameterError, RunError
+from tactogram.features.photo_novelty import UNLIKE
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.signal.resampling import resample
@@ -21,6 +23,7 @@ from tactogram.workflows.evaluation import generator
 from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
 from tactogram.workflows.generation.generate import generate_files
+from tactogram.workflows.training.known_photographs import FILE
 from tactogram.workflows.training.resume import plan_of
 from tactogram.workflows.training.train import train
 
@@ -140,6 +143,31 @@ def test_a_picture_file_becomes_a_signal_file(run, tmp_path):
     assert (row["seconds"], row["unit"], row["simulated"]) == (1.5, "m/s^2", True)
     file = read_signal(tmp_path / "x.wav")
     assert (file.seconds, file.unit) == (1.5, "m/s^2")
+
+
+@pytest.mark.parametrize(("of", "unlike"), [("tile", False), ("checkerboard", True)])
+def test_a_photograph_unlike_all_training_photographs_is_reported(of, unlike, run, tmp_path, capsys):
+    y, x = np.mgrid[:64, :64]
+    board = Image(np.repeat(255 * ((x // 8 + y // 8) % 2)[..., None], 3, axis=2).astype(np.uint8))
+    picture = board if unlike else photograph(of, 77)
+    (tmp_path / "photo.png").write_bytes(photograph_of(picture).data)
+    asked = ["generate", str(run.folder), "--image", str(tmp_path / "photo.png"), "--seconds", "1"]
+    assert main([*asked, "--out", str(tmp_path / "x.wav")]) == 0
+    printed = capsys.readouterr().out
+    if unlike:
+        assert "photograph unlike anything the run was trained on: it is farther" in printed
+        assert "100 % of these are from one of another material; classified as" in printed
+    else:
+        assert "photograph classified as tile\n" in printed
+    assert (read_metadata(tmp_path / "x.wav")["novelty"] >= UNLIKE) == unlike
+
+
+def test_a_damaged_description_of_photographs_is_one_line(run, tmp_path):
+    shutil.copytree(run.folder, tmp_path / "run")
+    (tmp_path / "run" / FILE).write_text('{"materials": ["a"]}')
+    (tmp_path / "photo.png").write_bytes(photograph_of(photograph("tile", 77)).data)
+    with pytest.raises(RunError, match=r"photographs.json: lacks or misspells 'descriptors'"):
+        generate_files(tmp_path / "run", {}, tmp_path / "x.wav", photograph=tmp_path / "photo.png")
 
 
 def test_what_cannot_be_asked_says_so(run, looks, tmp_path):

@@ -75,6 +75,7 @@ class _GenerateRequest(Request):
 def _generate(request: _GenerateRequest, show: Printer) -> None:
     from tactogram.errors import ParameterError
     from tactogram.workflows.generation.generate import generate_files
+    from tactogram.workflows.generation.photographs import photograph_text
     from tactogram.workflows.generation.word_scores import needs_words, some_words
     from tactogram.workflows.training.loaded_run import load_run
 
@@ -125,9 +126,8 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     )
     first = written[0]
     lines = [line for row in written for line in (row["file"], *loss_lines(row.get("written", {})))]
-    if "classified_as" in first:
-        sure = f", confidence {first['confidence']:.2f}" if "confidence" in first else ""
-        lines.append(f"photograph classified as {first['classified_as']}{sure}")
+    if seen := photograph_text(first):
+        lines.append(seen)
     if "text" in first:
         lines.append(f"described: {text_of(first['material'])}")
     if "differ_by" in first:

@@ -210,7 +210,7 @@ class VisualTactileLearner(PictureLearner[Config]):
     def classify_photograph(self, image: Image) -> tuple[str, float]:
         """Return the predicted material of a photograph and its probability.
 
-        An unknown surface is classified, too: a low probability is the only sign of it.
+        An unknown surface is classified, too, often with a high probability.
         """
         return self._classified(image)
 

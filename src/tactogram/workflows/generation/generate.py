@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, NoiselessGenerator, PhotographClassifier
+from tactogram.model import Condition, NoiselessGenerator
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.streaming.finger_path import followed
@@ -18,6 +18,7 @@ from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, 
 from tactogram.signal.motion import Motion
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.descriptions import with_materials
+from tactogram.workflows.generation.photographs import photograph_facts
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 MOST = 100_000
@@ -127,8 +128,8 @@ def generate_files(
     list of dict
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (trained on simulated data), ``rms`` per
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
-        ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. Where the model
-        classifies the photograph: ``classified_as`` and possibly ``confidence``; of a text the ``material`` that it
+        ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. Of a photograph the
+        facts of `tactogram.workflows.generation.photographs.photograph_facts`; of a text the ``material`` that it
         describes, weight by name; of several results of a model without noise ``differ_by``.
 
     Raises
@@ -144,7 +145,7 @@ def generate_files(
     if photograph is not None:
         image = read_image(photograph)
         condition = {**condition, "image": image}
-        found = _classified_as(loaded.model, image)
+        found = photograph_facts(loaded, image)
     if (text := condition.get("text")) is not None:
         condition = with_materials(loaded, condition)
         found |= {"text": text, "material": condition["material"]}
@@ -225,14 +226,3 @@ def _named(condition: Condition) -> dict[str, Any]:
         for name, value in condition.items()
         if value is not None and name not in ("image", "vibration", "motion")
     }
-
-
-def _classified_as(model: object, image: Image) -> dict[str, Any]:
-    if not isinstance(model, PhotographClassifier):
-        return {}
-    try:
-        material, confidence = model.classify_photograph(image)
-    except ParameterError:  # a variant without a label
-        return {}
-    found: dict[str, Any] = {"classified_as": material}
-    return found if confidence is None else {**found, "confidence": round(float(confidence), 4)}

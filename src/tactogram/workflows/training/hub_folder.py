@@ -20,6 +20,7 @@ from tactogram.training.run import Run
 from tactogram.workflows import hub
 from tactogram.workflows.evaluation_results import evaluation_results
 from tactogram.workflows.new_folder import new_folder
+from tactogram.workflows.training import known_photographs
 from tactogram.workflows.training.loaded_run import model_of
 from tactogram.workflows.training.run_archive import check_foreign
 from tactogram.workflows.training.surface_index import INDEX_FILES
@@ -30,6 +31,7 @@ OPTIONAL = (
     "split.json",
     "metrics.csv",
     *INDEX_FILES,
+    known_photographs.FILE,
     "evaluation.json",
 )
 RESULTS = ".eval_results/tactogram.yaml"

@@ -22,6 +22,7 @@ from tactogram.model import (
     Learner,
     OutcomeReporter,
     SharedLearner,
+    SignalKind,
     Stage,
 )
 from tactogram.recipe import Recipe
@@ -35,6 +36,7 @@ from tactogram.training.remote_run import run_at
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
+from tactogram.workflows.training.known_photographs import save_photographs
 from tactogram.workflows.training.launch import in_processes
 from tactogram.workflows.training.plan import TrainingPlan, planned
 from tactogram.workflows.training.requests import LoggerName, TrainingRequest, never
@@ -259,6 +261,8 @@ def _finish(
         from tactogram.workflows.training.surface_index import index_run
 
         index_run(run, learner, examples, validation)
+    if isinstance(kind, SignalKind) and "image" in (*plan.facts.needs, *plan.facts.instead):
+        save_photographs(run, examples)
     outcome = {"outcome": learner.outcome()} if isinstance(learner, OutcomeReporter) else {}
     _draw(run, learner)
     found = learner.validate(validation)

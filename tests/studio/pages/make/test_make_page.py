@@ -189,7 +189,11 @@ def test_a_photograph_is_dropped_cropped_and_used(tab, photo_run, tmp_path):
     tab.get_by_role("button", name="Use the whole photograph").wait_for()
 
     generate(tab)
-    tab.locator(".signal", has_text="stone").first.wait_for()
+    made = tab.locator(".signal", has_text="stone").first
+    made.wait_for()
+    # Noise is no surface: the result says so, and which material it was taken for.
+    assert "Photograph unlike anything the run was trained on" in made.inner_text()
+    assert "classified as " in made.inner_text()
     (part,) = (photo_run / "studio" / "photos").glob("stone-*-part-*.png")
     rows, columns = np.array(Pillow.open(part)).shape[:2]
     assert abs(rows - 45) <= 2

@@ -167,6 +167,8 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
         state.add_comparison(before)
         page.results.refresh()
 
+    if photograph := result.facts.get("photograph"):
+        hint(str(photograph)).classes("prediction")
     kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)
     if first and result.facts.get("what") == "made" and not result.is_image:
         _draw_class(page, result)

@@ -190,6 +190,18 @@ class RunCatalogue:
             raise DataError(f"{request.photo}: no longer available; choose a photograph again")
         return cropped(read_image(path), request.crop)
 
+    def photograph_text(self, request: GenerationRequest) -> str:
+        """Return the material that the request's photograph is classified as, or how unlike it is; "" without one."""
+        run = self.get(request.run)
+        request = run.form.used(request)
+        if not (request.photo and run.form.has("photo")):
+            return ""
+        from tactogram.workflows.generation.photographs import photograph_facts, photograph_text
+
+        with self._lock:
+            text = photograph_text(photograph_facts(self.load(run), self.photograph(request)))
+        return f"{text[:1].upper()}{text[1:]}." if text else ""
+
     def places(self, run: FinishedRun) -> NDArray[np.float64]:
         """Return the place of each material of a run on its map, float64, shape (material, 2).
 

@@ -132,9 +132,14 @@ class MakePageState:
     # -- results -----------------------------------------------------------------------------------------
 
     def store_result(
-        self, request: GenerationRequest, run: FinishedRun, number: int, made: Signal | Image
+        self,
+        request: GenerationRequest,
+        run: FinishedRun,
+        number: int,
+        made: Signal | Image,
+        photograph: str = "",
     ) -> KeptResult:
-        """Store and return a generated result; the oldest unkept results are deleted."""
+        """Store and return a generated result, with what is said of its photograph; the oldest unkept are deleted."""
         request = run.form.used(request)
         title = f"{request.title}, seed {request.seed}" + (f" ({number})" if request.count > 1 else "")
         facts = {
@@ -147,6 +152,7 @@ class MakePageState:
             "number": number,
             "simulated": run.kind.simulated,
             "command": command(request, run.form, photo=self.photo_file(request)),
+            "photograph": photograph,
         }
         result = self.made.keep(made, title=title, facts=facts)
         for old in self.made.all()[MOST_STORED:]:
