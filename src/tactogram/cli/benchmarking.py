@@ -86,10 +86,9 @@ def _list(request: _ListRequest, show: Printer) -> None:
 def _run(request: _RunRequest, show: Printer) -> int:
     from tactogram.benchmark.run import run_benchmark
     from tactogram.benchmark.task import available_tasks
-    from tactogram.workflows.progress import shown
 
     known = available_tasks()
-    with shown() as progress:
+    with show.progress() as progress:
         report = run_benchmark(
             [name for name in request.names if name in known],
             [name for name in request.names if name not in known],
@@ -142,9 +141,8 @@ def _questions(request: _QuestionsRequest, show: Printer) -> None:
     from tactogram.benchmark.data import open_task
     from tactogram.benchmark.outside import write_questions
     from tactogram.benchmark.task import find_task
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         opened = open_task(find_task(request.task), Path(request.folder), progress=progress)
         report = write_questions(opened, Path(request.out))
     show(report, lines_of(report))
@@ -154,11 +152,10 @@ def _score(request: _ScoreRequest, show: Printer) -> None:
     from tactogram.benchmark.data import open_task
     from tactogram.benchmark.outside import score_answers
     from tactogram.benchmark.task import find_task
-    from tactogram.workflows.progress import shown
 
     work = Path(request.folder)
     out = Path(request.out or work / "results")
-    with shown() as progress:
+    with show.progress() as progress:
         opened = open_task(find_task(request.task), work, progress=progress)
         results = score_answers(opened, Path(request.answers), out, progress=progress)
     rows = [("seed", results[0].main_name, "interval", "at best", "by chance")]

@@ -58,7 +58,7 @@ def _run(arguments: argparse.Namespace) -> int:
     from tactogram.cli.printing import Printer
     from tactogram.cli.verbs import FOLDERS, UsageError, request_of
 
-    verb, show = arguments.verb, Printer(json=arguments.json)
+    verb, show = arguments.verb, Printer(json=arguments.json, quiet=arguments.quiet)
     if getattr(arguments, "list", False):
         verb.listing[1](show)
         return 0

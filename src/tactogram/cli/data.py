@@ -64,11 +64,10 @@ def _list(request: _ListRequest, show: Printer) -> None:
 def _import(request: ImportRequest, show: Printer) -> int:
     from tactogram.cli.import_preview import preview_text, several_rates
     from tactogram.workflows.data.stores import import_store
-    from tactogram.workflows.progress import shown
 
     if request.out is None and not request.preview:
         raise UsageError("the following arguments are required: --out (or --preview)")
-    with shown() as progress:
+    with show.progress() as progress:
         report = import_store(**vars(request) | {"progress": progress})
     if request.preview:
         show(report, preview_text(report))
@@ -87,18 +86,16 @@ def _import(request: ImportRequest, show: Printer) -> int:
 
 def _simulate(request: SimulationRequest, show: Printer) -> None:
     from tactogram.workflows.data.simulate import simulate_to_store
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         report = simulate_to_store(**vars(request) | {"progress": progress})
     show(report, lines_of(report))
 
 
 def _export(request: DataExportRequest, show: Printer) -> None:
     from tactogram.workflows.data.export import export_store
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         facts = export_store(**vars(request) | {"progress": progress})
     show(facts, lines_of(facts))
 
@@ -121,18 +118,16 @@ def _check(request: _StoreRequest, show: Printer) -> int:
 
 def _compact(request: _StoreRequest, show: Printer) -> None:
     from tactogram.workflows.data.stores import compact_store
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         facts = compact_store(request.path, progress=progress)
     show(facts, lines_of(facts))
 
 
 def _copy(request: _CopyRequest, show: Printer) -> None:
     from tactogram.workflows.data.stores import copy
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         facts = copy(request.source, request.target, progress=progress)
     show(facts, lines_of(facts))
 

@@ -20,7 +20,6 @@ class _ConvertRequest(ConversionRequest):
 
 def _convert(request: _ConvertRequest, show: Printer) -> int:
     from tactogram.workflows.data import convert as jobs
-    from tactogram.workflows.progress import shown
 
     options = vars(request)
     if options.pop("check"):
@@ -37,7 +36,7 @@ def _convert(request: _ConvertRequest, show: Printer) -> int:
         return 0
     if request.format is None:
         raise UsageError("a folder needs --to FORMAT, one of --list")
-    with shown() as progress:
+    with show.progress() as progress:
         facts = jobs.convert_folder(progress=progress, **options)
     show(facts, _folder_text(facts))
     return 1 if facts["failed"] else 0

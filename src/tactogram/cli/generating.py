@@ -137,7 +137,6 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
 
 def _generate_many(request: _GenerateRequest, show: Printer) -> None:
     from tactogram.workflows.generation.many import generate_many
-    from tactogram.workflows.progress import shown
 
     taken = ("runs", "out", "conditions", "seconds", "seed", "on", "processes")
     changed = [field.name for field in fields(request) if getattr(request, field.name) != field.default]
@@ -146,7 +145,7 @@ def _generate_many(request: _GenerateRequest, show: Printer) -> None:
         names = ", ".join(f"--{name.replace('_', '-')}" for name in in_table) or "a second RUN"
         raise UsageError(f"--conditions states all but --seconds and --seed: omit {names}")
     options = {name: getattr(request, name) for name in taken if name not in ("runs", "out", "conditions")}
-    with shown() as progress:
+    with show.progress() as progress:
         written = generate_many(
             request.runs[0], str(request.conditions), request.out, **options, progress=progress
         )
@@ -192,9 +191,8 @@ def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Print
 
 def _clone(request: CloneRequest, show: Printer) -> None:
     from tactogram.workflows.generation.clone import clone
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         run = clone(**vars(request) | {"progress": progress})
     materials = run.facts()["kind"]["materials"]
     show(
@@ -205,9 +203,8 @@ def _clone(request: CloneRequest, show: Printer) -> None:
 
 def _mix(request: MixRequest, show: Printer) -> None:
     from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         result = mixing_ladder(**vars(request) | {"progress": progress})
     show(result, f"{result['in_words']}\nfigure: {result['figure']}")
 

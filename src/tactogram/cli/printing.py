@@ -4,19 +4,34 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tactogram.workflows.progress import ProgressCallback
 
 
 class Printer:
-    """Prints the result of a verb: as JSON where ``--json`` is given, else as text."""
+    """Prints the result of a verb: as JSON where ``--json`` is given, else as text; progress unless ``--quiet``."""
 
-    def __init__(self, *, json: bool) -> None:
-        self.json = json
+    def __init__(self, *, json: bool, quiet: bool = False) -> None:
+        self.json, self.quiet = json, quiet
 
     def __call__(self, result: Any, text: str) -> None:
         """Print one of the two."""
         sys.stdout.write((json.dumps(result, ensure_ascii=False) if self.json else text) + "\n")
+
+    @contextmanager
+    def progress(self) -> Iterator[ProgressCallback]:
+        """Show progress on stderr meanwhile, unless quiet."""
+        from tactogram.workflows.progress import shown, silent
+
+        if self.quiet:
+            yield silent
+            return
+        with shown() as progress:
+            yield progress
 
 
 def accuracies(result: Mapping[str, Any]) -> str:

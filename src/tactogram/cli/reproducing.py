@@ -48,9 +48,8 @@ def _reproduce(request: _ReproduceRequest, show: Printer) -> None:
         _experiments(show)
         return
     from tactogram.experiments.reproduce import reproduce
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         result = reproduce(**vars(request) | {"progress": progress})
     show(result, result["text"])
 

@@ -32,9 +32,8 @@ class _ModelsRequest(Request):
 
 def _demo(request: _DemoRequest, show: Printer) -> None:
     from tactogram.workflows.demo import demo
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         result = demo(request.out, seed=request.seed, progress=progress)
     unmet = result["none_of_these"]
     text = [

@@ -41,10 +41,9 @@ def _analyse(request: AnalysisRequest, show: Printer) -> None:
 
 
 def _power(request: _PowerRequest, show: Printer) -> None:
-    from tactogram.workflows.progress import shown
     from tactogram.workflows.study.power import study_power
 
-    with shown() as progress:
+    with show.progress() as progress:
         result = study_power(**vars(request) | {"progress": progress})
     show(result, result.pop("text"))
 

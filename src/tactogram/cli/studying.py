@@ -154,12 +154,8 @@ def _run(request: _RunRequest, show: Printer) -> None:
 def _simulate(request: ParticipantsRequest, show: Printer) -> None:
     from tactogram.workflows.study.simulation import simulate_study
 
-    def progress(done: int) -> None:
-        sys.stderr.write(f"\r{done} of {request.participants} simulated participants")
-        sys.stderr.flush()
-
-    result = simulate_study(**vars(request) | {"progress": progress})
-    sys.stderr.write("\n")
+    with show.progress() as progress:
+        result = simulate_study(**vars(request) | {"progress": progress})
     count = len(result["simulated_participants"])
     text = f"{result['study']}: {count} simulated participants, {result['answers']} answers in {result['folder']}"
     show(result, text)

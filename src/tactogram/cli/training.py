@@ -62,7 +62,6 @@ class _CompareRequest(Request):
 
 def _train(request: _TrainRequest, show: Printer) -> None:
     from tactogram.training.processes import is_first_process
-    from tactogram.workflows.progress import shown
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
 
@@ -73,7 +72,7 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     if request.sweep:
         _sweep(request, show)
         return
-    with catch_stop_signals() as stop, shown() as progress:
+    with catch_stop_signals() as stop, show.progress() as progress:
         values = vars(request) | {"progress": progress, "stop": stop}
         if request.resume:
             names = ("data", "accelerator", "devices", "nodes", "logger", "model_folders", "progress", "stop")
@@ -93,12 +92,11 @@ def _train(request: _TrainRequest, show: Printer) -> None:
 
 
 def _sweep(request: _TrainRequest, show: Printer) -> None:
-    from tactogram.workflows.progress import shown
     from tactogram.workflows.training.sweep import sweep
 
     if request.resume is not None:
         raise UsageError("--sweep goes on by itself with the same --out: omit --resume")
-    with shown() as progress:
+    with show.progress() as progress:
         values = vars(request) | {"progress": progress, "resume": False}
         of_training = {
             field.name: values[field.name] for field in fields(TrainingRequest) if field.name in values
@@ -125,23 +123,21 @@ def _refuse_settings(request: _TrainRequest) -> None:
 
 def _crossval(request: CrossvalRequest, show: Printer) -> None:
     from tactogram.models import find
-    from tactogram.workflows.progress import shown
 
     if find(request.model).task == "prediction":
         _crossval_ratings(request, show)
         return
     from tactogram.workflows.evaluation.crossval import crossval
 
-    with shown() as progress:
+    with show.progress() as progress:
         result = crossval(**vars(request) | {"progress": progress})
     show(result, f"{accuracies(result)}\nsplit: {result['split']}\nreport: {result['report']}")
 
 
 def _evaluate(request: EvaluationRequest, show: Printer) -> None:
     from tactogram.workflows.evaluation.evaluate import evaluate
-    from tactogram.workflows.progress import shown
 
-    with shown() as progress:
+    with show.progress() as progress:
         result = evaluate(**vars(request) | {"progress": progress})
     if "window_accuracy" in result:
         lines = [accuracies(result)]
@@ -170,10 +166,9 @@ def _evaluate(request: EvaluationRequest, show: Printer) -> None:
 
 
 def _export(request: ExportRequest, show: Printer) -> None:
-    from tactogram.workflows.progress import shown
     from tactogram.workflows.training.export import export
 
-    with shown() as progress:
+    with show.progress() as progress:
         facts = export(**vars(request) | {"progress": progress})
     show(facts, _networks_text(facts) if "networks" in facts else lines_of(facts))
 
@@ -230,13 +225,12 @@ def _images_lines(result: Any) -> list[str]:
 def _crossval_ratings(request: CrossvalRequest, show: Printer) -> None:
     from tactogram.errors import ParameterError
     from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
-    from tactogram.workflows.progress import shown
 
     if request.split or request.only_folds:
         raise ParameterError(
             "--split and --only-folds are for classifiers; a predictor takes --folds and --repeats"
         )
-    with shown() as progress:
+    with show.progress() as progress:
         result = crossval_ratings(**vars(request) | {"progress": progress})
     of = " of simulated raters" if result["data"]["simulated"] else ""
     head = f"mean absolute error{of}, points of a scale of {result['scale'][0]:g} to {result['scale'][1]:g}"

@@ -38,8 +38,9 @@ class UsageError(Exception):
 
 
 def add_options(parser: argparse.ArgumentParser, verb: Verb, *, listing: bool = False) -> None:
-    """Add the options of a verb to its parser; only ``--list`` and ``--json`` for a command with ``--list``."""
+    """Add the options of a verb to its parser; only those of every verb for a command with ``--list``."""
     parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
     if verb.listing is not None:
         parser.add_argument("--list", action="store_true", help=verb.listing[0])
         if listing:

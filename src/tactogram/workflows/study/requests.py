@@ -1,10 +1,11 @@
 """Requests of simulated participants and analyses."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import Argument, Option, Request
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ class ParticipantsRequest(Request):
     seed: Annotated[int, Option("seed of their answers")] = 0
     play: Annotated[bool, Option("generate and render stimuli and log their hashes")] = False
     changes: Annotated[Mapping[str, Any] | None, CHANGES] = None
-    progress: Callable[[int], None] = lambda done: None
+    progress: ProgressCallback = silent
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,6 @@ from tactogram.workflows.study.studies import study_folder
 
 SIMULATED = "-simulated"
 """Suffix of the folder of a session's simulated participants."""
-ProgressCallback = Callable[[int], None]
 
 
 @takes(ParticipantsRequest)
@@ -49,7 +48,7 @@ def simulate_study(request: ParticipantsRequest) -> dict[str, Any]:
             effect=effect,
             seed=request.seed,
             play=play,
-            progress=request.progress,
+            progress=lambda done: request.progress("participants", done, request.participants),
         )
         rows = len(store.answers())
     return _simulated_facts(out, study, participants, effect, rows)
@@ -61,7 +60,7 @@ def simulate_session(
     participants: int,
     effect: Mapping[str, Any] | None = None,
     seed: int = 0,
-    progress: ProgressCallback = lambda done: None,
+    progress: Callable[[int], None] = lambda done: None,
 ) -> dict[str, Any]:
     """Let simulated participants take the study of a session, in a separate folder next to it.
 

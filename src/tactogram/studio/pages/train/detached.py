@@ -14,6 +14,8 @@ from pathlib import Path
 
 import psutil
 
+from tactogram.workflows.progress import VARIABLE
+
 SAME_S = 2.0
 """Tolerance between two readings of a process's start time: the clock may be adjusted in between."""
 NICE = 5
@@ -67,7 +69,7 @@ def start(arguments: Sequence[str], *, folder: Path, log: Path) -> DetachedProce
             stdout=file,
             stderr=subprocess.STDOUT,
             start_new_session=True,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, "PYTHONUNBUFFERED": "1", VARIABLE: "0"},
         )
     threading.Thread(target=child.wait, name=f"reaper of {child.pid}", daemon=True).start()
     try:
