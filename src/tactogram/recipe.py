@@ -118,6 +118,12 @@ class Recipe(BaseModel):
         ParameterError
             If a key or value is not one of a recipe.
         """
+        for key in changes or {}:
+            if key.partition(".")[0] not in cls.model_fields:
+                raise ParameterError(
+                    f"`changes`: unknown key {key!r}; a setting of the model is config.NAME, and others begin with "
+                    "prepare, seed or training: `tactogram models MODEL` lists them"
+                )
         return cls.of(with_changes(read_toml(path), changes), where=str(path))
 
     @classmethod

@@ -105,6 +105,7 @@ def test_an_error_names_options_in_place_of_parameters():
     message = "`changes` and `file` exclude each other; `unknown` stays, as sound"
     assert with_options(message, VERB) == "--set and file exclude each other; `unknown` stays, as sound"
     assert with_options("sound must be low", VERB) == "--silent must be low"
+    assert with_options("give `count=3` or `rate=1000`", VERB) == "give `--count 3` or `--set rate=1000`"
 
 
 def test_a_function_takes_the_parameters_of_a_request():

@@ -489,7 +489,7 @@ class TestFolder:
             rows = "".join(f"{n},{2 * n},1\n" for n in range(5 + ord(name)))
             (tmp_path / "f" / "cork" / f"{name}.csv").write_text(rows)
         (tmp_path / "f" / "recordings.csv").write_text("file,rate\ncork/b.csv,500\n")
-        with pytest.raises(DataError, match=r"cork/a.csv: .* give the rate, e.g. rate=1000 \(Hz\)"):
+        with pytest.raises(DataError, match=r"cork/a.csv: .* give the rate in Hz, e.g. `rate=1000`"):
             imported("folder", tmp_path / "f", tmp_path)
         options = {"rate": 330, "unit": "g", "axes": "x,y,z", "stream": "tap"}
         assert folder.find(tmp_path / "f", axes=5)[0].info["axes"] == ("5",)

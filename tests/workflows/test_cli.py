@@ -70,6 +70,27 @@ def test_a_usage_error_exits_2(arguments, capsys):
         (["crossval", "stroke_cnn", "--data", "STORE", "--folds", "1"], "--folds must be at least 2"),
         (["classify", "RUN", "nowhere.wav"], "nowhere.wav"),
         (["reproduce", "nothing"], "experiment must be one of"),
+        (
+            ["train", "stroke_cnn", "--data", "STORE", "--set", "steps=1"],
+            "a setting of the model is config.NAME",
+        ),
+        (["train", "stroke_cnn", "--data", "RUN"], "is not a store: it is a run"),
+        (["data", "info", "nowhere"], "not a store: no such folder; make one: tactogram data import folder"),
+        (
+            ["data", "info", "."],
+            "make one of the recordings in it: tactogram data import folder . --out STORE",
+        ),
+        (
+            ["evaluate", "STORE"],
+            "not a run: it is a store; train a model on it: tactogram train MODEL --data",
+        ),
+        (
+            ["generate", "RUN", "--out", "x.wav"],
+            "stroke_cnn does not generate, it is a model for classification",
+        ),
+        (["generate", "texture_flow", "--out", "x.wav"], "tactogram generate texture_flow --material "),
+        (["table", "RUN"], "was not evaluated: tactogram evaluate "),
+        (["table", "--model", "nothing"], "no row contains all of that; `tactogram table` lists every row"),
         (["reproduce", "tactile_image_cgan_figure4", "--data", "x"], "takes no --data; its options: images"),
     ],
 )
@@ -108,6 +129,47 @@ def test_the_same_without_json_is_for_people(run, capsys):
     ):
         assert main(arguments) == 0
         assert capsys.readouterr().out.strip()
+
+
+def test_a_model_is_shown_with_the_settings_of_a_training(capsys):
+    assert main(["models", "stroke_cnn", "--recipe", "paper", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["settings"]["config.window"]["value"] == 200
+    assert main(["models", "stroke_cnn"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "recipes: paper, quick, tiny" in lines
+    assert any(line.split()[:2] == ["config.dropout", "0.5"] for line in lines)
+    assert main(["models", "stroke_cn"]) == 1
+    assert capsys.readouterr().err.endswith("did you mean 'stroke_cnn'?\n")
+
+
+def test_the_table_is_filtered_and_fits_a_terminal(capsys, monkeypatch):
+    assert main(["table", "--model", "cnn", "--figure", "CLASSIFIED", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert rows
+    assert all(row["model"] == "stroke_cnn" and "classified" in row["what"] for row in rows)
+    monkeypatch.setattr("tactogram.cli.reproducing.terminal_width", lambda: 100)
+    assert main(["table"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 100
+    assert any("…" in line for line in lines)
+
+
+def test_an_evaluated_run_is_listed_first_in_the_table(run, capsys):
+    assert main(["evaluate", str(run.folder), "--json"]) == 0
+    measured = json.loads(capsys.readouterr().out)
+    assert main(["table", str(run.folder), "--figure", "recording_accuracy", "--json"]) == 0
+    first = json.loads(capsys.readouterr().out)["rows"][0]
+    assert (first["model"], first["ours"]) == ("stroke_cnn", measured["recording_accuracy"])
+    assert first["data"] == "textures (simulated)"
+
+
+def test_predictions_have_headings(run, texture, tmp_path, capsys):
+    write_signal(tmp_path / "x.wav", texture("tile", 8))
+    assert main(["classify", str(run.folder), str(tmp_path / "x.wav")]) == 0
+    head, row = capsys.readouterr().out.splitlines()
+    assert head.split() == ["file", "material", "probability"]
+    assert row.split()[1] == "tile"
 
 
 def test_doctor_tells_versions_and_extras(capsys):

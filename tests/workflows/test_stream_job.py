@@ -167,7 +167,7 @@ def test_backends_without_hardware(textures, backend):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"mix": {"velvet": 1.0}}, "no texture velvet; it must be one of cork"),
+        ({"mix": {"velvet": 1.0}}, "`mix` must be one of cork"),
         ({"display": "voice-coil"}, "give `display` and `level`, or neither"),
         ({"display": "phone", "level": "peak=1"}, "render a file"),
         ({"display": "audio", "level": "peak=1", "equalise": True}, "response is not known"),

@@ -288,7 +288,7 @@ def test_a_file_that_cannot_hold_a_signal_is_refused_before_one_is_made(voice, t
 def test_a_classifier_does_not_generate_nor_a_voice_classify(run, voice, texture):
     with pytest.raises(ParameterError, match="stroke_cnn does not generate"):
         next(generate(run.folder, {"material": "cork"}))
-    with pytest.raises(ParameterError, match="ar_texture is not a classifier"):
+    with pytest.raises(ParameterError, match="ar_texture does not classify, it is a model for generation"):
         classify(voice, texture("cork", 0))
 
 

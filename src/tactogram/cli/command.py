@@ -8,7 +8,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from tactogram.cli.parser import make_parser
+from tactogram.cli.hints import nearest_verb, with_command, with_nearest
+from tactogram.cli.parser import all_verbs, make_parser
 from tactogram.errors import StoppedError, TactogramError
 
 # torch's threads spin when they wait, and collapse when a core is busy. Read when torch is imported.
@@ -25,7 +26,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     words = sys.argv[1:] if argv is None else argv
-    arguments = make_parser(words).parse_args(words)
+    parser = make_parser(words)
+    if unknown := nearest_verb(words, all_verbs()):
+        parser.error(unknown)
+    arguments = parser.parse_args(words)
     try:
         return _run(arguments)
     except BrokenPipeError:
@@ -36,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         message, status = "interrupted", 130
     except TactogramError as error:
-        message, status = _in_options(str(error), arguments), 1
+        message, status = _in_options(str(error), arguments, words), 1
     except OSError as error:
         # No permission, no space, a file where a folder is needed: the system's words say enough.
         message, status = str(error), 1
@@ -77,10 +81,10 @@ def _run(arguments: argparse.Namespace) -> int:
         return 2
 
 
-def _in_options(message: str, arguments: argparse.Namespace) -> str:
+def _in_options(message: str, arguments: argparse.Namespace, words: Sequence[str]) -> str:
     from tactogram.cli.verbs import with_options
 
-    return with_options(message, arguments.verb)
+    return with_nearest(with_command(with_options(message, arguments.verb), words))
 
 
 def _check_out(out: str) -> None:

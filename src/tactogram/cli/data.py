@@ -144,7 +144,8 @@ def _like(request: _LikeRequest, show: Printer) -> None:
 
     signal = read_signal(request.file, **request.reading)
     facts = find_similar(request.path, signal, stream=request.stream, count=request.count)
-    rows = [(f["material"] or "", f"{f['distance']:.2f} dB", f["id"]) for f in facts["nearest"]]
+    rows = [("material", "distance", "recording")]
+    rows += [(f["material"] or "", f"{f['distance']:.2f} dB", f["id"]) for f in facts["nearest"]]
     show(facts, facts["measure"] + "\n" + columns(rows))
 
 

@@ -1,9 +1,10 @@
 """Verbs that generate signals and images."""
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tactogram.cli.files import loss_lines
 from tactogram.cli.printing import Printer, text_of
@@ -12,6 +13,9 @@ from tactogram.workflows.evaluation.requests import MixRequest
 from tactogram.workflows.generation.requests import CloneRequest
 from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.worker_options import ON, PROCESSES
+
+if TYPE_CHECKING:
+    from tactogram.workflows.training.loaded_run import LoadedRun
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
                 raise ParameterError(f"--{name.replace('_', '-')} is not for models conditioned on words")
         _generate_from_words(request, runs, show)
         return
+    _check_described(request, runs[0])
     material = {request.material: 1.0} if request.material else request.mix
     condition = {
         "material": material,
@@ -133,6 +138,30 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     if "differ_by" in first:
         lines.append(f"they differ by {first['differ_by']}")
     show({"files": written}, "\n".join(lines))
+
+
+def _check_described(request: _GenerateRequest, run: "LoadedRun") -> None:
+    """Refuse a request that describes no surface, with a command that does."""
+    from tactogram.errors import ParameterError
+
+    _ = run.generator  # refuses a run that does not generate
+    materials = run.kind.materials if run.facts.gives == "signal" else ()
+    options = {
+        "material": f"--material {shlex.quote(materials[0])}" if materials else "",
+        "image": "--image photo.jpg" if run.run.data.get("photographs", {}).get("train") else "",
+        "vibration": "--vibration stroke.wav",
+        "words": "--words WORD=SCORE",
+    }
+    named = {"material": request.material or request.mix or request.text}
+    wanted = [name for name in (*run.facts.needs, *run.facts.instead) if options.get(name)]
+    if not wanted or any(named.get(name) or getattr(request, name, None) for name in wanted):
+        return
+    known = f" (one of its {len(materials)}: {', '.join(materials[:5])}, …)" if len(materials) > 5 else ""
+    what = " or ".join(f"--{name}" for name in wanted)
+    raise ParameterError(
+        f"{request.runs[0]} needs a surface to generate, by {what}{known}: tactogram generate {request.runs[0]} "
+        f"{options[wanted[0]]} --out {request.out}"
+    )
 
 
 def _generate_many(request: _GenerateRequest, show: Printer) -> None:

@@ -18,7 +18,7 @@ VERBS = {
     "start": {
         "demo": "Simulate, classify, search, generate and evaluate surfaces, and write a report.",
         "doctor": "Check the installation: packages, missing extras with their purpose, and the compute device.",
-        "models": "List the models.",
+        "models": "List the models, or show one with the settings that `train --set` takes.",
     },
     "data": {
         "data list": "List what can be imported and simulated.",
@@ -105,10 +105,15 @@ VERBS = {
     },
     "reproducing": {
         "reproduce": "Run the experiment behind a published table or figure.",
-        "table": "Show every model's published results and ours.",
+        "table": "Show every model's published results and ours, and the figures of evaluated runs.",
     },
 }
 """Verbs and their help, by the module of `tactogram.cli` that declares each in its own ``VERBS``."""
+
+
+def all_verbs() -> list[str]:
+    """Return the words of every verb."""
+    return [words for verbs in VERBS.values() for words in verbs]
 
 
 def make_parser(argv: Sequence[str] | None = None) -> argparse.ArgumentParser:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -64,13 +65,26 @@ def text_of(value: Any) -> str:
     return str(value)
 
 
-def columns(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows of cells as columns of one width each."""
+def columns(rows: Sequence[Sequence[str]], *, width: int | None = None) -> str:
+    """Return rows of cells as columns of one width each; beyond ``width`` the widest columns are cut."""
     rows = [[str(cell) for cell in row] for row in rows]
     if not rows:
         return "none"
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
+    gaps = 2 * (len(widths) - 1)
+    while width is not None and sum(widths) + gaps > width and max(widths) > 1:
+        widths[widths.index(max(widths))] -= 1
+    return "\n".join(
+        "  ".join(
+            (c if len(c) <= w else f"{c[: w - 1]}…").ljust(w) for c, w in zip(row, widths, strict=True)
+        ).rstrip()
+        for row in rows
+    )
+
+
+def terminal_width() -> int | None:
+    """Return the columns of the terminal that stdout is; None of a file or pipe."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def shortened(value: Any) -> Any:

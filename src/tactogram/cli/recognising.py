@@ -35,7 +35,8 @@ def _classify(request: _FilesRequest, show: Printer) -> None:
 
     loaded = load_run(request.run)
     results = {file: classify(loaded, read_signal(file, **request.reading)) for file in request.files}
-    rows = [
+    rows = [("file", "material", "probability", "")]
+    rows += [
         (file, r["material"], f"{r['probability']:.3f}", "none of these?" if r["none_of_these"] else "")
         for file, r in results.items()
     ]
@@ -66,7 +67,8 @@ def _search(request: _SearchRequest, show: Printer) -> None:
     signal = read_signal(request.file, **request.reading)
     result = search(request.run, signal, data=request.data, count=request.count)
     verdict = "none of these" if result["none_of_these"] else "known"
-    rows = [(f["material"], f"{f['distance']:.2f}", f["id"]) for f in result["nearest"]]
+    rows = [("material", "distance", "recording")]
+    rows += [(f["material"], f"{f['distance']:.2f}", f["id"]) for f in result["nearest"]]
     head = f"{verdict}: nearest at {result['distance']:.2f}, threshold {result['threshold']:.2f}"
     show(result, head + "\n" + columns(rows))
 

@@ -1,11 +1,11 @@
 """Verbs on published tables and figures."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from tactogram.cli.printing import Printer, columns, text_of
+from tactogram.cli.printing import Printer, columns, terminal_width, text_of
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.worker_options import ON
@@ -40,7 +40,11 @@ class _ReproduceRequest(Request):
 
 @dataclass(frozen=True)
 class _TableRequest(Request):
-    pass
+    runs: Annotated[Sequence[str], Argument("evaluated runs whose figures are listed first", "RUN")] = ()
+    _: KW_ONLY
+    model: Annotated[str, Option("only rows of models whose name contains this", "TEXT")] = ""
+    data: Annotated[str, Option("only rows of data that contains this", "TEXT")] = ""
+    figure: Annotated[str, Option("only rows of figures that contain this, e.g. distance", "TEXT")] = ""
 
 
 def _reproduce(request: _ReproduceRequest, show: Printer) -> None:
@@ -75,11 +79,20 @@ def _short(file: Path) -> str:
 
 
 def _table(request: _TableRequest, show: Printer) -> None:
+    from tactogram.errors import ParameterError
     from tactogram.workflows.table import table
 
-    rows = table()
+    chosen = {"model": request.model, "data": request.data, "what": request.figure}
+    rows = [
+        row
+        for row in table(runs=request.runs)
+        if all(text.casefold() in row[name].casefold() for name, text in chosen.items())
+    ]
+    if not rows:
+        raise ParameterError("no row contains all of that; `tactogram table` lists every row")
     cells = [(r["model"], r["what"], text_of(r["published"]), text_of(r["ours"]), r["data"]) for r in rows]
-    show({"rows": rows}, columns([("model", "what", "published", "ours", "our data"), *cells]))
+    head = [("model", "what", "published", "ours", "our data")]
+    show({"rows": rows}, columns(head + cells, width=terminal_width()))
 
 
 VERBS = {

@@ -1,11 +1,11 @@
 """Verbs for a first look: the demo, the installation check, the list of models."""
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from tactogram.cli.printing import Printer, accuracies, columns, text_of
+from tactogram.cli.printing import Printer, accuracies, columns, lines_of, terminal_width, text_of
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Option, Request
+from tactogram.workflows.request import Argument, Option, Request
 
 if TYPE_CHECKING:
     from tactogram.models import ModelInfo
@@ -27,7 +27,12 @@ class _DoctorRequest(Request):
 
 @dataclass(frozen=True)
 class _ModelsRequest(Request):
-    pass
+    name: Annotated[
+        str | None,
+        Argument("show one model: its recipes, and the settings that `train --set` takes", "MODEL"),
+    ] = None
+    _: KW_ONLY
+    recipe: Annotated[str, Option("recipe whose values are shown", "NAME|FILE")] = "quick"
 
 
 def _demo(request: _DemoRequest, show: Printer) -> None:
@@ -90,6 +95,9 @@ def _device(name: str, show: Printer) -> None:
 def _models(request: _ModelsRequest, show: Printer) -> None:
     from tactogram.models import available, shipped_run
 
+    if request.name:
+        _model(request.name, request.recipe, show)
+        return
     models = available()
     trained = {name: shipped_run(name) is not None for name in models}
     rows = [
@@ -106,7 +114,24 @@ def _models(request: _ModelsRequest, show: Printer) -> None:
         | {"recipes": list(model.recipes()), "trained": trained[name]}
         for name, model in models.items()
     }
-    show(facts, columns(rows))
+    show(facts, columns(rows, width=terminal_width()))
+
+
+def _model(name: str, recipe: str, show: Printer) -> None:
+    from tactogram.models import find
+    from tactogram.studio.pages.train.config_form import recipe_fields, text_of
+
+    model = find(name)
+    fields = recipe_fields(model, recipe)
+    rows = [("setting", "value", "meaning")]
+    rows += [(each.key, text_of(each.value) or "-", each.text) for each in fields]
+    about = {
+        "title": model.title,
+        "conditions and output": " or ".join(map(_in_and_out, model.faces)),
+        "recipes": list(model.recipes()),
+    }
+    facts = about | {"settings": {each.key: {"value": each.value, "meaning": each.text} for each in fields}}
+    show(facts, f"{lines_of(about)}\n{columns(rows, width=terminal_width())}")
 
 
 def _in_and_out(model: "ModelInfo") -> str:

@@ -79,13 +79,21 @@ def request_of(verb: Verb, arguments: argparse.Namespace) -> Request:
 def with_options(message: str, verb: Verb) -> str:
     """Return an error's message with options in place of the parameters that it names.
 
-    Names are in backquotes, or begin the message and are followed by "must".
+    Names are in backquotes, possibly with a value (``rate=1000``), or begin the message and are followed by "must". A
+    name with a value that is no parameter is one of those of ``--set``, if the verb has it.
     """
     flags = {
         field.name: field.name if isinstance(option, Argument) else _flag(field, option).split()[0]
         for field, option, _ in declared(verb.request)
     }
     flags["model_folders"] = "--models"
+    others = "--set {}={}" if "--set" in flags.values() else "{}={}"
+
+    def option(found: re.Match[str]) -> str:
+        name, value = found.groups()
+        return f"`{flags[name]} {value}`" if name in flags else f"`{others.format(name, value)}`"
+
+    message = re.sub(r"`(\w+)=([^`\s]+)`", option, message)
     message = re.sub(r"`(\w+)`", lambda name: flags.get(name[1], name[0]), message)
     return re.sub(r"^(\w+)(?= must)", lambda name: flags.get(name[1], name[0]), message)
 

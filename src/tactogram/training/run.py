@@ -71,8 +71,19 @@ class Run:
 
     def check_begun(self) -> None:
         """Refuse a folder without a run."""
-        if not (self.folder / "recipe.toml").is_file():
-            raise RunError(f"{self.place}: not a run: expected a folder that `tactogram train` made")
+        if (self.folder / "recipe.toml").is_file():
+            return
+        if (self.folder / "dataset.json").is_file():
+            found = f"it is a store; train a model on it: tactogram train MODEL --data {self.place} --out RUN"
+        else:
+            found = f"expected a folder that `tactogram train` made{self._absence}"
+        raise RunError(f"{self.place}: not a run: {found}")
+
+    @property
+    def _absence(self) -> str:
+        return ", got " + (
+            "a folder" if self.folder.is_dir() else "a file" if self.folder.exists() else "none"
+        )
 
     @property
     def place(self) -> str:

@@ -1,16 +1,20 @@
-"""Published results and ours, from each model's results.toml."""
+"""Published results and ours, from each model's results.toml, and the figures of evaluated runs."""
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
 from tactogram import models
+from tactogram.errors import RunError
+from tactogram.training.remote_run import open_run
+from tactogram.training.run import Run
 from tactogram.validation import validated
+from tactogram.workflows.evaluation_results import evaluation_results
 
 
 class PublishedResult(BaseModel):
@@ -37,9 +41,15 @@ class PublishedResult(BaseModel):
     """Reason for the difference, above all in data."""
 
 
-def table(model_folders: Sequence[Path] = ()) -> list[dict[str, Any]]:
-    """Return one row per figure of every model: ``model`` and the fields of `PublishedResult`."""
-    rows = []
+def table(model_folders: Sequence[Path] = (), *, runs: Sequence[Path | str] = ()) -> list[dict[str, Any]]:
+    """Return one row per figure of every model and of evaluated ``runs``: ``model`` and fields of `PublishedResult`.
+
+    Raises
+    ------
+    RunError
+        If one of ``runs`` is no run, or was not evaluated.
+    """
+    rows = [row for run in runs for row in _of_run(open_run(run))]
     for name, facts in models.available(model_folders).items():
         file = facts.folder / "results.toml"
         if file.exists():
@@ -47,3 +57,17 @@ def table(model_folders: Sequence[Path] = ()) -> list[dict[str, Any]]:
             results = [validated(PublishedResult, line, where=str(file)) for line in lines]
             rows += [{"model": name, **result.model_dump()} for result in results]
     return rows
+
+
+def _of_run(run: Run) -> Iterator[dict[str, Any]]:
+    """Yield the figures of a run's last evaluation."""
+    if not (run.folder / "evaluation.json").is_file():
+        raise RunError(f"{run.place}: was not evaluated: tactogram evaluate {run.place}")
+    evaluation = run.read_json("evaluation.json")
+    data = evaluation.get("data") or {}
+    name = f"{data.get('name', '')}{' (simulated)' if data.get('simulated') else ''}"
+    for what, value in evaluation_results(evaluation).items():
+        result = PublishedResult(
+            what=what, ours=value, data=name, split=str(data.get("split", "")), note=run.place
+        )
+        yield {"model": run.recipe.model, **result.model_dump()}

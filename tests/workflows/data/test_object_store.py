@@ -217,7 +217,7 @@ def test_a_run_goes_on_there_after_a_kill_and_is_used_from_there(store, tiny, tm
     assert {"evaluation.json", "report.html"} <= begun.files().keys()
     assert main(["train", "--resume", "s3://bucket/nowhere"]) == 1
     assert capsys.readouterr().err.endswith(
-        "s3://bucket/nowhere: not a run: expected a folder that `tactogram train` made\n"
+        "s3://bucket/nowhere: not a run: expected a folder that `tactogram train` made, got none\n"
     )
 
 

@@ -150,9 +150,7 @@ class StoreInfo:
         try:
             values = _facts_in(path)
         except FileNotFoundError:
-            raise DataError(
-                f"{folder} is not a store: it has no {FACTS}; make one with data import"
-            ) from None
+            raise DataError(f"{folder} is not a store: {_found_instead(folder)}") from None
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a store")
         if values.get("version") != VERSION:
@@ -281,3 +279,17 @@ def file_hash(path: Path | RemotePath) -> str:
         while part := file.read(2**22):
             digest.update(part)
         return digest.hexdigest()
+
+
+def _found_instead(folder: Path | RemotePath) -> str:
+    """Return what a place without ``dataset.json`` is, and what to do."""
+    makes = "tactogram data import folder {} --out STORE"
+    if isinstance(folder, RemotePath):
+        return f"it has no {FACTS}; make one: {makes.format('RECORDINGS')}"
+    if (folder / "recipe.toml").is_file():
+        return "it is a run; give the data that it was trained on, or other recordings"
+    if folder.is_dir():
+        return f"it has no {FACTS}; make one of the recordings in it: {makes.format(folder)}"
+    return (
+        f"{'it is a file' if folder.exists() else 'no such folder'}; make one: {makes.format('RECORDINGS')}"
+    )

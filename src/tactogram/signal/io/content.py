@@ -121,7 +121,7 @@ def _rate(content: FileContent, rate: float | None) -> float:
     known = content.rate
     if known is None:
         if rate is None:
-            raise DataError("no time column and no rate in the file; give the rate, e.g. rate=1000 (Hz)")
+            raise DataError("no time column and no rate in the file; give the rate in Hz, e.g. `rate=1000`")
         return rate
     check_rate(known)
     # A header of whole Hz does not contradict the fractional rate that it was rounded from.

@@ -106,9 +106,7 @@ def textures_of(
         textures += made
     missing = [name for name in names if name not in known]
     if missing:
-        raise ParameterError(
-            f"`mix`: no texture {', '.join(missing)}; it must be {some_of(known, like=missing[0])}"
-        )
+        raise ParameterError(f"`mix` must be {some_of(known, like=missing[0])}, got {missing[0]!r}")
     return textures, simulated
 
 

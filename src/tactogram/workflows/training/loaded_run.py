@@ -44,21 +44,21 @@ class LoadedRun:
     def generator(self) -> Generator:
         """The model; a `ParameterError` for one that does not generate."""
         if not isinstance(self.model, Generator):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} does not generate")
+            raise ParameterError(self._refused("generate"))
         return self.model
 
     @property
     def classifier(self) -> Classifier:
         """The model; a `ParameterError` for one that does not classify."""
         if not isinstance(self.model, Classifier):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a classifier")
+            raise ParameterError(self._refused("classify"))
         return self.model
 
     @property
     def predictor(self) -> Predictor:
         """The model; a `ParameterError` for one that predicts no scores."""
         if not isinstance(self.model, Predictor):
-            raise ParameterError(f"{self.run.name}: {self.facts.name} is not a predictor of scores")
+            raise ParameterError(self._refused("predict scores"))
         return self.model
 
     @property
@@ -67,6 +67,12 @@ class LoadedRun:
         if not isinstance(self.model, Embedder):
             raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding for a search")
         return self.model
+
+    def _refused(self, job: str) -> str:
+        return (
+            f"{self.run.name}: {self.facts.name} does not {job}, it is a model for {self.facts.task}; "
+            "`tactogram models` lists those that do"
+        )
 
     @property
     def config(self) -> BaseModel:

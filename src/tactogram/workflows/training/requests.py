@@ -30,7 +30,8 @@ class TrainingOptions(Request):
 
     recipe: Annotated[str, Option("paper, quick, tiny or a TOML file", "NAME|FILE")] = "quick"
     changes: Annotated[
-        Mapping[str, Any] | None, Option("change a value of the recipe", "KEY=VALUE", "--set")
+        Mapping[str, Any] | None,
+        Option("change a value of the recipe; `tactogram models MODEL` lists them", "KEY=VALUE", "--set"),
     ] = None
     band: Annotated[
         tuple[float, float] | None, Option("pass band in Hz; as --set prepare.band=…", ("LO", "HI"))

@@ -37,7 +37,7 @@ REMEDIES = (
         r"which (sheet|array)\? choose of (.+)",
         r"has several \1s (\2); save the one to read as a file of its own",
     ),
-    (r"; give the rate, e\.g\. rate=1000 \(Hz\)", "; enter the rate below"),
+    (r"; give the rate in Hz, e\.g\. `rate=1000`", "; enter the rate below"),
     (r"; leave the rate out, then resample", "; empty the field Rate"),
     (r"; leave the unit out", "; choose 'from the file' as the unit"),
     (r"; choose those of one as axes", "; keep those of one unit in the file"),

@@ -1,0 +1,51 @@
+"""Hints in errors: nearest names, and the user's own command with the option that it lacks."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+NAMED = (
+    re.compile(r"one of (?P<known>[^;]+), got '(?P<got>[^']+)'$"),
+    re.compile(r"unknown key '(?P<got>[^']+)'; known here: (?P<known>[^;]+)$"),
+)
+"""Ends of the messages that list what is known."""
+ADDITION = re.compile(r"`(--[\w-]+) ([^`\s]+)`")
+
+
+def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
+    """Return what to say of words that begin with no verb; None if they do, or begin with an option.
+
+    ``verbs`` have one word, or that of a group and their own.
+    """
+    known = [verb.split() for verb in verbs]
+    given = list(words[:2])
+    if not given or given[0].startswith("-") or given[:1] in known or given in known:
+        return None
+    inner = [verb for verb in known if verb[0] == given[0]]
+    if inner and (len(given) == 1 or given[1].startswith("-")):
+        return None
+    wrong = given[-1] if inner else given[0]
+    near = get_close_matches(wrong, {verb[-1] for verb in inner or known}, n=1)
+    found = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]
+    likely = f"did you mean {' or '.join(found)}? " if found else ""
+    shown, group = (" ".join(given), f"{given[0]} ") if inner else (wrong, "")
+    return f"no verb {shown!r}; {likely}`tactogram {group}--help` lists all"
+
+
+def with_nearest(message: str) -> str:
+    """Return a message that lists what is known, and names what was given, with the known name nearest to that."""
+    found = next((found for form in NAMED if (found := form.search(message))), None)
+    if found is None:
+        return message
+    names = re.split(r", (?:or )?(?:e\.g\. )?", found["known"])
+    near = get_close_matches(found["got"], names, n=1, cutoff=0.6)
+    return f"{message}; did you mean {near[0]!r}?" if near else message
+
+
+def with_command(message: str, words: Sequence[str]) -> str:
+    """Return a message in which an option and its value in backquotes are the user's command with them."""
+    command = shlex.join(["tactogram", *words])
+    return ADDITION.sub(lambda found: f"`{command} {found[1]} {found[2]}`", message)

@@ -1,0 +1,75 @@
+"""Hints: nearest names, and commands that can be pasted."""
+
+import shlex
+import shutil
+
+import pytest
+
+from tactogram.cli import main
+from tactogram.cli.hints import nearest_verb, with_command, with_nearest
+from tactogram.cli.parser import all_verbs
+
+
+@pytest.mark.parametrize(
+    ("words", "likely"),
+    [
+        ("generat r --out x.wav", "did you mean `tactogram generate`?"),
+        ("trian stroke_cnn", "did you mean `tactogram train`?"),
+        ("data smulate x", "did you mean `tactogram data simulate`?"),
+        ("simulate stroking9", "did you mean `tactogram data simulate` or `tactogram study simulate`?"),
+        ("xyzzy", "no verb 'xyzzy'; `tactogram --help` lists all"),
+        ("study xyzzy", "no verb 'study xyzzy'; `tactogram study --help` lists all"),
+    ],
+)
+def test_a_mistyped_verb_is_answered_with_the_nearest(words, likely, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(words.split())
+    assert stopped.value.code == 2
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert likely in last
+    assert len(last) < 150
+
+
+def test_every_verb_is_one():
+    for verb in all_verbs():
+        assert nearest_verb([*verb.split(), "--help"], all_verbs()) is None
+    for words in ([], ["--version"], ["study"], ["data", "--help"]):
+        assert nearest_verb(words, all_verbs()) is None
+
+
+@pytest.mark.parametrize(
+    ("message", "name"),
+    [
+        ("--material must be one of carpet, tile, got 'tiel'", "tile"),
+        (
+            "model must be one of ar_texture, stroke_cnn, or of a folder in --models, got 'stroke_cn'",
+            "stroke_cnn",
+        ),
+        ("material must be one of 88, e.g. cork, silk, got 'slik'", "silk"),
+        ("config: unknown key 'step'; known here: steps, window", "steps"),
+    ],
+)
+def test_the_nearest_name_is_offered(message, name):
+    assert with_nearest(message) == f"{message}; did you mean {name!r}?"
+    assert with_nearest("a must be one of x, y, got 'unheard-of'").endswith("'unheard-of'")
+
+
+def test_an_option_is_added_to_the_command():
+    words = ["convert", "my file.csv", "x.wav"]
+    message = with_command("no rate; give it, e.g. `--rate 1000`, not `--rate`", words)
+    assert (
+        message == "no rate; give it, e.g. `tactogram convert 'my file.csv' x.wav --rate 1000`, not `--rate`"
+    )
+
+
+def test_the_answer_to_a_table_without_a_rate_can_be_pasted(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "all/cork").mkdir(parents=True)
+    (tmp_path / "t.csv").write_text("a\n" + "\n".join(str(k % 7) for k in range(2000)) + "\n")
+    shutil.copy("t.csv", "all/cork")
+    for words in (["convert", "t.csv", "x.npz"], ["data", "import", "folder", "all", "--out", "store"]):
+        assert main(words) == 1
+        offered = capsys.readouterr().err.strip().rpartition("`tactogram ")[2].partition("`")[0]
+        assert "1000" in offered
+        assert main(shlex.split(offered)) == 0
+        capsys.readouterr()
