@@ -26,7 +26,7 @@ COLOURS = 128
 PREPARED = {
     "surfaces": "data simulate stroking9 --out surfaces --per-class 8 --seconds 3 --seed 1",
     "runs/voices": "train ar_texture --data surfaces --out runs/voices",
-    "runs/names": "train stroke_cnn --data surfaces --set config.steps=150 --out runs/names",
+    "runs/names": "train stroke_cnn --data surfaces --set config.steps=60 --out runs/names",
     "runs/names/report.html": "evaluate runs/names",
     "sessions/two-area": "study simulate two-area --out sessions/two-area --participants 6 --effect d_prime=1",
 }

@@ -28,7 +28,7 @@ def test_changes_replace_values_by_dotted_key(file):
     ("change", "message"),
     [
         ("prepare.rat=1", "unknown key 'prepare.rat'; known here: axes, band, length, rate, stream"),
-        ("sed=1", "unknown key 'sed'; known here: config, model, prepare, seed, training"),
+        ("sed=1", "unknown key 'sed'; a setting of the model is config.NAME"),
         ("prepare.rate=-5", "prepare.rate"),
         ("prepare.band=[1000,20]", "prepare.band: band must be low < high in Hz, got 1000 20"),
         ("training.checkpoint_every=0", "training.checkpoint_every: must be greater than 0, got 0"),

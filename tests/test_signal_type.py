@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+import torch
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -35,7 +36,8 @@ def test_a_signal_is_an_array_of_its_samples():
     assert np.asarray(signal, np.float64).tolist() == [[1, 2], [3, 4]]
     np.testing.assert_array_equal(np.sqrt(signal), np.sqrt(signal.samples))
     copy = np.array(signal)
-    copy[0, 0] = 7
+    torch.from_numpy(copy)[0, 0] = 7  # without a warning, which is an error in tests
+    assert copy[0, 0] == 7
     assert signal.samples[0, 0] == 1
 
 

@@ -17,7 +17,7 @@ ENVIRONMENT = {
     "PYTHONWARNINGS": "error",
 }
 SHORTER = {
-    "config.steps=150": "config.steps=10",
+    "config.steps=60": "config.steps=10",
     "--per-class 8 --seconds 3": "--per-class 3 --seconds 1",
     "--signals 3 --seconds 3": "--signals 2 --seconds 1",
     "--seconds 5 --out corduroy.wav": "--seconds 2 --out corduroy.wav",
@@ -30,6 +30,9 @@ def test_the_tour_runs_as_written(tmp_path):
     blocks = re.findall(r"<!-- tour -->\n```(\w+)\n(.*?)```", text, re.DOTALL)
     assert [language for language, _ in blocks] == ["sh", "python"]
     assert all(long in blocks[0][1] for long in SHORTER)
+    times = [re.search(r"\(about (\d+) s\)", line) for line in blocks[0][1].splitlines() if line[:1] == "#"]
+    assert len(times) == 5
+    assert all(found and int(found[1]) < 60 for found in times)
     for language, code in blocks:
         short = reduce(lambda text, long: text.replace(long, SHORTER[long]), SHORTER, code)
         command = ["bash", "-euc", short] if language == "sh" else [sys.executable, "-c", short]

@@ -37,8 +37,8 @@ class Signal:
     Parameters
     ----------
     samples : float32 array, shape (axis, time)
-        In ``unit``. Copied unless already a read-only float32 array; read-only afterwards. A 1-D array is one axis. At
-        least one sample; every sample finite.
+        In ``unit``. Copied unless already a read-only float32 array; read-only afterwards: ``np.array(signal)`` is a
+        copy to write to, or for ``torch.from_numpy``. A 1-D array is one axis. At least one sample; all finite.
     rate : float
         Samples per second (Hz), or per millimetre if ``domain`` is ``"displacement"``. Within `RATES`.
     unit : str

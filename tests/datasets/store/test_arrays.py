@@ -25,6 +25,7 @@ def stored(folder, recordings):
 def test_recordings_come_by_place_id_slice_and_loop(tmp_path):
     made = [recording(seed) for seed in range(5)]
     store = stored(tmp_path, made)
+    assert repr(store) == f"<Store 'test': 5 recordings, in {tmp_path / 'store'}>"
     assert [one.id for one in store] == [one.id for one in made]
     assert store[1].id == store[made[1].id].id == made[1].id
     assert store[-1].id == made[4].id

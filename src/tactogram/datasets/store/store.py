@@ -110,6 +110,10 @@ class Store:
         """The folder, or the URL, with which `open_store` opens it."""
         return self.folder if isinstance(self.folder, Path) else str(self.folder)
 
+    def __repr__(self) -> str:
+        simulated = ", simulated" if self.simulated else ""
+        return f"<Store {self.name!r}: {len(self)} recordings{simulated}, in {self.path}>"
+
     def __len__(self) -> int:
         return self._count
 
