@@ -46,6 +46,7 @@ def test_every_verb_is_one():
             "stroke_cnn",
         ),
         ("material must be one of 88, e.g. cork, silk, got 'slik'", "silk"),
+        ("--words must be of rough, sticky; got 'ruogh'", "rough"),
         ("config: unknown key 'step'; known here: steps, window", "steps"),
     ],
 )

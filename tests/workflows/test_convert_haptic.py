@@ -143,7 +143,10 @@ def test_friction_is_felt_at_a_speed(tmp_path):
             {"target": "b.wav", "map": "pitch", "play_at": 100.0},
             "`map` is for a sound, which is over time; omit",
         ),
-        ({"target": "b.mp3"}, "suffix must be one of"),
+        (
+            {"target": "b.mp3"},
+            "suffix must be one of .wav, .flac, .csv, .tsv, .npz, .xlsx, .ahap, .json, .haptic",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_and_nothing_is_written(tmp_path, options, message):

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
 NAMED = (
-    re.compile(r"one of (?P<known>[^;]+), got '(?P<got>[^']+)'$"),
+    re.compile(r"must be (?:one )?of (?P<known>[^;]+)[,;] got '(?P<got>[^']+)'$"),
     re.compile(r"unknown key '(?P<got>[^']+)'; known here: (?P<known>[^;]+)$"),
 )
 """Ends of the messages that list what is known."""

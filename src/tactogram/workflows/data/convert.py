@@ -48,6 +48,11 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
     """
     source, target = Path(request.source), Path(request.target)
     kind = format_for(target, _haptic_name(request.format, target))
+    known = (*WRITABLE, *haptic_suffixes())
+    if kind is None and target.suffix.lower() not in known:
+        raise ParameterError(
+            f"{target}: suffix must be one of {', '.join(known)}, got {target.suffix or 'none'}"
+        )
     if kind is not None and request.subtype is not None:
         raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
     if kind is None and request.display is not None:
