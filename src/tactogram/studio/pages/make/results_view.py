@@ -168,7 +168,7 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
         page.results.refresh()
 
     if photograph := result.facts.get("photograph"):
-        hint(str(photograph)).classes("prediction")
+        hint(str(photograph)).classes("w-full")
     kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)
     if first and result.facts.get("what") == "made" and not result.is_image:
         _draw_class(page, result)
