@@ -145,7 +145,7 @@ def test_friction_is_felt_at_a_speed(tmp_path):
         ),
         (
             {"target": "b.mp3"},
-            "suffix must be one of .wav, .flac, .csv, .tsv, .npz, .xlsx, .ahap, .json, .haptic",
+            r"suffix must be one of \.wav.* \.ahap, .* \.haptic, ",
         ),
     ],
 )
