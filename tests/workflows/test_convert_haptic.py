@@ -261,3 +261,11 @@ def test_every_format_is_listed(capsys):
     assert listed["ahap"] == {"title": "AHAP (Apple)", "suffix": ".ahap", "holds": "envelope"}
     assert main(["convert", "--list"]) == 0
     assert "on and off" in capsys.readouterr().out
+
+
+def test_a_photograph_is_sent_to_a_run(tmp_path):
+    (tmp_path / "felt.jpg").write_bytes(b"")
+    with pytest.raises(
+        ParameterError, match=r"a photograph, not a signal.*generate RUN --image .*felt.jpg --out"
+    ):
+        convert(tmp_path / "felt.jpg", tmp_path / "felt.haptic")

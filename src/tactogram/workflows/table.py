@@ -5,16 +5,17 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict
 
 from tactogram import models
 from tactogram.errors import RunError
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
 from tactogram.validation import validated
 from tactogram.workflows.evaluation_results import evaluation_results
+
+if TYPE_CHECKING:
+    from tactogram.training.run import Run
 
 
 class PublishedResult(BaseModel):
@@ -49,7 +50,7 @@ def table(model_folders: Sequence[Path] = (), *, runs: Sequence[Path | str] = ()
     RunError
         If one of ``runs`` is no run, or was not evaluated.
     """
-    rows = [row for run in runs for row in _of_run(open_run(run))]
+    rows = [row for run in runs for row in _of_run(_opened(run))]
     for name, facts in models.available(model_folders).items():
         file = facts.folder / "results.toml"
         if file.exists():
@@ -57,6 +58,13 @@ def table(model_folders: Sequence[Path] = (), *, runs: Sequence[Path | str] = ()
             results = [validated(PublishedResult, line, where=str(file)) for line in lines]
             rows += [{"model": name, **result.model_dump()} for result in results]
     return rows
+
+
+def _opened(run: Path | str) -> Run:
+    # Loads torch, which pages and a table without runs do not need.
+    from tactogram.training.remote_run import open_run
+
+    return open_run(run)
 
 
 def _of_run(run: Run) -> Iterator[dict[str, Any]]:

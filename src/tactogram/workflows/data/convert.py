@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mimetypes
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,11 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`; nothing is written then.
     """
     source, target = Path(request.source), Path(request.target)
+    if (mimetypes.guess_type(source.name)[0] or "").startswith("image/"):
+        raise ParameterError(
+            f"{source}: a photograph, not a signal; a run that was trained with photographs makes touch of it: "
+            f"tactogram generate RUN --image {source} --out {target}"
+        )
     kind = format_for(target, _haptic_name(request.format, target))
     known = (*WRITABLE, *haptic_suffixes())
     if kind is None and target.suffix.lower() not in known:

@@ -125,3 +125,11 @@ def test_an_interrupt_ends_the_server(running):  # the last: the others need it
     process, _ = running
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=60) == 0
+
+
+def test_a_run_that_was_trained_with_photographs_is_offered(tab, empty, until):
+    until((empty / "studio/first/voices/model.json").is_file)
+    (empty / "studio/first/voices/photographs.json").write_text("{}")
+    tab.goto("/")
+    link = tab.get_by_role("link", name="Make it of a photograph, with studio/first/voices")
+    assert link.get_attribute("href") == "/make?run=studio/first/voices"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from urllib.parse import quote
+
 from nicegui import app, ui
 
 from tactogram.studio.context import Studio
@@ -10,6 +12,8 @@ from tactogram.studio.pages.make.runs import RunCatalogue
 from tactogram.studio.pages.make.state import MakePageState
 
 SHIPPED = "texture_flow"
+PHOTOGRAPHS = "photographs.json"
+"""File of a run that was trained with photographs."""
 
 
 def draw_first_words(studio: Studio) -> None:
@@ -43,6 +47,8 @@ def draw_first_words(studio: Studio) -> None:
             )
             ui.button("Make it", on_click=report_errors(make)).props("no-caps unelevated")
         hint(f"One of {len(materials)} simulated everyday materials, or a mix of those most like your words.")
+        if seeing := next((run for run in runs.finished() if (run.folder / PHOTOGRAPHS).is_file()), None):
+            ui.link(f"Make it of a photograph, with {seeing.name}", f"/make?run={quote(seeing.name)}")
 
 
 def _weights_of(text: str, materials: tuple[str, ...]) -> dict[str, float]:
