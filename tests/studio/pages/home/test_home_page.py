@@ -61,6 +61,14 @@ def test_a_surface_in_words_is_made_at_once(tab):
     assert tab.get_by_role("heading", name="studded-plastic").count() == 1
 
 
+def test_a_run_that_was_trained_with_photographs_is_offered(tab, empty, until):
+    until((empty / "studio/first/voices/model.json").is_file)
+    (empty / "studio/first/voices/photographs.json").write_text("{}")
+    tab.goto("/")
+    link = tab.get_by_role("link", name="Make it of a photograph, with studio/first/voices")
+    assert link.get_attribute("href") == "/make?run=studio/first/voices"
+
+
 def test_keyboard_and_navigation_lead_to_every_page_on_a_tablet(tab, empty, until):
     tab.set_viewport_size({"width": 820, "height": 1180})  # a tablet: nothing may be wider than the screen
     tab.goto("/")
@@ -125,11 +133,3 @@ def test_an_interrupt_ends_the_server(running):  # the last: the others need it
     process, _ = running
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=60) == 0
-
-
-def test_a_run_that_was_trained_with_photographs_is_offered(tab, empty, until):
-    until((empty / "studio/first/voices/model.json").is_file)
-    (empty / "studio/first/voices/photographs.json").write_text("{}")
-    tab.goto("/")
-    link = tab.get_by_role("link", name="Make it of a photograph, with studio/first/voices")
-    assert link.get_attribute("href") == "/make?run=studio/first/voices"
