@@ -74,6 +74,12 @@ OTHER_MEANINGS = {
     ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
     ("display family", "workflows/capture/requests.py", "linear"): "a way to fill gaps",
     ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",
+    ("importer", "studio/pages/materials/columns.py", "folder"): "what names a material",
+    (
+        "importer",
+        "studio/pages/materials/import_page.py",
+        "folder",
+    ): "what names a material, and a part of its page",
     ("capture source", "capture/logs/log.py", "serial"): "a kind of log",
     ("capture source", "capture/logs/log.py", "twelite"): "a kind of log",
     ("capture source", "capture/stream/csv_source.py", "serial"): "a kind of log",

@@ -127,8 +127,11 @@ const cursorText = () => (state.range ? `${state.range[0]} to ${state.range[1]} 
 /** @param {KeyboardEvent} event */
 function rulerKey(event) {
   const way = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-  if (event.key === "Home") send({ do: "range", start: 0, end: 0 });
-  else if (way === undefined) return;
+  if (event.key === "Home") {
+    Object.assign(state, { cursor: 0, range: null }); // before the server does: the next key goes on from here
+    send({ do: "range", start: 0, end: 0 });
+    redraw();
+  } else if (way === undefined) return;
   else {
     const [start, end] = state.range ?? [state.cursor, state.cursor];
     const moved = snapped((event.shiftKey ? end : start) + way * (state.snap || 0.001));

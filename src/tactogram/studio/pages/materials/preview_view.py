@@ -25,7 +25,7 @@ MOST_LAYOUTS = 30
 MOST_SHOWN = 200
 """Skipped files, and materials, that the page lists."""
 REMEDIES = (
-    (r"; give the rate, e\.g\. rate=1000 \(Hz\)", "; choose the column of the time, or enter the rate"),
+    (r"; give the rate in Hz, e\.g\. `rate=1000`", "; choose the column of the time, or enter the rate"),
     (
         r"must be in a folder named after its material, or have it in recordings\.csv",
         "is in no folder; choose below what names the material",
