@@ -121,7 +121,7 @@ def send(page: Page) -> None:
 def live(page: Page) -> None:
     """A simulated sensor, and what it is taken for."""
     page.goto("/live")
-    page.wait_for_timeout(4000)  # while it looks for devices
+    page.wait_for_timeout(9000)  # while it looks for devices
     page.get_by_role("button", name="Listen", exact=True).click()
     page.get_by_text("Hz measured").wait_for()
     page.wait_for_timeout(8500)
