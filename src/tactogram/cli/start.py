@@ -119,7 +119,7 @@ def _models(request: _ModelsRequest, show: Printer) -> None:
 
 def _model(name: str, recipe: str, show: Printer) -> None:
     from tactogram.models import find
-    from tactogram.studio.pages.train.config_form import recipe_fields, text_of
+    from tactogram.workflows.training.recipe_fields import recipe_fields, text_of
 
     model = find(name)
     fields = recipe_fields(model, recipe)

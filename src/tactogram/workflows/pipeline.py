@@ -114,12 +114,13 @@ def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation
     if task not in _TASKS:
         raise ParameterError(f"task must be {some_of(tuple(_TASKS), like=task)}, got {task!r}")
     wanted = _TASKS[task]
-    if run is None and wanted.shipped is None:
+    chosen = wanted.shipped if run is None else run
+    if chosen is None:
         raise ParameterError(
             f"no run for {task} comes with the package: train one on your recordings, "
             f"and give it: pipeline({task!r}, 'runs/NAME')"
         )
-    loaded = run if isinstance(run, LoadedRun) else load_run(run or wanted.shipped or "")
+    loaded = chosen if isinstance(chosen, LoadedRun) else load_run(chosen)
     if loaded.facts.gives != wanted.gives:
         raise ParameterError(
             f"{task} needs a run that gives {wanted.gives}, got {loaded.facts.name}, which gives {loaded.facts.gives}"

@@ -62,3 +62,9 @@ def recognised_format(document: Any, path: Path) -> HapticFormat:
     if format is None:
         raise DataError(f"{path}: is none of {', '.join(formats)}; name its format")
     return format
+
+
+def file_name(stem: str, format: str) -> str:
+    """Return the name of a file of a format; it includes the format where several share the suffix."""
+    suffix = haptic_format(format).suffix
+    return f"{stem}-{format}{suffix}" if len(formats_with(suffix)) > 1 else f"{stem}{suffix}"

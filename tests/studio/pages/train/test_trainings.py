@@ -9,7 +9,6 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.models import find
 from tactogram.recipe import parse_changes
 from tactogram.studio.pages.train import detached
-from tactogram.studio.pages.train.config_form import assignments, recipe_fields
 from tactogram.studio.pages.train.detached import DetachedProcess, start
 from tactogram.studio.pages.train.log import (
     TaskProgress,
@@ -30,6 +29,7 @@ from tactogram.studio.workspace.folder import Workspace
 from tactogram.workflows.evaluation_results import evaluation_results
 from tactogram.workflows.generation.preview import sample, sample_choices
 from tactogram.workflows.training.compatibility import check_training
+from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
 from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train

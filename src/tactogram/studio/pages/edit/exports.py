@@ -21,7 +21,7 @@ from tactogram.rendering.files import (
     to_one_axis,
     write_haptic,
 )
-from tactogram.rendering.files.catalogue import formats_with
+from tactogram.rendering.files.catalogue import file_name
 from tactogram.rendering.files.envelope import carrier
 from tactogram.signal import Signal
 from tactogram.studio.workspace.dated_folders import DatedFolders
@@ -75,12 +75,11 @@ class WrittenFiles:
 
     def write(self, effect: Effect, format: str) -> WrittenFile:
         """Write an effect; errors as of `mixed` and `write_haptic`, and no file then."""
-        envelope, kind = mixed(effect), haptic_format(format)
+        envelope = mixed(effect)
         stem = re.sub(r"[^A-Za-z0-9_-]+", "-", effect.title)[:40].strip("-") or "effect"
-        shared = f"-{format}" if len(formats_with(kind.suffix)) > 1 else ""
 
         def write(part: Path) -> dict[str, Any]:
-            path = part / f"{stem}{shared}{kind.suffix}"
+            path = part / file_name(stem, format)
             metadata = {"simulated": True} if effect.simulated else {}
             written = write_haptic(
                 path, carrier(envelope), format=format, envelope=envelope, metadata=metadata

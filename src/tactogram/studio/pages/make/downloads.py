@@ -12,7 +12,7 @@ from typing import Any
 from nicegui import ui
 
 from tactogram.rendering.files import ConversionLoss, loss_sentence
-from tactogram.rendering.files.catalogue import formats_with, haptic_formats
+from tactogram.rendering.files.catalogue import file_name, haptic_formats
 from tactogram.studio.layout import attribute, busy, in_background, report_errors
 from tactogram.studio.signals.sound import PLAYBACK_MM_S
 from tactogram.studio.workspace.shelf import KeptResult
@@ -57,8 +57,7 @@ def encoded(result: KeptResult, format: str) -> tuple[str, bytes, str]:
         If the format cannot hold it.
     """
     suffix, haptic = list_formats()[format]["suffix"], format in haptic_formats()
-    shared = haptic and len(formats_with(suffix)) > 1
-    name = f"{_stem(result)}{f'-{format}' if shared else ''}{suffix}"
+    name = file_name(_stem(result), format) if haptic else f"{_stem(result)}{suffix}"
     over_time = result.signal().domain == "time"
     speed = PLAYBACK_MM_S if haptic and not over_time else None
     with TemporaryDirectory() as folder:

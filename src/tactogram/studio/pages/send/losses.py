@@ -13,7 +13,7 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.drive.level_scaling import without_constant
-from tactogram.rendering.files.catalogue import formats_with, haptic_format
+from tactogram.rendering.files.catalogue import haptic_format
 from tactogram.rendering.files.conversion import GRAVITY, read_haptic
 from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.reduction import to_one_axis
@@ -77,12 +77,6 @@ def _curve(signal: Signal) -> Curve:
     places = np.unique(np.linspace(0, len(envelope.times) - 1, count).astype(int))
     strengths = [float(f"{value:.4g}") for value in envelope.amplitude[places]]
     return [round(float(t), 4) for t in envelope.times[places]], strengths
-
-
-def file_name(stem: str, name: str) -> str:
-    """Return a file name; it includes the format where formats share a suffix."""
-    suffix = haptic_format(name).suffix
-    return f"{stem}-{name}{suffix}" if len(formats_with(suffix)) > 1 else f"{stem}{suffix}"
 
 
 def zip_files(folder: Path, name: str, files: Mapping[str, Any], *, simulated: bool) -> None:

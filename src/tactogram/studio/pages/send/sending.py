@@ -17,8 +17,8 @@ from typing import Any
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.rendering.displays.catalogue import shipped
-from tactogram.rendering.files.catalogue import haptic_formats
-from tactogram.studio.pages.send.losses import file_name, zip_files
+from tactogram.rendering.files.catalogue import file_name, haptic_formats
+from tactogram.studio.pages.send.losses import zip_files
 from tactogram.studio.pages.send.sources import SelectedSignal, SignalSources
 from tactogram.studio.workspace.dated_folders import DatedFolders
 from tactogram.studio.workspace.folder import Workspace

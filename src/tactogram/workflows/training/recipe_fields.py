@@ -1,4 +1,4 @@
-"""Fields of the recipe form, derived from the model's configuration: value, published value and description."""
+"""Settings of a recipe, derived from the model's configuration: value, published value, description and widget."""
 
 from __future__ import annotations
 
