@@ -161,7 +161,7 @@ def test_a_file_that_cannot_be_read_replaces_the_analysis_of_the_one_before(tab,
     tab.get_by_role("heading", name="good.csv").first.wait_for()
     tab.locator("canvas").nth(1).wait_for()
     tab.locator("input[type=file]").first.set_input_files(tmp_path / "bad.csv")
-    tab.get_by_role("alert").get_by_text("bad.csv").wait_for()
+    tab.get_by_role("alert").get_by_text("bad.csv: row 2").wait_for()
     assert tab.get_by_role("heading", name="good.csv").count() == 0
     tab.reload()
     tab.get_by_role("heading", name="Upload a recording").wait_for()
