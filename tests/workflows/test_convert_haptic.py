@@ -11,8 +11,9 @@ from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.displays.catalogue import FOLDER as SHIPPED
 from tactogram.rendering.files import check_file, haptic_formats
-from tactogram.signal import Signal
-from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
+from tactogram.rendering.files.conversion import read_haptic
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_image, write_signal
 from tactogram.workflows.data.convert import check, convert, convert_folder
 
 RATE = 2000
@@ -263,9 +264,38 @@ def test_every_format_is_listed(capsys):
     assert "on and off" in capsys.readouterr().out
 
 
-def test_a_photograph_is_sent_to_a_run(tmp_path):
-    (tmp_path / "felt.jpg").write_bytes(b"")
-    with pytest.raises(
-        ParameterError, match=r"a photograph, not a signal.*generate RUN --image .*felt.jpg --out"
-    ):
-        convert(tmp_path / "felt.jpg", tmp_path / "felt.haptic")
+@pytest.fixture
+def ribs(tmp_path):
+    """Give a photograph of ten ribs, bright on top."""
+    heights = 128 + 100 * np.sin(2 * np.pi * np.arange(500) / 50)
+    pixels = np.broadcast_to(heights[None, :, None], (60, 500, 3))
+    write_image(tmp_path / "ribs.png", Image(pixels.astype(np.uint8)))
+    return tmp_path / "ribs.png"
+
+
+@pytest.mark.parametrize("suffix", [".ahap", ".haptic", ".hjif", ".wav"])
+def test_a_photograph_is_drawn_as_a_relief(ribs, suffix):
+    facts = convert(ribs, ribs.with_suffix(suffix), width_mm=50, play_at=250)
+    assert facts["mapped"] == {"by": "relief", "width_mm": 50, "speed_mm_s": 250}
+    assert facts["samples"] / facts["rate_hz"] == pytest.approx(0.2)
+    signal = read_haptic(ribs.with_suffix(suffix)).signal if suffix == ".haptic" else None
+    assert signal is None or signal.seconds == pytest.approx(0.2, abs=0.03)
+
+
+def test_a_drawn_photograph_is_called_a_design(ribs, capsys):
+    assert main(["convert", str(ribs), str(ribs.with_suffix(".ahap"))]) == 0
+    assert "a design, no prediction of how the material feels" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["unit", "axis", "map"])
+def test_a_photograph_has_no_use_for_options_of_signals(ribs, name):
+    values = {"unit": "N", "axis": "mean", "map": "bands"}
+    with pytest.raises(ParameterError, match=f"a photograph has no use for {name}; omit it"):
+        convert(ribs, ribs.with_suffix(".wav"), **{name: values[name]})
+    assert not ribs.with_suffix(".wav").exists()
+
+
+def test_only_a_photograph_has_a_width(tmp_path):
+    write_signal(tmp_path / "a.wav", Signal(np.ones((1, 100)), 1000, "1"))
+    with pytest.raises(ParameterError, match=r"`width_mm` is of a photograph, a\.wav is none"):
+        convert(tmp_path / "a.wav", tmp_path / "b.wav", width_mm=50)

@@ -58,6 +58,9 @@ def _checked_text(facts: Mapping[str, Any]) -> str:
     return "\n".join([head, *facts["problems"]])
 
 
+DRAWN = "Drawn from brightness, bright as high: a design, no prediction of how the material feels."
+
+
 def _converted_text(facts: Mapping[str, Any]) -> str:
     written = facts.get("written") or {}
     other = {name: value for name, value in facts.items() if name != "written"}
@@ -65,7 +68,8 @@ def _converted_text(facts: Mapping[str, Any]) -> str:
         lines_of(other),
         lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss", "holds", "verdict")}),
     ]
-    return "\n".join([*filter(None, lines), *loss_lines(written)])
+    drawn = "mapped" in facts and facts["mapped"]["by"] == "relief"
+    return "\n".join([*filter(None, lines), *[DRAWN] * drawn, *loss_lines(written)])
 
 
 def loss_lines(written: Mapping[str, Any]) -> list[str]:

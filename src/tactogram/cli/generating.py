@@ -156,6 +156,11 @@ def _check_described(request: _GenerateRequest, run: "LoadedRun") -> None:
     wanted = [name for name in (*run.facts.needs, *run.facts.instead) if options.get(name)]
     if not wanted or any(named.get(name) or getattr(request, name, None) for name in wanted):
         return
+    if request.image:
+        raise ParameterError(
+            f"{request.runs[0]} was not trained with photographs and predicts nothing from one; to draw its "
+            f"brightness as a relief: tactogram convert {shlex.quote(str(request.image))} {request.out}"
+        )
     known = f" (one of its {len(materials)}: {', '.join(materials[:5])}, …)" if len(materials) > 5 else ""
     what = " or ".join(f"--{name}" for name in wanted)
     raise ParameterError(

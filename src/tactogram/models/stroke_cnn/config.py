@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -32,6 +33,9 @@ class Config(BaseModel):
     """Assumed. Batch normalisation needs two."""
     steps: int = Field(default=5000, gt=0)
     """Assumed: the paper states no number of updates."""
+    epochs: int | None = Field(default=None, gt=0)
+    """Largest number of passes over the training recordings: where they are few it ends the training before ``steps``.
+    None: no limit. Ours."""
     hop: float = Field(default=0.5, gt=0, le=1)
     """Step between the windows that classify a recording, as a share of the window. Ours: the paper classifies windows;
     we average their log probabilities over a recording."""
@@ -40,6 +44,12 @@ class Config(BaseModel):
     def hop_samples(self) -> int:
         """Samples from one window of a recording to the next."""
         return max(1, round(self.window * self.hop))
+
+    def updates(self, samples: int) -> int:
+        """Return the number of updates for ``samples`` per axis of training recordings in all."""
+        if self.epochs is None:
+            return self.steps
+        return min(self.steps, math.ceil(self.epochs * samples / (self.batch_size * self.window)))
 
     @model_validator(mode="after")
     def _window_is_long_enough(self) -> Self:

@@ -47,12 +47,14 @@ class StrokeCNNLearner:
 
     @cached_property
     def optimiser(self) -> Any:
-        """Adam, with its ``schedule``. Made for training only: a process's first optimiser imports torch's compiler."""
-        config = self.config
-        adam = torch.optim.Adam(self.network.parameters(), lr=config.learning_rate, fused=True)
-        if config.schedule == "one-cycle":
-            self.schedule = torch.optim.lr_scheduler.OneCycleLR(adam, config.learning_rate, config.steps)
-        return adam
+        """Adam. Made for training only: a process's first optimiser imports torch's compiler."""
+        return torch.optim.Adam(self.network.parameters(), lr=self.config.learning_rate, fused=True)
+
+    def _make_schedule(self, steps: int) -> None:
+        """Let the learning rate follow its schedule over ``steps`` updates."""
+        if self.config.schedule == "one-cycle" and self.schedule is None:
+            rate = self.config.learning_rate
+            self.schedule = torch.optim.lr_scheduler.OneCycleLR(self.optimiser, rate, steps)
 
     def setup(self, fabric: Any) -> None:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
@@ -62,8 +64,12 @@ class StrokeCNNLearner:
     # -- training ----------------------------------------------------------------------------------------
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        Windows(examples, self.materials, self.config.window)  # refuses recordings that are too short
-        return Stage("standardise", 1), Stage("classify", self.config.steps)
+        windows = Windows(
+            examples, self.materials, self.config.window
+        )  # refuses recordings that are too short
+        steps = self.config.updates(windows.samples)
+        self._make_schedule(steps)
+        return Stage("standardise", 1), Stage("classify", steps)
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
@@ -131,8 +137,9 @@ class StrokeCNNLearner:
         self.mean, self.scale = state["mean"], state["scale"]
         if optimisers := state.get("optimisers"):
             self.optimiser.load_state_dict(optimisers["adam"])
-            if self.schedule is not None:
-                self.schedule.load_state_dict(optimisers["schedule"])
+            if (schedule := optimisers["schedule"]) is not None:
+                self._make_schedule(schedule["total_steps"])
+                self.schedule.load_state_dict(schedule)
 
     # -- export ------------------------------------------------------------------------------------------
 
@@ -206,6 +213,7 @@ class Windows:
         self.length = length
         self.signals = [example.signal.samples for example in examples]
         self.classes = np.array([materials.index(str(example.material)) for example in examples])
+        self.samples = sum(signal.shape[1] for signal in self.signals)
         places = np.array([signal.shape[1] - length + 1 for signal in self.signals])
         short = np.flatnonzero(places < 1)
         if short.size:

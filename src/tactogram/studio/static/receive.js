@@ -1,7 +1,8 @@
 /**
  * Folders and zips of recordings. Those dropped on an element with `data-receive`, or chosen in it, are sent to that
- * address; the page that the answer names is opened. All listeners are on the document, so the page can be redrawn at any
- * time. `data-most-files` and `data-most-bytes` are what the server accepts.
+ * address; the page that the answer names is opened. A single picture goes to the uploader in `data-photograph` where
+ * there is one. All listeners are on the document, so the page can be redrawn at any time. `data-most-files` and
+ * `data-most-bytes` are what the server accepts.
  */
 
 const MIB = 2 ** 20;
@@ -29,6 +30,15 @@ async function filesBelow(entry, path = "") {
     if (!some.length) return found;
     for (const each of some) found.push(...(await filesBelow(each, `${name}/`)));
   }
+}
+
+/** Gives a single picture to the page's uploader of photographs. @param {FileList} files @returns {boolean} */
+function gavePhotograph(files) {
+  const field = document.querySelector("[data-photograph] input[type=file]");
+  if (!field || files.length !== 1 || !files[0].type.startsWith("image/")) return false;
+  field.files = files;
+  field.dispatchEvent(new Event("change", { bubbles: true }));
+  return true;
 }
 
 /** @param {HTMLElement} zone @param {[string, File][]} files */
@@ -78,6 +88,7 @@ document.addEventListener("drop", async (event) => {
   if (!zone || event.defaultPrevented || !event.dataTransfer.files.length) return;
   event.preventDefault();
   zone.classList.remove("over");
+  if (gavePhotograph(event.dataTransfer.files)) return;
   const items = [...event.dataTransfer.items];
   const entries = items.map((item) => item.webkitGetAsEntry() ?? item.getAsFile()).filter(Boolean);
   say(zone, "Reading the folder");

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import mimetypes
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +11,13 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.catalogue import format_for, haptic_formats, haptic_suffixes
 from tactogram.rendering.files.conversion import check_file, read_haptic, write_haptic
+from tactogram.rendering.files.envelope import READ_RATE
 from tactogram.rendering.files.reduction import to_one_axis
+from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
 from tactogram.rendering.sound_map import sound_to_touch
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.signal.io import READABLE, WRITABLE, read_file, write_signal
+from tactogram.signal.io import READABLE, WRITABLE, read_file, read_image, write_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
 from tactogram.workflows.data.requests import ConversionRequest
@@ -39,8 +41,8 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         ``source``, ``target``, ``samples``, ``rate_hz`` (``rate_per_mm`` over displacement), ``unit``, ``axes``,
         ``rms`` (in ``unit``), ``timing`` (of the time stamps in ``source``, see
         `signal.timing.SamplingTiming`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
-        ``mapped`` of a sound (facts of `sound_to_touch`); ``read`` of a haptic source (its facts), ``written`` of a
-        haptic target (as `write_haptic`).
+        ``mapped`` of a sound (facts of `sound_to_touch`) or a photograph (``by`` "relief", ``width_mm``,
+        ``speed_mm_s``); ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`).
 
     Raises
     ------
@@ -48,11 +50,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`; nothing is written then.
     """
     source, target = Path(request.source), Path(request.target)
-    if (mimetypes.guess_type(source.name)[0] or "").startswith("image/"):
-        raise ParameterError(
-            f"{source}: a photograph, not a signal; a run that was trained with photographs makes touch of it: "
-            f"tactogram generate RUN --image {source} --out {target}"
-        )
+    photograph = (mimetypes.guess_type(source.name)[0] or "").startswith("image/")
     kind = format_for(target, _haptic_name(request.format, target))
     known = (*WRITABLE, *haptic_suffixes())
     if kind is None and target.suffix.lower() not in known:
@@ -70,11 +68,12 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
     }
     if kind is None:
         reading["full_scale"] = request.full_scale
-    signal, metadata, timing, read = _read(source, reading)
-    signal, how, mapped = _over_time(signal, request)
+    given = _drawn(source, request, reading) if photograph else _over_time(source, request, reading)
+    signal, how, mapped = given.signal, given.reduced_by, given.mapped
+    metadata = given.metadata
     metadata |= {"played_at_mm_s": request.play_at} if request.play_at is not None else {}
     metadata |= {"mapped": mapped} if mapped is not None else {}
-    # A mapped sound has one axis, whatever it is called.
+    # A mapped sound or photograph has one axis, whatever it is called.
     axis = request.axis if mapped is None else None
     written = None
     if kind is not None:
@@ -103,10 +102,10 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         "unit": signal.unit,
         "axes": list(signal.axes),
         "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
-        "timing": timing,
+        "timing": given.timing,
         "metadata": metadata,
     }
-    optional = {"reduced_by": how, "mapped": mapped, "read": read, "written": written}
+    optional = {"reduced_by": how, "mapped": mapped, "read": given.read, "written": written}
     return facts | {name: value for name, value in optional.items() if value is not None}
 
 
@@ -203,20 +202,44 @@ def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
     }
 
 
-def _over_time(
-    signal: Signal, request: ConversionRequest
-) -> tuple[Signal, str | None, dict[str, Any] | None]:
-    """Return a signal played, mapped and resampled as requested, how its axes became one, and facts of the map."""
+@dataclass(frozen=True)
+class _Given:
+    """Signal to write, played, mapped and resampled as requested, and its facts as in the result of `convert`."""
+
+    signal: Signal
+    metadata: dict[str, Any]
+    reduced_by: str | None = None
+    mapped: dict[str, Any] | None = None
+    timing: dict[str, Any] | None = None
+    read: dict[str, Any] | None = None
+
+
+def _over_time(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
+    """Return a file of a signal, or a haptic one."""
+    if request.width_mm is not None:
+        raise ParameterError(f"`width_mm` is of a photograph, {source.name} is none; omit it")
+    given = _read(source, reading)
     if request.play_at is not None:
         if request.map is not None:
             raise ParameterError("`map` is for a sound, which is over time; omit `play_at`")
-        rate = request.resample_to or signal.rate * request.play_at
-        return played(signal, request.play_at, rate), None, None
-    how, mapped = None, None
+        rate = request.resample_to or given.signal.rate * request.play_at
+        return replace(given, signal=played(given.signal, request.play_at, rate))
     if request.map is not None:
-        signal, how = to_one_axis(signal, request.axis)
+        signal, how = to_one_axis(given.signal, request.axis)
         signal, mapped = sound_to_touch(signal, request.map)
-    return resample(signal, request.resample_to or signal.rate), how, mapped
+        given = replace(given, signal=signal, reduced_by=how, mapped=mapped)
+    return replace(given, signal=resample(given.signal, request.resample_to or given.signal.rate))
+
+
+def _drawn(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
+    """Return a photograph as a signal."""
+    useless = [name for name in (*reading, "map", "axis") if reading.get(name, getattr(request, name))]
+    if useless:
+        raise ParameterError(f"{source}: a photograph has no use for {' or '.join(useless)}; omit it")
+    width, speed = request.width_mm or WIDTH_MM, request.play_at or SPEED_MM_S
+    photograph = read_image(source, width_mm=width)
+    signal = photo_to_touch(photograph, speed_mm_s=speed, rate=request.resample_to or READ_RATE)
+    return _Given(signal, {}, mapped={"by": "relief", "width_mm": width, "speed_mm_s": speed})
 
 
 def _haptic_name(format: str | None, target: Path) -> str | None:
@@ -240,20 +263,18 @@ def _suffix_of(format: str) -> str:
     return f".{format}"
 
 
-def _read(
-    source: Path, options: dict[str, Any]
-) -> tuple[Signal, dict[str, Any], dict[str, Any] | None, dict[str, Any] | None]:
-    """Return signal, metadata, timing and, of a haptic file, the facts of reading it."""
+def _read(source: Path, options: dict[str, Any]) -> _Given:
+    """Return a file as it is."""
     if source.suffix.lower() not in haptic_suffixes():
         file = read_file(source, **options)
         metadata = file.metadata
         timing = None if file.timing is None else asdict(file.timing)
         if timing is not None:
             metadata["timing"] = timing
-        return file.signal, metadata, timing, None
+        return _Given(file.signal, metadata, timing=timing)
     useless = [name for name in ("unit", "columns", "time", "sheet", "full_scale") if options.get(name)]
     if useless:
         raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
     haptic = read_haptic(source, rate=options["rate"])
     signal = haptic.signal.select(*options["axes"]) if options["axes"] else haptic.signal
-    return signal, haptic.metadata | {"read_from": haptic.facts}, None, haptic.facts
+    return _Given(signal, haptic.metadata | {"read_from": haptic.facts}, read=haptic.facts)

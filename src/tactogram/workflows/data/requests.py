@@ -130,10 +130,13 @@ class ConversionRequest(SignalOptions):
     """A signal to write in another format, with its metadata; ``target`` may be ``source``.
 
     ``unit``, ``rate``, ``axes``, ``columns``, ``time`` and ``sheet`` state what ``source`` does not; of a haptic file
-    ``rate`` is that of the carrier.
+    ``rate`` is that of the carrier. A photograph is drawn as a relief (`tactogram.rendering.photo_relief`): its
+    brightness is no prediction of how a material feels.
     """
 
-    source: Annotated[Path | str, Argument("a signal, a haptic file, or a folder of them", "A")]
+    source: Annotated[
+        Path | str, Argument("a signal, a haptic file, a folder of them, or a photograph to draw", "A")
+    ]
     target: Annotated[Path | str, Argument("a file, by suffix; a folder if A is one", "B")]
     _: KW_ONLY
     format: Annotated[
@@ -172,7 +175,11 @@ class ConversionRequest(SignalOptions):
         ),
     ] = None
     play_at: Annotated[
-        float | None, Option("finger speed for a signal over displacement", "MM_S", above=0)
+        float | None,
+        Option("finger speed for a signal over displacement, or a photograph (then 100)", "MM_S", above=0),
+    ] = None
+    width_mm: Annotated[
+        float | None, Option("width that the photograph A shows (default: 100)", "MM", "--width", above=0)
     ] = None
     resample_to: Annotated[float | None, Option("rate of B", "HZ", "--resample")] = None
     subtype: Annotated[str | None, Option("sample format of B, e.g. PCM_16, PCM_24, FLOAT")] = None

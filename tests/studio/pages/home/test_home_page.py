@@ -4,9 +4,12 @@ import sys
 import urllib.error
 import urllib.request
 
+import numpy as np
 import pytest
 
 from tactogram.datasets import open_store
+from tactogram.signal import Image
+from tactogram.signal.io import read_signal, write_image
 from tactogram.studio.workspace.starter_data import StarterData
 
 ARGUMENTS = ("studio", "--port", "0", "--no-open", "--folder", ".")
@@ -61,11 +64,44 @@ def test_a_surface_in_words_is_made_at_once(tab):
     assert tab.get_by_role("heading", name="studded-plastic").count() == 1
 
 
+def test_a_photograph_is_drawn_as_a_relief_to_send(tab, empty, tmp_path):
+    ribs = 128 + 90 * np.sin(2 * np.pi * np.arange(400) / 20)
+    pixels = np.broadcast_to(ribs[None, :, None], (100, 400, 3))
+    write_image(tmp_path / "ribs.png", Image(pixels.astype(np.uint8)))
+    (tmp_path / "words.png").write_text("no picture")
+    tab.goto("/")
+    chooser = tab.locator("input[type=file][accept='image/*']")
+    chooser.set_input_files(tmp_path / "words.png")
+    tab.get_by_role("alert").get_by_text("words.png: not a readable picture").wait_for()
+    tab.get_by_label("Width that it shows, mm").fill("200")
+    chooser.set_input_files(tmp_path / "ribs.png")
+    tab.get_by_role("heading", name="ribs.png, drawn").wait_for()
+    tab.get_by_role("tab", name="To a haptic file", selected=True).wait_for()
+    signal = read_signal(max((empty / "studio/kept").glob("*/signal.npz")))
+    assert signal.seconds == pytest.approx(2.0)  # 200 mm at 100 mm/s
+    spectrum = np.abs(np.fft.rfft(signal.samples[0]))
+    assert np.argmax(spectrum) / signal.seconds == pytest.approx(10)  # a rib every 10 mm
+
+
+def test_a_dropped_photograph_is_drawn_and_no_import(tab, tmp_path):
+    tab.goto("/")
+    tab.evaluate("""async () => {
+      const canvas = document.createElement("canvas");
+      canvas.getContext("2d").fillRect(50, 0, 100, 150);
+      const picture = await new Promise((done) => canvas.toBlob(done));
+      const carried = new DataTransfer();
+      carried.items.add(new File([picture], "edge.png", {type: "image/png"}));
+      document.querySelector("[data-receive]").dispatchEvent(
+        new DragEvent("drop", {dataTransfer: carried, bubbles: true, cancelable: true}));
+    }""")
+    tab.get_by_role("heading", name="edge.png, drawn").wait_for()
+
+
 def test_a_run_that_was_trained_with_photographs_is_offered(tab, empty, until):
     until((empty / "studio/first/voices/model.json").is_file)
     (empty / "studio/first/voices/photographs.json").write_text("{}")
     tab.goto("/")
-    link = tab.get_by_role("link", name="Make it of a photograph, with studio/first/voices")
+    link = tab.get_by_role("link", name="Predict it from a photograph, with studio/first/voices")
     assert link.get_attribute("href") == "/make?run=studio/first/voices"
 
 

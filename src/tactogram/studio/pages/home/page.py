@@ -9,7 +9,7 @@ from nicegui import ui
 
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import PAGES, heading, hint, page, route
-from tactogram.studio.pages.home.first_words import draw_first_words
+from tactogram.studio.pages.home.first_touch import draw_first_touch
 from tactogram.studio.pages.materials import receiving
 
 DESCRIPTIONS = {
@@ -38,7 +38,7 @@ def add(studio: Studio) -> None:
 
         ui.add_head_html(receiving.HEAD)
         with page("Studio"), receiving.drop_zone(whole_page=True):
-            draw_first_words(studio)
+            draw_first_touch(studio)
             _draw_starter(studio, ready=summary.refresh)
             with ui.element("div").classes("tiles"):
                 for name, address in PAGES.items():
@@ -46,7 +46,9 @@ def add(studio: Studio) -> None:
                         ui.link(name, address).classes("h2 whole-link")
                         ui.label(DESCRIPTIONS[name]).classes("quiet")
             summary()
-            receiving.draw_status("Drop a folder or a zip of recordings anywhere on this page to import it.")
+            receiving.draw_status(
+                "Drop a folder or a zip of recordings anywhere on this page to import it, or a photograph to draw it."
+            )
 
 
 def _draw_starter(studio: Studio, *, ready: Callable[[], object]) -> None:

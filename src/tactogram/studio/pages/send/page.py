@@ -48,10 +48,10 @@ def add(studio: Studio) -> None:
         return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
 
     @route("/send")
-    def show(of: str = "") -> None:
+    def show(of: str = "", tab: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         with page("Send"):
-            SendPage(studio, service, speaker, of)
+            SendPage(studio, service, speaker, of, tab)
 
 
 def _result_file(service: SendService, identifier: str, name: str) -> Path:
@@ -66,11 +66,12 @@ def _result_file(service: SendService, identifier: str, name: str) -> Path:
 
 
 class SendPage:
-    """One browser tab, opened with the signal ``of``, or the last one."""
+    """One browser tab, opened with the signal ``of`` and the ``tab`` display or file, or the last ones."""
 
-    def __init__(self, studio: Studio, service: SendService, speaker: Speaker, of: str) -> None:
+    def __init__(self, studio: Studio, service: SendService, speaker: Speaker, of: str, tab: str) -> None:
         self.studio, self.sources = studio, service.sources
         self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.state["tab"] = tab or self.state.get("tab", "display")
         self.selected: SelectedSignal | None = None
         of = of or str(self.state.get("of", ""))
         self._reading = bool(of)
@@ -83,7 +84,7 @@ class SendPage:
         with ui.tabs().classes("w-full") as tabs:
             display_tab = ui.tab("display", label="To a display")
             file_tab = ui.tab("file", label="To a haptic file")
-        at = display_tab if self.state.get("tab", "display") == "display" else file_tab
+        at = file_tab if self.state["tab"] == "file" else display_tab
         panels = ui.tab_panels(tabs, value=at, on_change=lambda event: self.state.update(tab=event.value))
         with panels.classes("w-full bg-transparent").props("keep-alive"):
             with ui.tab_panel(display_tab).classes("p-0"):
