@@ -116,9 +116,10 @@ def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation
     wanted = _TASKS[task]
     chosen = wanted.shipped if run is None else run
     if chosen is None:
+        other = "; tactogram.convert draws a photograph as a relief" if task == "photo-to-touch" else ""
         raise ParameterError(
             f"no run for {task} comes with the package: train one on your recordings, "
-            f"and give it: pipeline({task!r}, 'runs/NAME')"
+            f"and give it: pipeline({task!r}, 'runs/NAME'){other}"
         )
     loaded = chosen if isinstance(chosen, LoadedRun) else load_run(chosen)
     if loaded.facts.gives != wanted.gives:

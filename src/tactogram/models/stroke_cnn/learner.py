@@ -136,10 +136,11 @@ class StrokeCNNLearner:
         self.network.load_state_dict(state["network"])
         self.mean, self.scale = state["mean"], state["scale"]
         if optimisers := state.get("optimisers"):
-            self.optimiser.load_state_dict(optimisers["adam"])
-            if (schedule := optimisers["schedule"]) is not None:
-                self._make_schedule(schedule["total_steps"])
+            schedule = optimisers["schedule"]
+            if schedule is not None:
+                self._make_schedule(schedule["total_steps"])  # it sets the optimiser's learning rate
                 self.schedule.load_state_dict(schedule)
+            self.optimiser.load_state_dict(optimisers["adam"])
 
     # -- export ------------------------------------------------------------------------------------------
 

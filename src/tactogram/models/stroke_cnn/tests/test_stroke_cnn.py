@@ -1,3 +1,4 @@
+import copy
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +11,7 @@ from tactogram.models.stroke_cnn.config import Config
 from tactogram.models.stroke_cnn.learner import StrokeCNNLearner, Windows
 from tactogram.models.stroke_cnn.networks import StrokeCNN
 from tactogram.signal import Signal
+from tactogram.training.loop import fit
 
 KIND = SignalKind(330.0, "m/s^2", ("x", "y", "z"), ("a", "b", "c"))
 
@@ -84,6 +86,36 @@ def test_axes_share_their_filters():
     features = network.convolutions(x[:, None])
     swapped = network.convolutions(x[:, None][:, :, [2, 0, 1]])
     torch.testing.assert_close(swapped, features[:, :, [2, 0, 1]])
+
+
+def test_few_recordings_are_passed_a_limited_number_of_times():
+    config = Config(window=100, batch_size=10, steps=50, epochs=5)
+    assert config.updates(samples=8000) == 40
+    assert config.updates(samples=8001) == 41
+    assert config.updates(samples=20_000) == 50
+    assert Config(window=100, batch_size=10, steps=50).updates(samples=1000) == 50
+
+
+def test_the_learning_rate_has_fallen_at_the_last_update_also_of_a_resumed_training():
+    data = examples()
+    config = small(steps=100, epochs=2, schedule="one-cycle")
+    whole, halved, resumed = (StrokeCNNLearner(config, KIND, seed=0) for _ in range(3))
+    stages = whole.stages(data)
+    steps = stages[-1].steps
+    assert 4 < steps < 100
+    fit(whole, data, seed=0)
+    assert whole.optimiser.param_groups[0]["lr"] < 0.01 * config.learning_rate
+    kept = {}
+
+    def keep(position, stage, losses):
+        if (stage.name, position.step) == ("classify", steps // 2):
+            kept.update(place=position, state=copy.deepcopy(halved.state()))
+
+    fit(halved, data, seed=0, on_step=keep)
+    resumed.load_state(kept["state"])
+    fit(resumed, data, seed=0, start=kept["place"])
+    for one, other in zip(whole.network.parameters(), resumed.network.parameters(), strict=True):
+        torch.testing.assert_close(one, other)
 
 
 def test_it_learns_what_is_plain():
