@@ -56,7 +56,7 @@ def tactogram(tmp_path):
         done = subprocess.run(
             [sys.executable, "-m", "tactogram", *line.split()],
             cwd=tmp_path,
-            env={**os.environ, "OMP_NUM_THREADS": "1", "PYTHONWARNINGS": "default"},
+            env={"OMP_NUM_THREADS": "1", **os.environ, "PYTHONWARNINGS": "default"},
             capture_output=True,
             text=True,
             check=False,
