@@ -267,6 +267,25 @@ def test_friction_over_displacement_is_drawn_from_its_model_and_follows_the_fing
     assert played.stream.texture.along == "x"  # the same place feels the same
 
 
+def test_answers_are_marked_where_file_or_run_of_a_stimulus_says_that_it_is_simulated(study_file, tmp_path):
+    signal = Signal(np.ones(100), 1000, "m/s^2")
+    write_signal(tmp_path / "made.wav", signal, metadata={"simulated": True})
+    write_image(tmp_path / "made.png", Image(np.zeros((8, 8, 3), np.uint8)), metadata={"simulated": True})
+    sources = {
+        "felt": {"file": "made.wav"}, "seen": {"file": "buzz.wav", "image": "made.png"},
+        "generated": {"run": "texture_flow"}, "recorded": {"file": "buzz.wav"},
+    }  # fmt: skip
+    changes = {
+        "design": {"kind": "magnitude"},
+        "stimuli": [{"name": name, **source} for name, source in sources.items()],
+    }
+    assert check_study(study_file, changes=changes)["simulated_stimuli"] == 3
+    simulate_study(study_file, tmp_path / "session", participants=1, changes=changes)
+    rows = open_answers(tmp_path / "session").where(design="magnitude")
+    marked = {row.stimulus: row.more.get("simulated_stimuli") for row in rows}
+    assert marked == {"felt": "true", "seen": "true", "generated": "true", "recorded": None}
+
+
 def test_a_session_knows_where_its_stimuli_lie(study_file, tmp_path):
     session = begin_session(study_file, tmp_path / "deep" / "session")
     assert origin_folder(session) == study_file.resolve().parent

@@ -14,6 +14,7 @@ import soundfile
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io import read_signal, write_signal
 from tactogram.studio.participants import stimulus_routes
 from tactogram.studio.participants.rate_limit import RateLimiter
 from tactogram.studio.participants.refusals import NOT_STORED
@@ -336,6 +337,19 @@ def test_a_stimulus_that_fails_is_named_to_the_experimenter_only(tmp_path, opene
     [(name, why)] = [found for found in session.failures.items() if found[0]][:1]
     assert why.startswith(f"stimulus {name}: ")
     assert session.store.played_log(one.code) == []
+
+
+def test_answers_about_a_file_that_says_it_is_simulated_are_marked(tmp_path, opened, person):
+    _, session, client = opened(tmp_path, "rating")
+    file = tmp_path / "files" / "cork-generated.wav"
+    write_signal(file, read_signal(file), metadata={"simulated": True})
+    one = person(client, session.join_path)
+    while one.page() is not None:
+        one.answer()
+    rows = session.store.answers().where(design="rating")
+    marked = {(row.stimulus, row.condition) for row in rows if "simulated_stimuli" in row.more}
+    assert marked == {("cork", "generated")}
+    assert len(rows.unique("stimulus")) == 2
 
 
 def test_what_many_ask_for_at_once_is_made_once(tmp_path, opened, person, monkeypatch, until):

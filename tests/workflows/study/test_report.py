@@ -42,6 +42,7 @@ def test_the_report_holds_design_people_tests_margins_figures_notes_and_caveats(
         "6 simulated participants",
         "Simulated participants: programs answered",
         "Simulated stimuli: computed",
+        "answers about simulated stimuli",
         "Margins, given beforehand in the study&#39;s file: realism ±10 mm (a tenth of the line",
         "which ±0.1 of the share correct (60 % correct is",
         "Confirmatory: the deciding tests",

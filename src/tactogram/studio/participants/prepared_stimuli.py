@@ -76,6 +76,10 @@ class PreparedStimuli:
         if self._thread is not None:
             self._thread.join(PATIENCE_S)
 
+    def is_simulated(self, stimulus: Stimulus) -> bool:
+        """Return whether any of a stimulus is simulated, by what its files say, too."""
+        return self._source.is_simulated(stimulus)
+
     @property
     def displays(self) -> tuple[Display, ...]:
         """Displays that play any stimulus."""

@@ -58,6 +58,7 @@ class OpenSession:
         except BaseException:
             self.store.close()
             raise
+        self.store.is_simulated = self.stimuli.is_simulated
         self.writes = WriteBatcher(self.store)
         self._codes: dict[bytes, str] = {}
         self._attempts: OrderedDict[str, str] = OrderedDict()

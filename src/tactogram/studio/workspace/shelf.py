@@ -61,13 +61,14 @@ class ResultArchive:
     folder: Path
 
     def keep(self, result: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> KeptResult:
-        """Store a signal or an image under a title, with facts as JSON values."""
+        """Store a signal or an image under a title, with JSON values as facts; its file says if it is simulated."""
+        metadata = {"simulated": True} if facts.get("simulated") else None
 
         def write(part: Path) -> None:
             if isinstance(result, Image):
-                write_image(part / IMAGE, result)
+                write_image(part / IMAGE, result, metadata=metadata)
             else:
-                write_signal(part / SIGNAL, result)
+                write_signal(part / SIGNAL, result, metadata=metadata)
 
         return self._add(write, title, facts)
 

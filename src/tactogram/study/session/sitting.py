@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any
 
 from tactogram.study.answers import Answer
@@ -16,6 +17,7 @@ from tactogram.study.language_files import default_text
 from tactogram.study.practice import MARK, TOKEN, practice_answers
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.session.device_facts import device_columns
+from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PageAnswers, PageQuestion, Participant
 
@@ -83,6 +85,7 @@ def answer_rows(
     rt_ms: Mapping[str, float] | None = None,
     played: Mapping[str, str] | None = None,
     device: Mapping[str, Any] | None = None,
+    is_simulated: Callable[[Stimulus], bool] = attrgetter("is_simulated"),
 ) -> tuple[Answer, ...]:
     """Return the rows of the accepted answers to a page.
 
@@ -91,7 +94,7 @@ def answer_rows(
     columns = device_columns(device or {})
     times, hashes = rt_ms or {}, played or {}
     presented = [p.stimulus for p in page.presented if p.stimulus is not None and p.stimulus.is_played]
-    simulated = any(p.stimulus is not None and p.stimulus.is_simulated for p in page.presented)
+    simulated = any(p.stimulus is not None and is_simulated(p.stimulus) for p in page.presented)
     levels = dict.fromkeys(stimulus.level or study.level for stimulus in presented)
     displays = dict.fromkeys(stimulus.display or study.display for stimulus in presented)
     rows = []

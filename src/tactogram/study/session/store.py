@@ -9,8 +9,9 @@ from __future__ import annotations
 import json
 import re
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ from tactogram.study.session.progress import (
 from tactogram.study.session.salvage import parse_answer
 from tactogram.study.session.sitting import answer_rows, declined
 from tactogram.study.session.states import NOT_BEGUN
+from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PageAnswers, Participant
 
@@ -71,6 +73,8 @@ class SessionStore(SessionLogs):
         super().__init__(folder, study)
         # By number, with what it was computed from: valid only while the file holds the same, whoever writes to it.
         self._cache: dict[int, tuple[Participant, str, ParticipantProgress]] = {}
+        self.is_simulated: Callable[[Stimulus], bool] = attrgetter("is_simulated")
+        """Whether answers about a stimulus are marked as about a simulated one; `StudyStimuli` knows its files, too."""
 
     def participant_state(self, code: str) -> ParticipantState:
         """Return the state of a participant; raise `UnknownParticipantError` if there is none."""
@@ -135,6 +139,7 @@ class SessionStore(SessionLogs):
                 rt_ms=_valid_times(rt_ms or {}, accepted),
                 played=last_played(rows, participant, token),
                 device=facts,
+                is_simulated=self.is_simulated,
             )
             submitted = PageAnswers(token, accepted, page.more)
             row = page_row(len(state.progress.history) + 1, submitted)

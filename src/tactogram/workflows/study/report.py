@@ -21,7 +21,7 @@ from tactogram.evaluation.report import (
     write_report,
 )
 from tactogram.study.analysis.findings import AnalysisSection, Finding, number, p_text
-from tactogram.study.answers import Answers
+from tactogram.study.answers import Answer, Answers
 from tactogram.study.session.device_facts import COLUMN, fact_description
 from tactogram.study.session.side_tables import NOTES, PARTICIPANTS, notes_table, participants_table
 from tactogram.study.session.sitting import consent_sha256
@@ -149,9 +149,13 @@ def _summary(data: StudyData, analysis: StudyAnalysis) -> str:
 
 def _simulated(data: StudyData) -> str:
     sentences = [SIMULATED_PEOPLE] if any(data.answers.column("simulated")) else []
-    if any(row.more.get("simulated_stimuli") == "true" for row in data.answers):
+    if any(map(_about_simulated, data.answers)):
         sentences.append(SIMULATED_STIMULI)
     return " ".join(sentences)
+
+
+def _about_simulated(row: Answer) -> bool:
+    return row.more.get("simulated_stimuli") == "true"
 
 
 def _verdicts(analysis: StudyAnalysis) -> list[Block]:
@@ -240,11 +244,13 @@ def _design(data: StudyData) -> list[Block]:
     practice = "none"
     if study.practice:
         practice = f"{study.practice.trials} trials{', with feedback' if study.practice.feedback else ''}"
+    marked = sum(map(_about_simulated, data.answers))
     facts: list[tuple[str, Any]] = [
         ("name", study.name),
         ("design", study.design.kind),
         ("trials of a participant, at most", str(study.trials)),
-        ("stimuli", f"{len(stimuli)}, of which {sum(one.is_simulated for one in stimuli)} simulated"),
+        ("stimuli", str(len(stimuli))),
+        ("answers about simulated stimuli", f"{marked} of {len(data.answers)}"),
         ("conditions", ", ".join(dict.fromkeys(one.condition for one in stimuli if one.condition)) or "one"),
         ("order", f"{study.order}, seed {study.seed}"),
         ("practice", practice),

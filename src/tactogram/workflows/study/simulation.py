@@ -15,7 +15,8 @@ from tactogram.study.trials import Page, Participant
 from tactogram.validation import validated
 from tactogram.workflows.request import takes
 from tactogram.workflows.study.requests import ParticipantsRequest
-from tactogram.workflows.study.sessions import ORIGIN, keep_origin, log_played
+from tactogram.workflows.study.sessions import ORIGIN, keep_origin, log_played, origin_folder
+from tactogram.workflows.study.stimuli import StudyStimuli
 from tactogram.workflows.study.studies import study_folder
 
 SIMULATED = "-simulated"
@@ -41,7 +42,9 @@ def simulate_study(request: ParticipantsRequest) -> dict[str, Any]:
         if any(not known.simulated for known in store.participants()):
             raise DataError(f"{out}: people took this study; give simulated participants another folder")
         keep_origin(store.path.parent, request.study)
-        play = _logger(store, study, study_folder(request.study)) if request.play else None
+        stimuli = StudyStimuli(study, study_folder(request.study))
+        store.is_simulated = stimuli.is_simulated
+        play = _logger(store, stimuli) if request.play else None
         participants = simulate(
             store,
             request.participants,
@@ -83,6 +86,7 @@ def simulate_session(
         if (folder / ORIGIN).is_file() and not own:
             with atomic_write(out / ORIGIN) as part:
                 part.write_bytes((folder / ORIGIN).read_bytes())
+        store.is_simulated = StudyStimuli(study, origin_folder(folder)).is_simulated
         who = simulate(store, participants, effect=simulated_effect, seed=seed, progress=progress)
         rows = len(store.answers())
     return _simulated_facts(out, study, who, simulated_effect, rows)
@@ -113,11 +117,7 @@ def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:
     return validated(SimulatedEffect, whole, where="effect")
 
 
-def _logger(store: SessionStore, study: Study, folder: Path) -> Callable[[Participant, Page], None]:
-    from tactogram.workflows.study.stimuli import StudyStimuli
-
-    stimuli = StudyStimuli(study, folder)
-
+def _logger(store: SessionStore, stimuli: StudyStimuli) -> Callable[[Participant, Page], None]:
     def play(participant: Participant, page: Page) -> None:
         for presented in page.presented:
             if presented.stimulus is None or presented.stimulus.is_played:

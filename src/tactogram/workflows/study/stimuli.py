@@ -26,7 +26,7 @@ from tactogram.rendering.streaming.output import check_streams
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive
-from tactogram.signal.io import read_image, read_signal
+from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
 from tactogram.signal.synthesis import synthesise
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.study_file import Study
@@ -72,6 +72,7 @@ class StudyStimuli:
         self._signals: dict[str, Signal] = {}
         self._drives: dict[tuple[str, float], SlotPlayback] = {}
         self._streams: dict[tuple[str, float], StimulusStream] = {}
+        self._simulated: dict[str, bool] = {}
 
     def signal(self, stimulus: Stimulus) -> Signal:
         """Return the signal of a stimulus, before it is rendered.
@@ -120,6 +121,19 @@ class StudyStimuli:
                 )
             return made
         return read_image(self._file(stimulus.image)) if stimulus.image else None
+
+    def is_simulated(self, stimulus: Stimulus) -> bool:
+        """Return whether any of a stimulus is simulated.
+
+        Its source is a simulation, the metadata of its file say so, or its run was trained on simulated data. A source
+        that cannot be read does not count: it cannot be presented.
+        """
+        if stimulus.name not in self._simulated:
+            try:
+                self._simulated[stimulus.name] = stimulus.is_simulated or self._reads_as_simulated(stimulus)
+            except TactogramError:
+                return False
+        return self._simulated[stimulus.name]
 
     def display(self, stimulus: Stimulus) -> Display:
         """Return the display of a stimulus."""
@@ -170,6 +184,16 @@ class StudyStimuli:
                     self.display(stimulus)
             except TactogramError as error:
                 raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+
+    def _reads_as_simulated(self, stimulus: Stimulus) -> bool:
+        files = ((stimulus.file, read_metadata), (stimulus.image, read_image_metadata))
+        if any(name and read(self._file(name)).get("simulated") for name, read in files):
+            return True
+        if not (runs := [name for name in (stimulus.run, stimulus.image_run) if name]):
+            return False
+        from tactogram.training.remote_run import open_run  # loads torch
+
+        return any(open_run(self._run(name)).kind().simulated for name in runs)
 
     def _check_display(self, display: Display) -> None:
         if self.study.played_by == "stream":

@@ -18,7 +18,8 @@ from tactogram.workflows.study.stimuli import StudyStimuli
 
 def list_studies() -> dict[str, Any]:
     """Return the facts by which to choose a study, for each that comes with the package."""
-    return {name: _facts(Study.load(path)) for name, path in shipped_studies().items()}
+    studies = {name: (Study.load(path), path.parent) for name, path in shipped_studies().items()}
+    return {name: _facts(StudyStimuli(study, folder)) for name, (study, folder) in studies.items()}
 
 
 def list_designs() -> dict[str, Any]:
@@ -71,7 +72,7 @@ def check_loaded(study: Study, folder: Path, *, stimuli: bool = False) -> dict[s
             path = Path(name) if Path(name).is_absolute() else folder / name
             if name and not path.is_file():
                 raise DataError(f"stimulus {stimulus.name}: {path}: no such file")
-    facts = _facts(study) | {"sha256": study.sha256, "rendered": None}
+    facts = _facts(made) | {"sha256": study.sha256, "rendered": None}
     if stimuli:
         facts["rendered"] = _render_all(made)
     return facts
@@ -82,7 +83,8 @@ def study_folder(study: Path | str) -> Path:
     return shipped_studies().get(str(study), Path(study)).parent
 
 
-def _facts(study: Study) -> dict[str, Any]:
+def _facts(made: StudyStimuli) -> dict[str, Any]:
+    study = made.study
     return {
         "name": study.name,
         "title": study.title.in_english(),
@@ -91,7 +93,7 @@ def _facts(study: Study) -> dict[str, Any]:
         "minutes": round(planned_minutes(study), 1),
         "stimuli": len(study.all_stimuli),
         "conditions": list(dict.fromkeys(stimulus.condition for stimulus in study.all_stimuli)),
-        "simulated_stimuli": sum(stimulus.is_simulated for stimulus in study.all_stimuli),
+        "simulated_stimuli": sum(map(made.is_simulated, study.all_stimuli)),
         "practice": study.practice.trials if study.practice else 0,
         "margins": study.planned.values,
         "alpha": study.planned.alpha,

@@ -5,6 +5,7 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
+from tactogram.signal.io import read_metadata
 from tactogram.studio.pages.send.sources import SignalSources
 from tactogram.studio.pages.studies.editor.check import check_draft
 from tactogram.studio.pages.studies.editor.draft import StudyDraft, copy_study, free_name
@@ -164,11 +165,11 @@ def test_another_source_takes_the_place_of_the_former_and_its_settings():
 
 def test_a_kept_result_is_copied_beside_the_study_and_a_file_is_not(workspace, draft):
     made, shelf = draft("abx"), ResultArchive(workspace.studio_folder / "kept")
-    kept = shelf.keep(Signal(np.ones(100), 1000.0, "1"), title="cork / tile", facts={})
+    kept = shelf.keep(Signal(np.ones(100), 1000.0, "1"), title="cork / tile", facts={"simulated": True})
     copied = place_signal(workspace, made.path, SignalSources(workspace, shelf).select(f"kept:{kept.id}"))
     shelf.remove(kept.id)
     assert copied.startswith("my_abx_stimuli/cork_-_tile-")
-    assert (made.path.parent / copied).is_file()
+    assert read_metadata(made.path.parent / copied) == {"simulated": True}
     (workspace.folder / "own.csv").write_text("time,x\n0,1\n0.1,2\n")
     own = SignalSources(workspace, shelf).select("file:own.csv")
     assert place_signal(workspace, made.path, own) == "../own.csv"

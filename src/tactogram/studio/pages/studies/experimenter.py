@@ -93,6 +93,10 @@ class ExperimenterPage:
                 self._notes()
         self._results()
         await self.update()
+        made, stimuli = self.session.study.made_stimuli, self.session.stimuli
+        self.simulated_stimuli.set_visibility(
+            await in_background(lambda: any(map(stimuli.is_simulated, made)))
+        )
         ui.timer(UPDATE_S, self.update, immediate=False)
 
     async def update(self) -> None:
@@ -132,8 +136,8 @@ class ExperimenterPage:
                 f"{study.design.kind}, up to {study.trials} trials{practice}; {study.display}, level {study.level}; "
                 f"folder {self.studio.workspace.name_of(self.folder)}"
             )
-            if any(stimulus.is_simulated for stimulus in study.made_stimuli):
-                ui.label("simulated stimuli").classes("simulated")
+            self.simulated_stimuli = ui.label("simulated stimuli").classes("simulated")
+            self.simulated_stimuli.set_visibility(False)
             self.ended = ui.label("Ended: nobody can join, and unfinished participants cannot continue.")
             self.ended.classes("text-negative")
             for name, reason in self.session.failures.items():

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import os
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import ParameterError
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io import read_metadata, write_signal
 from tactogram.studio.pages.send.sources import SelectedSignal
 from tactogram.studio.pages.studies.editor.draft import StudyDraft
 from tactogram.studio.workspace.folder import Workspace
@@ -92,8 +91,9 @@ def place_signal(workspace: Workspace, study: Path, signal: SelectedSignal) -> s
         digest = hashlib.sha256(file.read_bytes()).hexdigest()[:8]
         folder = study.parent / FOLDER.format(name=study.stem)
         copied = folder / safe_name(f"{signal.title.replace('/', '-')}-{digest}{file.suffix}")
-        with atomic_write(copied) as part:
-            shutil.copyfile(file, part)
+        # Written anew: the facts of a kept result, simulated or not, are beside it.
+        facts = read_metadata(file) | ({"simulated": True} if signal.simulated else {})
+        write_signal(copied, signal.signal(), metadata=facts)
         file = copied
     return relative(file, study)
 
