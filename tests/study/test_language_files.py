@@ -44,6 +44,8 @@ def test_the_japanese_words_are_those_of_the_papers():
 def test_every_text_that_a_page_shows_is_in_the_files():
     script = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
     shown = set(re.findall(r'say\(\w+(?:\(\))?, "(\w+)"', script))
+    shown |= set(re.findall(r'\d+: "(\w+)"', script))  # by the status of a refusal
+    shown |= {key for keys in re.findall(r'\? "(\w+)" : "(\w+)"\)', script) for key in keys}
     assert len(shown) > 50
     assert shown <= set(language_texts()["en"])
 

@@ -251,6 +251,7 @@ def test_what_cannot_be_streamed_is_told_once_per_touch(tmp_path, opened, person
         socket.send(json.dumps(touch | {"slot": "B"}))
         assert (told["slot"], told["state"]) == ("A", "failed")
         assert "does not follow the finger" in told["error"]
+        assert told["status"] == 400
         assert json.loads(socket.recv(5))["slot"] == "B"
         socket.send(json.dumps({"slot": "A", "samples": [["x"]]}))
         with pytest.raises(ConnectionClosed) as closed:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tactogram.study.language_files import complete_texts
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
 
@@ -330,6 +331,35 @@ def test_reload_back_double_click_and_a_killed_server_lose_nothing_and_store_not
     asked = [row for row in studies.answers("abx").where(participant=code) if row.question == "which"]
     assert [row.trial for row in asked] == [1]
     assert asked[0].answer == "A"
+
+
+def test_refusals_say_in_the_studys_language_what_to_do(person):
+    said = complete_texts("ja")
+    page = person("evoked")
+    page.wait_for_selector("form[data-token=consent]")
+    refusals = [(503, "problem"), (429, "too_many"), (400, "refused")]
+    pending = iter(refusals)
+
+    def refuse(route):
+        status, _ = next(pending, (0, ""))
+        body = {"json": {"error": "stored nowhere"}, "status": status} if status else {}
+        return route.fulfill(**body) if status else route.continue_()
+
+    page.route("**/answers", refuse)
+    page.locator('[data-key="consent"] label', has=page.locator("input[value=agreed]")).tap()
+    _later(page)
+    page.tap(".foot button")
+    for _, key in refusals:
+        page.wait_for_function(
+            "text => document.querySelector('#banner').textContent === text", arg=said[key]
+        )
+    page.wait_for_selector("form[data-token=consent]")  # refused for good: asked again
+    page.route("**/answers", lambda route: route.fulfill(json={"error": "withdrawn"}, status=404))
+    _later(page)
+    page.tap(".foot button")
+    page.get_by_role("heading", name=said["no_ticket"]).wait_for()
+    assert "withdrawn" not in page.inner_text("body")
+    page.wrong[:] = [one for one in page.wrong if "Failed to load resource" not in one]
 
 
 def test_words_are_rated_by_touch_and_by_keys_beside_an_image_of_30_mm(person, studies):

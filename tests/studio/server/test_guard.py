@@ -17,6 +17,7 @@ from tactogram.studio.server.guard_rules import (
     is_same_origin,
     token_in_query,
 )
+from tactogram.study.language_files import complete_texts
 
 TOKEN = "a-token-that-nobody-guesses"
 LOCAL = GuardSettings()
@@ -376,6 +377,14 @@ def test_a_page_is_refused_as_a_page_and_a_sentence_is_text():
     assert (status, headers["content-type"]) == (400, "text/html; charset=utf-8")
     status, _, body = ask(method="<B>", headers=[("accept", "text/html")])
     assert (status, b"&lt;B&gt;" in body, b"<B>" in body) == (405, True, False)
+
+
+def test_a_participants_page_is_refused_in_every_language():
+    status, _, body = ask("/take/x", host="elsewhere.example", headers=[("accept", "text/html")])
+    assert status == 421
+    assert all(complete_texts(language)["no_ticket"] in body.decode() for language in ("en", "ja", "de"))
+    _, _, body = ask("/studies", host="elsewhere.example", headers=[("accept", "text/html")])
+    assert complete_texts("ja")["no_ticket"] not in body.decode()
 
 
 def test_a_refused_page_links_to_itself_and_nowhere_else():

@@ -58,11 +58,12 @@ class FingerMessage(RequestBody):
 
 
 class FingerStatus(BaseModel):
-    """State of a slot's stream, and the error if there is none."""
+    """State of a slot's stream; if it failed, the error, and the status that a request would have been refused with."""
 
     slot: SlotName
     state: Literal["playing", "ended", "failed"]
     error: str = ""
+    status: int = 0
 
 
 class LanguageRequest(RequestBody):

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from tactogram.errors import TactogramError
 from tactogram.studio.participants.bodies import FingerMessage, FingerStatus, PageToken, SlotName
-from tactogram.studio.participants.refusals import PROGRAM_ERROR
+from tactogram.studio.participants.refusals import PROGRAM_ERROR, PROGRAM_STATUS, status_of
 from tactogram.studio.participants.sessions import OpenSession, SessionRegistry
 from tactogram.studio.participants.stimulus_routes import (
     anonymous_failure,
@@ -94,7 +94,7 @@ class _StreamedSlots:
         try:
             session, row, stream = await anyio.to_thread.run_sync(self._prepared, slot, time.perf_counter())
         except TactogramError as error:
-            await self._fail(slot, str(error))
+            await self._fail(slot, str(error), status_of(error))
             return
         self._stream = stream
         self._task = asyncio.create_task(self._play(session, slot, row, stream))
@@ -120,16 +120,16 @@ class _StreamedSlots:
         try:
             await anyio.to_thread.run_sync(play)
         except TactogramError as error:
-            await self._fail(slot, str(error))
+            await self._fail(slot, str(error), status_of(error))
         except Exception:
             log.exception("%s: a stream could not be logged", session.name)
-            await self._fail(slot, PROGRAM_ERROR)
+            await self._fail(slot, PROGRAM_ERROR, PROGRAM_STATUS)
         else:
             await self._tell(FingerStatus(slot=slot, state="ended"))
 
-    async def _fail(self, slot: SlotName, error: str) -> None:
+    async def _fail(self, slot: SlotName, error: str, status: int) -> None:
         self._failed = True
-        await self._tell(FingerStatus(slot=slot, state="failed", error=error))
+        await self._tell(FingerStatus(slot=slot, state="failed", error=error, status=status))
 
     async def _tell(self, status: FingerStatus) -> None:
         with suppress(RuntimeError, WebSocketDisconnect):  # the page is gone

@@ -50,6 +50,13 @@ STATUS = (
     (ParameterError, 400),
 )
 """HTTP status by kind of error; 503 for all others."""
+PROGRAM_STATUS = 500
+"""Of errors in the program."""
+
+
+def status_of(error: TactogramError) -> int:
+    """Return the HTTP status of an error."""
+    return next((status for kind, status in STATUS if isinstance(error, kind)), 503)
 
 
 def spend(limiter: RateLimiter, key: object) -> None:
@@ -85,11 +92,13 @@ class SentenceRoute(APIRoute):
                 log.warning("%s", error)
                 return _refused(503, NOT_STORED)
             except TactogramError as error:
-                status = next((status for kind, status in STATUS if isinstance(error, kind)), 503)
-                return _refused(status, str(error))
+                if isinstance(error, ParameterError):
+                    # The pages send nothing invalid, and show a participant what to do only.
+                    log.warning("%s: %s", self.path, error)
+                return _refused(status_of(error), str(error))
             except Exception:
                 log.exception("%s failed", self.path)
-                return _refused(500, PROGRAM_ERROR)
+                return _refused(PROGRAM_STATUS, PROGRAM_ERROR)
 
         return handle
 

@@ -6,10 +6,8 @@ experimenter. Answers are on the disk before the next page is known (`tactogram.
 
 from __future__ import annotations
 
-import html
 import json
 import re
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -45,6 +43,7 @@ from tactogram.studio.participants.sessions import (
     UnknownSessionError,
 )
 from tactogram.studio.participants.stimulus_routes import add_stimulus_routes
+from tactogram.studio.server.every_language import paragraphs
 from tactogram.study.language_files import complete_texts, language_texts
 from tactogram.study.session.participants import PageNotOpenError, UnknownParticipantError
 from tactogram.study.session.progress import ParticipantState
@@ -220,16 +219,8 @@ def _by_code(
 
 def _page_file(script: Literal["join", "take"], session: OpenSession) -> Response:
     page = (STATIC / "page.html").read_text(encoding="utf-8").replace("{script}", script)
-    return HTMLResponse(page.replace("{reload}", _said("reload", session.study.languages)))
+    return HTMLResponse(page.replace("{reload}", paragraphs("reload", session.study.languages)))
 
 
 def _broken_link() -> Response:
-    return HTMLResponse(BROKEN_LINK.format(said=_said("no_ticket", language_texts())), 404)
-
-
-def _said(key: str, languages: Iterable[str]) -> str:
-    """Return paragraphs with a text in each language, for pages that cannot know the reader's."""
-    return "".join(
-        f"<p class='lead' lang='{language}'>{html.escape(complete_texts(language)[key])}</p>\n"
-        for language in languages
-    )
+    return HTMLResponse(BROKEN_LINK.format(said=paragraphs("no_ticket")), 404)

@@ -15,6 +15,7 @@ from starlette.datastructures import MutableHeaders
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from tactogram.studio.server.every_language import paragraphs
 from tactogram.studio.server.guard_rules import (
     PARTICIPANTS,
     GuardSettings,
@@ -208,9 +209,10 @@ def _refusal_response(refused: Refusal, scope: Scope) -> Response:
         return JSONResponse({"error": refused.sentence}, refused.status, headers)
     # After a link on another site, a browser sends the cookie only with requests from this page.
     again = quote("/" + str(scope["path"]).lstrip("/"))
+    remedy = paragraphs("no_ticket") if str(scope["path"]).startswith(PARTICIPANTS) else ""
     return HTMLResponse(
         "<!doctype html><html lang='en'><meta charset='utf-8'><title>tactogram</title>"
-        f"<p>{html.escape(refused.sentence)}</p><p><a href='{again}'>Open this page again</a></p></html>",
+        f"{remedy}<p>{html.escape(refused.sentence)}</p><p><a href='{again}'>Open this page again</a></p></html>",
         refused.status,
         headers,
     )

@@ -11,7 +11,7 @@ export class FingerSounds {
 
   /**
    * @param {() => string} address of the page's websocket
-   * @param {(error: string) => void} [told] why a stimulus cannot be streamed; "" if it can
+   * @param {(status: number) => void} [told] status of the refusal to stream a stimulus, as of a request; 0 if it streams
    */
   constructor(address, told = () => {}) {
     this.address = address;
@@ -36,9 +36,9 @@ export class FingerSounds {
     this.socket = socket;
   }
 
-  hear({ slot, state, error }) {
+  hear({ slot, state, status }) {
     if (slot === this.present?.slot) this.present.felt = state === "playing";
-    this.told(state === "failed" ? error : "");
+    this.told(state === "failed" ? status : 0);
   }
 
   /** Leave the page: the display goes to rest. */

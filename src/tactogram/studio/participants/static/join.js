@@ -2,8 +2,8 @@
 
 import { deviceFacts } from "./device.js";
 import { button, holdStill, make, tell } from "./dom.js";
-import { Refused, ask, insist } from "./server.js";
-import { guessed, nameOf, preferred, say } from "./wording.js";
+import { ask, insist, statusOf } from "./server.js";
+import { guessed, nameOf, preferred, remedy, say } from "./wording.js";
 
 const base = location.pathname.replace(/\/+$/, "");
 const stage = document.getElementById("stage");
@@ -52,8 +52,8 @@ async function join(code) {
     }
     location.href = `/take/${made.ticket}`;
   } catch (error) {
-    const unknown = code && error.status === 404;
-    tell(unknown ? say(language, "unknown_code") : error instanceof Refused && error.message ? error.message : say(language, "waiting"));
+    const status = statusOf(error);
+    tell(code && status === 404 ? say(language, "unknown_code") : remedy(language, status));
     busy = false;
   }
 }
@@ -93,9 +93,9 @@ function choose(chosen) {
 async function start() {
   holdStill();
   try {
-    study = await insist(() => ask(`${base}/study`), (away) => tell(away ? say(language, "waiting") : ""));
-  } catch (error) {
-    stage.replaceChildren(make("div", { class: "moment" }, make("h1", { text: say(language, "no_ticket") }), make("p", { class: "lead", text: error.message })));
+    study = await insist(() => ask(`${base}/study`), (away, status) => tell(away ? remedy(language, status) : ""));
+  } catch {
+    stage.replaceChildren(make("div", { class: "moment" }, make("h1", { text: say(language, "no_ticket") })));
     return;
   }
   language = preferred(study.languages);

@@ -11,10 +11,15 @@ export class Refused extends Error {
   }
 }
 
+/** Of a response that is not this server's. */
+const UNREACHABLE = 502;
 /** In use by another participant, or too many attempts: worth trying later. */
 const LATER = [423, 429];
 /** Whether trying again can help: the network is down, the server restarts, or it is busy. */
 export const passes = (error) => !(error instanceof Refused) || error.status >= 500 || LATER.includes(error.status);
+
+/** Return the status of a refusal; 0 if the server was not reached. */
+export const statusOf = (error) => (error instanceof Refused && error.status !== UNREACHABLE ? error.status : 0);
 
 /** Return the JSON of one request: a POST of `body`, or a GET without one. */
 export async function ask(path, body) {
@@ -26,7 +31,7 @@ export async function ask(path, body) {
   } catch {
     // Not from this server: a proxy, or an error page.
   }
-  if (!response.ok || value === null) throw new Refused(response.ok ? 502 : response.status, value?.error ?? response.statusText);
+  if (!response.ok || value === null) throw new Refused(response.ok ? UNREACHABLE : response.status, value?.error ?? response.statusText);
   return value;
 }
 
@@ -45,20 +50,20 @@ export async function bytes(path) {
 /**
  * Try until it succeeds or cannot succeed.
  * @param {() => Promise<any>} attempt
- * @param {(away: boolean, why: string) => void} report whether it will try again, and the server's reason
+ * @param {(away: boolean, status: number) => void} report whether it will try again, and the status of the refusal
  */
 export async function insist(attempt, report) {
   for (let wait = FIRST_WAIT_MS; ; wait = Math.min(2 * wait, LONGEST_WAIT_MS)) {
     try {
       const value = await attempt();
-      report(false, "");
+      report(false, 0);
       return value;
     } catch (error) {
       if (!passes(error)) {
-        report(false, "");
+        report(false, 0);
         throw error;
       }
-      report(true, error instanceof Refused && error.status !== 502 ? error.message : "");
+      report(true, statusOf(error));
       await elapsed(wait);
     }
   }

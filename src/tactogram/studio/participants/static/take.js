@@ -6,12 +6,13 @@ import { holdStill, make, tell } from "./dom.js";
 import { FingerSounds } from "./finger.js";
 import { measured } from "./millimetres.js";
 import { showMoment, showPage } from "./page_view.js";
-import { Outbox, Refused, ask, bytes, insist, passes } from "./server.js";
+import { Outbox, ask, bytes, insist, passes, statusOf } from "./server.js";
 import { BrowserSounds, ServerSounds } from "./sound.js";
-import { guessed, nameOf, say } from "./wording.js";
+import { guessed, nameOf, remedy, say } from "./wording.js";
 
 const base = location.pathname.replace(/\/+$/, "");
 const ticket = base.split("/").pop();
+const DISPLAY_BUSY = 423;
 const outbox = new Outbox(ticket);
 /** Whether the author of a study looks at it: without the card, and without full screen. */
 const previewing = new URLSearchParams(location.search).has("preview");
@@ -23,7 +24,8 @@ const now = { state: null, view: null, sounds: null, images: new Map(), sending:
 const language = () => now.state?.language ?? guessed;
 const address = (what, slot) => `${base}/${what}?token=${encodeURIComponent(now.state.page.token)}&slot=${encodeURIComponent(slot)}`;
 
-const tellAway = (away, why) => tell(away ? why || say(language(), "waiting") : "");
+const tellAway = (away, status) => tell(away ? remedy(language(), status) : "");
+const tellUnplayed = (status) => tell(say(language(), status === DISPLAY_BUSY ? "display_busy" : "no_sound"));
 
 /** Adopt the state that the server returned. */
 function take(state) {
@@ -48,8 +50,8 @@ async function start() {
   window.addEventListener("pagehide", () => now.view?.hush());
   try {
     take(await insist(() => (outbox.kept() ? deliverOnce() : ask(`${base}/page`)), tellAway));
-  } catch (error) {
-    return deadEnd(error);
+  } catch {
+    return deadEnd();
   }
   now.sounds = soundsOf(now.state.played_by);
   if (ended()) return showEnd();
@@ -58,7 +60,7 @@ async function start() {
 
 function soundsOf(playedBy) {
   if (playedBy === "stream") {
-    return new FingerSounds(() => `${base}/finger?token=${encodeURIComponent(now.state.page.token)}`, tell);
+    return new FingerSounds(() => `${base}/finger?token=${encodeURIComponent(now.state.page.token)}`, (status) => (status ? tellUnplayed(status) : tell("")));
   }
   if (playedBy !== "server") {
     const fetched = (slot) => insist(() => bytes(address("sound", slot)), tellAway);
@@ -69,7 +71,7 @@ function soundsOf(playedBy) {
       await ask(`${base}/play`, { token: now.state.page.token, slot });
       return true;
     } catch (error) {
-      tell(error instanceof Refused ? error.message : say(language(), "no_sound"));
+      tellUnplayed(statusOf(error));
       return false;
     }
   };
@@ -163,8 +165,9 @@ async function show() {
   try {
     await load(page);
   } catch (error) {
-    if (error instanceof Refused && error.status === 409) return refresh("");
-    return trouble(error);
+    if (statusOf(error) === 409) return refresh();
+    if (statusOf(error) === 404) return deadEnd();
+    return showMoment(stage, { title: say(l, "no_sound"), go: say(l, "go_on"), press: show });
   }
   if (now.state.page !== page) return undefined;
   now.view = showPage({ page, language: l, sounds: now.sounds, images: now.images, stage, draft: draftOf(page), send: submit });
@@ -223,15 +226,17 @@ async function submit({ answers, rt_ms, facts }) {
   outbox.keep({ token: now.state.page.token, answers, rt_ms, device: deviceFacts(facts) });
   const late = setTimeout(() => tell(say(language(), "sending")), 600);
   try {
-    const state = await insist(deliverOnce, (away, why) => {
+    const state = await insist(deliverOnce, (away, status) => {
       clearTimeout(late);
-      tell(away ? `${why} ${say(language(), "kept")}`.trim() : "");
+      if (away && status === 0) tell(say(language(), "kept"));
+      else tellAway(away, status);
     });
     take(state);
     await show();
   } catch (error) {
-    if ([401, 403, 404].includes(error.status)) deadEnd(error);
-    else await refresh(error.message);
+    const status = statusOf(error);
+    if ([401, 403, 404].includes(status)) deadEnd();
+    else await refresh(status);
   } finally {
     clearTimeout(late);
     now.sending = false;
@@ -253,27 +258,22 @@ async function deliverOnce() {
   }
 }
 
-/** Show the server's current page, and why an answer was refused. */
-async function refresh(why) {
+/** Show the server's current page, and what to do about a refused answer. */
+async function refresh(refused = null) {
   try {
     take(await insist(() => ask(`${base}/page`), tellAway));
-  } catch (error) {
-    return deadEnd(error);
+  } catch {
+    return deadEnd();
   }
   await show();
-  if (why && !ended()) tell(say(language(), "refused", { error: why }));
+  if (refused !== null && !ended()) tell(remedy(language(), refused));
   return undefined;
 }
 
-function trouble(error) {
-  const text = error instanceof Refused && error.message ? error.message : say(language(), "no_sound");
-  showMoment(stage, { title: say(language(), "no_sound"), text, go: say(language(), "go_on"), press: show });
-}
-
-function deadEnd(error) {
+function deadEnd() {
   now.view?.stop();
   tell("");
-  showMoment(stage, { title: say(language(), "no_ticket"), text: error instanceof Refused ? error.message : "" });
+  showMoment(stage, { title: say(language(), "no_ticket") });
 }
 
 function showEnd() {

@@ -10,6 +10,11 @@ export function say(language, key, values = {}) {
   return textsIn(language)[key].replace(/\{(\w+)\}/g, (whole, name) => (name in values ? String(values[name]) : whole));
 }
 
+const REMEDIES = { 0: "waiting", 404: "no_ticket", 423: "display_busy", 429: "too_many" };
+
+/** Return what a participant can do about a refusal with a status; the server's own sentence is for its log. */
+export const remedy = (language, status) => say(language, REMEDIES[status] ?? (status >= 500 ? "problem" : "refused"));
+
 /** Return the name of a language in itself. */
 export const nameOf = (language) => (TEXTS[language] ?? TEXTS[primary(language)])?.name ?? language;
 
