@@ -59,8 +59,8 @@ def route(address: str) -> ui.page:
 
 
 @contextmanager
-def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[None]:
-    """Draw the frame of a page; what is drawn inside the context goes into its content column.
+def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[ui.dark_mode]:
+    """Draw the frame of a page, and give its appearance; what is drawn inside goes into its content column.
 
     The navigation, omitted if a single study is served, marks the entry of `PAGES` with this title as current.
     """
@@ -78,16 +78,16 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
                         link.props('aria-current="page"')
         else:
             ui.label("tactogram").classes("brand")
-        _appearance()
+        dark = _appearance()
     width = "content wide" if wide else "content"
     # Quasar draws the main landmark around it.
     with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
         ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch"):
-            yield
+            yield dark
 
 
-def _appearance() -> None:
+def _appearance() -> ui.dark_mode:
     """Draw the choice between light and dark, remembered for this browser."""
     kept = str(app.storage.user.get("appearance"))
     dark = ui.dark_mode()
@@ -112,6 +112,7 @@ def _appearance() -> None:
     if dark.value:
         # NiceGUI's own comes with the first drawing; until then the page would be white.
         ui.add_head_html("<style>body:not(.body--light) { --ground: #12181c; }</style>")
+    return dark
 
 
 def heading(text: str) -> ui.label:

@@ -3,6 +3,8 @@ import re
 
 import pytest
 
+from tactogram.evaluation.report import ReportSection, ReportText, write_report
+
 REPORT = """<!doctype html><title>Report</title><h1>A report</h1>
 <script>document.title = "it ran"; parent.document.title = "it ran"; fetch("/stolen")</script>
 <img src="data:image/gif;base64,R0lGODlhAQABAAAAACw=" alt="a figure">"""
@@ -60,3 +62,28 @@ def test_published_figures_can_be_searched_and_experiments_read(tab):
     assert "simulated" in row
     tab.get_by_role("tab", name="Experiments").click()
     tab.get_by_text("tactogram reproduce stroke_cnn_table2").wait_for()
+
+
+def test_a_report_is_light_or_dark_as_the_page_whatever_the_system_is(tab, workspace):
+    folder = workspace / "runs" / "styled"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "recipe.toml").write_text('model = "stroke_cnn"\n')
+    section = ReportSection("Findings", [ReportText("A text")])
+    write_report(folder / "report.html", title="Styled", summary="", sections=[section], simulated=True)
+    body = tab.frame_locator("iframe.report").locator("body")
+
+    def ground(choice, query):
+        tab.get_by_role("button", name="Light or dark").click()
+        tab.get_by_role("menuitemradio", name=choice).click()
+        tab.locator(f'iframe.report[src$="report.html{query}"]').wait_for()
+        body.get_by_role("heading", name="Styled").wait_for()
+        return body.evaluate("body => getComputedStyle(body).backgroundColor")
+
+    light, dark = "rgb(255, 255, 255)", "rgb(18, 24, 28)"
+    tab.emulate_media(color_scheme="light")
+    tab.goto("/reports?of=runs/styled/report.html")
+    assert ground("Dark", "?scheme=dark") == dark
+    assert ground("As the system", "") == light
+    tab.emulate_media(color_scheme="dark")
+    assert ground("As the system", "") == dark
+    assert ground("Light", "?scheme=light") == light

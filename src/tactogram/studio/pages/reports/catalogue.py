@@ -82,6 +82,14 @@ def _has_results(folder: Path) -> bool:
     return any((folder / name).is_file() for name in (RUN, SESSION, "report.html", *NUMBERS))
 
 
+def in_scheme(report: bytes, scheme: Literal["light", "dark"]) -> bytes:
+    """Return a report as HTML that is light or dark, whatever the system is."""
+    media = b"@media all" if scheme == "dark" else b"@media not all"
+    return report.replace(b"@media (prefers-color-scheme: dark)", media).replace(
+        b"color-scheme: light dark", f"color-scheme: {scheme}".encode()
+    )
+
+
 def is_simulated(folder: Path) -> bool:
     """Return whether a run's data or the numbers in a folder are marked as simulated."""
     for name in ("data.json", *NUMBERS):

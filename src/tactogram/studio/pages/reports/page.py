@@ -5,10 +5,10 @@ from __future__ import annotations
 import html
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 from urllib.parse import quote
 
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
@@ -18,6 +18,7 @@ from tactogram.studio.layout import heading, hint, page, report_errors, route
 from tactogram.studio.pages.reports.catalogue import (
     ReportFile,
     experiments_with_results,
+    in_scheme,
     marked_simulated,
     matching,
     numbers_html,
@@ -36,24 +37,27 @@ def add(studio: Studio) -> None:
     """Register the page, and the route of its files, which a content policy keeps from running scripts."""
 
     @app.get("/reports/file/{name:path}")
-    def file(name: str) -> Any:
+    def file(name: str, scheme: Literal["light", "dark"] | None = None) -> Any:
         try:
             path = readable_file(studio.workspace, name)
         except TactogramError as error:
             return JSONResponse({"error": str(error)}, status_code=404)
-        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
+        headers = {"Content-Security-Policy": REPORT_POLICY}
+        if scheme and path.suffix == ".html":
+            return HTMLResponse(in_scheme(path.read_bytes(), scheme), headers=headers)
+        return FileResponse(path, headers=headers)
 
     @route("/reports")
     def show(of: str = "", tab: str = "reports") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
-        with page("Reports", wide=True):
+        with page("Reports", wide=True) as dark:
             with ui.tabs().classes("w-full") as tabs:
                 panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
             first = panels.get(tab, panels["reports"])
             with ui.tab_panels(tabs, value=first).classes("w-full bg-transparent"):
                 with ui.tab_panel(panels["reports"]).classes("p-0"):
-                    ReportsPanel(studio, of)
+                    ReportsPanel(studio, of, dark)
                 with ui.tab_panel(panels["published"]).classes("p-0"):
                     PublishedPanel()
                 with ui.tab_panel(panels["experiments"]).classes("p-0"):
@@ -61,10 +65,11 @@ def add(studio: Studio) -> None:
 
 
 class ReportsPanel:
-    """List of report files on the left, the selected one on the right."""
+    """List of report files on the left, the selected one on the right, light or ``dark`` as the page."""
 
-    def __init__(self, studio: Studio, path: str) -> None:
-        self.studio = studio
+    def __init__(self, studio: Studio, path: str, dark: ui.dark_mode) -> None:
+        self.studio, self.dark = studio, dark
+        dark.on_value_change(lambda _: self._reader.refresh(""))
         self.files = report_files(studio.workspace)
         self.selected = next((file for file in self.files if file.path == path), None)
         if self.selected is None and self.files and not path:
@@ -124,7 +129,9 @@ class ReportsPanel:
             ui.link("Open in a new tab", address, new_tab=True)
         title = html.escape(f"{file.kind} {file.path}", quote=True)
         if file.kind == "report":
-            markup = f'<iframe class="report" sandbox src="{address}" title="{title}"></iframe>'
+            # Browsers do not pass the page's choice on to a frame.
+            scheme = {True: "?scheme=dark", False: "?scheme=light"}.get(self.dark.value, "")
+            markup = f'<iframe class="report" sandbox src="{address}{scheme}" title="{title}"></iframe>'
             ui.html(markup, sanitize=False).classes("w-full")
         elif file.kind == "figure":
             ui.html(f'<img class="figure" src="{address}" alt="{title}">', sanitize=False).classes("w-full")
