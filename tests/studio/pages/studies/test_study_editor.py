@@ -18,6 +18,7 @@ from tactogram.studio.pages.studies.editor.stimuli import (
     summary,
     with_source,
 )
+from tactogram.studio.pages.studies.editor.widgets import lines_of, table_of
 from tactogram.studio.workspace.folder import Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.study.designs import designs
@@ -91,6 +92,13 @@ def test_faults_are_the_sentences_of_check_at_their_places(draft):
         (("seed",), -1, ("seed",)),
         (("practice", "trials"), 99, ("practice",)),
         (("grid", "source"), {"file": "missing.wav"}, ("grid",)),
+        (("grid", "source"), "file = ", ("grid", "source")),
+        (("grid", "by_condition", "generated"), {"seed": -1}, ("grid", "by_condition", "generated")),
+        (
+            ("stimuli",),
+            [{"name": "a", "run": "r", "given": {"force_n": 0}}],
+            ("stimuli", 0, "given", "force_n"),
+        ),
         (("title",), {}, ("title",)),
         (("consent", "ja"), "", ("consent", "ja")),
     ],
@@ -153,6 +161,21 @@ def test_a_large_grid_is_not_listed(draft):
     with pytest.raises(ParameterError, match="320 stimuli are too many to list one by one"):
         listed(made)
     assert made.get(("grid", "count")) == 320
+
+
+@pytest.mark.parametrize("name", shipped_studies())
+def test_a_grids_source_is_the_same_after_its_lines_were_read(name, draft):
+    grid = draft(name).get(("grid",), {})
+    for table in (grid.get("source", {}), *grid.get("by_condition", {}).values()):
+        assert table_of("\n".join(lines_of(table))) == table
+
+
+def test_lines_of_a_table_can_be_in_any_order():
+    lines = lines_of({"words": {"a b": 6}, "run": "texture_flow", "text": {"pt-BR": "x\ny"}})
+    assert lines == ['words."a b" = 6', 'run = "texture_flow"', 'text.pt-BR = "x\\ny"']
+    assert table_of("\n".join(reversed(lines)))["words"] == {"a b": 6}
+    assert table_of("seconds = ") == "seconds = "
+    assert table_of("seconds = 2026-01-01") == "seconds = 2026-01-01"
 
 
 def test_another_source_takes_the_place_of_the_former_and_its_settings():

@@ -4,6 +4,13 @@ from pathlib import Path
 
 from tactogram.study.study_file import Study, shipped_studies
 
+EXTRA = """
+[[stimuli]]
+name = "denim"
+run = "texture_flow"
+material = "denim"
+"""
+
 
 def test_changes_survive_a_reload_faults_are_beside_their_fields_and_hand_written_files_are_warned_of(
     tab, workspace
@@ -26,6 +33,34 @@ def test_changes_survive_a_reload_faults_are_beside_their_fields_and_hand_writte
     assert Study.load(path).first_difference(Study.load("abx")) == "design.repeats"
     assert Study.load(path).design.repeats == 8
     assert "#" not in path.read_text()
+
+
+def test_conditions_and_sources_of_a_grid_and_what_a_model_is_given_have_fields(tab, workspace):
+    path = Path(workspace) / "studies" / "grid.toml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(shipped_studies()["display-words"].read_text() + EXTRA)
+    tab.goto("/studies/edit?study=studies/grid.toml")
+    source = tab.get_by_label("Changes to the source for A")
+    source.fill("seed = ")
+    tab.get_by_role("alert").get_by_text("each line must be NAME = VALUE").wait_for()
+    source.fill("seed = 7\nseconds = 1.5")
+    tab.get_by_role("status").filter(has_text="Valid").wait_for()
+    tab.get_by_label("Another condition").fill("twin")
+    tab.get_by_role("button", name="Add the condition").click()
+    tab.get_by_label("Changes to the source for twin").fill('simulated = "stroking9/tile"')
+    tab.get_by_role("button", name="Change denim").click()
+    tab.get_by_label("Given the speed, mm/s").fill("120")
+    tab.get_by_role("button", name="Done").click()
+    tab.get_by_role("textbox", name="denim").and_(tab.locator("[value*='speed_mm_s 120']")).wait_for()
+    tab.get_by_role("button", name="Remove the condition twin").click()
+    tab.get_by_role("status").filter(has_text="Valid").wait_for()
+    tab.get_by_role("button", name="Save", exact=True).click()
+    tab.get_by_text("Saved.").wait_for()
+    saved = Study.load(path)
+    assert saved.grid.conditions == ("sensor", "A", "B", "C", "D")
+    assert saved.grid.by_condition["A"] == {"seed": 7, "seconds": 1.5}
+    assert saved.grid.by_condition["B"] == {"autoregressive": True, "seed": 2}
+    assert saved.stimuli[0].given == {"speed_mm_s": 120}
 
 
 def test_what_is_no_study_of_the_workspace_is_not_edited(tab):

@@ -19,6 +19,8 @@ from tactogram.workflows.study.studies import check_loaded
 LACKS = re.compile(r"([\w.{}:/-]+) lacks the language ([\w-]+);")
 NAMED = re.compile(r"([a-z_][\w.]*)(?:: | must | needs )")
 STIMULUS = re.compile(r"stimulus (.+?): ")
+CONDITION = re.compile(r"grid: by_condition\.(.+?): ")
+NO_TABLE = "each line must be NAME = VALUE as in the study's file, texts in quotes"
 MOST_MISSING = 200
 
 
@@ -59,7 +61,11 @@ def _faults(values: dict[str, Any]) -> list[Fault]:
 
 
 def _placed(fault: Fault, values: Mapping[str, Any]) -> Fault:
-    """Return a fault with the place that its sentence begins with, if it has none."""
+    """Return a fault with the place that its sentence begins with, if it has none or that of the grid alone."""
+    if fault.place[:1] == ("grid",) and "must be a valid dictionary" in fault.sentence:
+        return Fault(fault.place, f"{'.'.join(map(str, fault.place))}: {NO_TABLE}")
+    if fault.place == ("grid",) and (condition := CONDITION.match(fault.sentence)):
+        return Fault(("grid", "by_condition", condition[1]), fault.sentence)
     if fault.place:
         return fault
     if stimulus := STIMULUS.match(fault.sentence):

@@ -65,6 +65,12 @@ def fields_of(
     return fields
 
 
+def numbers_of(model: type[BaseModel], name: str, keys: Collection[str], place: Place) -> list[StudyField]:
+    """Return a field for each number in a table ``name`` of a model, none of them required."""
+    labels = choices_of(model, name, list(keys))
+    return [StudyField((*place, name, key), labels[key], "", "number") for key in keys]
+
+
 def text_default(kind: str, place: Place) -> Any:
     """Return the default of a text at a place in a study of a design ``kind``; None if it has none."""
     models: dict[str, type[BaseModel]] = {"design": designs()[kind], "practice": Practice}

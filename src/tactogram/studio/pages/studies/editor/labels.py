@@ -65,6 +65,12 @@ CHOICES: Mapping[str, Mapping[str, str]] = {
         "number": "a number",
         "text": "free text",
     },
+    "given": {
+        "speed_mm_s": "Given the speed, mm/s",
+        "force_n": "Given the force, N",
+        "vibration_speed_mm_s": "Speed of the recording, mm/s",
+        "vibration_force_n": "Force of the recording, N",
+    },
     "reconstructed": {"griffin_lim": "phase by Griffin-Lim", "phase_gradient": "phase by its gradient"},
 }
 """By the setting's key and the value."""

@@ -56,6 +56,7 @@ def summary(stimulus: Mapping[str, Any]) -> str:
     }[kind]
     parts = [played, str(stimulus.get("material", ""))]
     parts += [f"{word} {score:g}" for word, score in stimulus.get("words", {}).items()]
+    parts += [f"{key} {value:g}" for key, value in stimulus.get("given", {}).items()]
     parts.append("from an autoregressive model of it" if stimulus.get("autoregressive") else "")
     parts.append("converted to a spectrogram and back" if stimulus.get("reconstructed") else "")
     parts.append(f"{stimulus['seconds']:g} s" if stimulus.get("seconds") else "")
@@ -130,8 +131,13 @@ def listed(draft: StudyDraft) -> None:
 def stimulus_names(draft: StudyDraft) -> list[str]:
     """Return the names of the study's stimuli; none if it is too incomplete to have any."""
     names = [str(one.get("name", "")) for one in draft.get(("stimuli",), ())]
-    conditions = draft.get(("grid", "conditions"), [""])
+    conditions = grid_conditions(draft) or [""]
     return names + [f"{item}/{one}" if one else item for item in grid_items(draft) for one in conditions]
+
+
+def grid_conditions(draft: StudyDraft) -> list[str]:
+    """Return the conditions of the grid that have a name."""
+    return [condition for condition in draft.get(("grid", "conditions"), ()) if condition]
 
 
 def grid_items(draft: StudyDraft) -> list[str]:

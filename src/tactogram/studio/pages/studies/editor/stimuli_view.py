@@ -11,11 +11,12 @@ from nicegui import ui
 from tactogram.studio.layout import attribute, heading, hint, report_errors
 from tactogram.studio.pages.studies.editor.draft import Place
 from tactogram.studio.pages.studies.editor.fields import fields_of
-from tactogram.studio.pages.studies.editor.stimuli import listed, named_keys, summary
+from tactogram.studio.pages.studies.editor.stimuli import grid_conditions, listed, named_keys, summary
 from tactogram.studio.pages.studies.editor.stimulus_dialog import StimulusForm
 from tactogram.studio.pages.studies.editor.widgets import (
     Editor,
     draw_fields,
+    draw_table,
     draw_texts,
     icon_button,
     part,
@@ -39,17 +40,19 @@ def stimuli(editor: Editor, redraw: Callable[[], None]) -> None:
 
 def _grid(editor: Editor, redraw: Callable[[], None]) -> None:
     draft = editor.draft
-    grid = draft.get(("grid",))
-    conditions = [one for one in grid.get("conditions", [""]) if one]
-    versions = ", ".join(f"as {condition}" for condition in conditions)
-    ui.label(f"A stimulus for each item{f': {versions}' if versions else ''}")
-    hint(f"Source: {summary(grid.get('source', {}))}")
-    for condition, changes in grid.get("by_condition", {}).items():
-        hint(f"As {condition}: {summary({**grid.get('source', {}), **changes})}")
-    if grid.get("numbered"):
+    ui.label("A stimulus for each item in each condition")
+    if draft.get(("grid", "numbered")):
         draw_fields(editor, fields_of(StimulusGrid, ("grid",), only=("count",)))
     else:
-        _items(editor, redraw)
+        _names(editor, "item", ("grid", "items"), redraw)
+    _names(editor, "condition", ("grid", "conditions"), redraw)
+    source = draw_table(editor, ("grid", "source"), "Source")
+    editor.faults.register(("grid",), source)
+    for condition in grid_conditions(draft):
+        draw_table(editor, ("grid", "by_condition", condition), f"Changes to the source for {condition}")
+    hint(
+        'A line per setting, as in the study\'s file: file = "{item}.wav". {item} and {condition} are replaced.'
+    )
 
     def list_them() -> None:
         listed(draft)
@@ -60,29 +63,33 @@ def _grid(editor: Editor, redraw: Callable[[], None]) -> None:
     hint("Then each can have a source of its own: a kept result, a file, a recording.")
 
 
-def _items(editor: Editor, redraw: Callable[[], None]) -> None:
-    draft, place = editor.draft, ("grid", "items")
-    items = list(draft.get(place, []))
+def _names(editor: Editor, kind: str, place: Place, redraw: Callable[[], None]) -> None:
+    """Draw the names in a list of the grid, its items or conditions, with buttons to add and remove one."""
+    draft = editor.draft
+    names = [name for name in draft.get(place, []) if name]
 
     def resize(changed: list[str]) -> None:
-        draft.set(place, changed)
+        draft.set(place, changed or None)
+        for gone in set(names) - set(changed):
+            if draft.get(("grid", "by_condition", gone)) and kind == "condition":
+                draft.set(("grid", "by_condition", gone), None)
         editor.changed()
         redraw()
 
     def add() -> None:
-        if (name := (new.value or "").strip()) and name not in items:
-            resize([*items, name])
+        if (name := (new.value or "").strip()) and name not in names:
+            resize([*names, name])
 
     with ui.row().classes("gap-1"):
-        for number, item in enumerate(items):
+        for number, name in enumerate(names):
             with ui.row().classes("chip items-center no-wrap gap-0"):
-                ui.label(item)
-                rest = [*items[:number], *items[number + 1 :]]
-                icon_button("close", f"Remove the item {item}", partial(resize, rest))
+                ui.label(name)
+                rest = [*names[:number], *names[number + 1 :]]
+                icon_button("close", f"Remove the {kind} {name}", partial(resize, rest))
     with ui.row().classes("items-end"):
-        new = ui.input("Another item").props("dense")
-        editor.faults.register(("grid",), new)
-        ui.button("Add the item", on_click=report_errors(add)).props("outline dense")
+        new = ui.input(f"Another {kind}").props("dense")
+        editor.faults.register(place, new)
+        ui.button(f"Add the {kind}", on_click=report_errors(add)).props("outline dense")
 
 
 def listed_stimuli(editor: Editor, place: Place, redraw: Callable[[], None]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, get_args
 
 from nicegui import ui
 
@@ -11,7 +11,7 @@ from tactogram.models import available, shipped_run
 from tactogram.studio.layout import busy, heading, in_background, report_errors
 from tactogram.studio.pages.send.sources import SignalSources
 from tactogram.studio.pages.studies.editor.draft import Place
-from tactogram.studio.pages.studies.editor.fields import fields_of
+from tactogram.studio.pages.studies.editor.fields import fields_of, numbers_of
 from tactogram.studio.pages.studies.editor.stimuli import (
     SOURCES,
     picture_kind,
@@ -25,7 +25,7 @@ from tactogram.studio.pages.studies.editor.stimuli import (
 )
 from tactogram.studio.pages.studies.editor.widgets import Editor, draw_fields
 from tactogram.studio.workspace.uploads import SUFFIXES
-from tactogram.study.stimuli import Stimulus
+from tactogram.study.stimuli import Given, Stimulus
 
 PICTURES = {"": "No picture", "image": "A file of the workspace", "simulated_image": "A simulated picture"}
 FURTHER = ("seconds", "level", "seed", "display", "axes", "speed_mm_s", "autoregressive", "reconstructed")
@@ -97,6 +97,10 @@ class StimulusForm:
             elif kind == "run":
                 self._select_value("Model", "run", self._runs(), "No trained models.")
                 self._fields("material")
+                given = [
+                    key for key in get_args(Given) if "vibration" in self.stimulus or "vibration" not in key
+                ]
+                draw_fields(self.editor, numbers_of(Stimulus, "given", given, self.place))
             else:
                 surfaces = {name: name for name in simulated_surfaces()}
                 self._select_value("Surface", "simulated", surfaces, "")

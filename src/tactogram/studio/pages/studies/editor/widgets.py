@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import json
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Protocol
 
+import tomli_w
 from nicegui import ui
 from nicegui.elements.mixins.validation_element import ValidationElement
 
@@ -155,6 +158,41 @@ def _text(editor: Editor, place: Place, label: str, language: str, default: Any,
     widget = kind(title, value=value, on_change=change)
     widget.props(f"dense debounce={DEBOUNCE_MS} lang={language}{' autogrow' if long else ''}")
     editor.faults.register((*place, language), widget)
+
+
+def draw_table(editor: Editor, place: Place, label: str) -> ui.textarea:
+    """Draw a table as lines of the study's file, and return the widget."""
+
+    def change(event: Any) -> None:
+        editor.draft.set(place, table_of(event.value or "") or None)
+        editor.changed()
+
+    value = editor.draft.get(place, {})
+    text = value if isinstance(value, str) else "\n".join(lines_of(value))
+    area = ui.textarea(label, value=text, on_change=change).props(f"dense autogrow debounce={DEBOUNCE_MS}")
+    editor.faults.register(place, area.classes("w-full"))
+    return area
+
+
+def lines_of(table: Mapping[str, Any]) -> list[str]:
+    """Return a table as lines of TOML; those of a table within begin with its key, so that their order is free."""
+    lines: list[str] = []
+    for key, value in table.items():
+        if isinstance(value, dict):
+            lines += [f"{key}.{line}" for line in lines_of(value)]
+        else:
+            lines.append(tomli_w.dumps({key: value}).strip())
+    return lines
+
+
+def table_of(text: str) -> dict[str, Any] | str:
+    """Return the table of lines of TOML; the text itself if it is none, and the check refuses it."""
+    try:
+        table = tomllib.loads(text)
+        json.dumps(table)  # a date is no value of a study
+    except (ValueError, TypeError):
+        return text
+    return table
 
 
 @contextmanager
