@@ -116,7 +116,7 @@ class AnswersResponse(PageResponse):
 class PlayResponse(BaseModel):
     """Result of a request to play."""
 
-    state: Literal["ended", "stopped", "failed"]
+    state: Literal["ended", "stopped"]
     simulated_device: bool
 
 
