@@ -184,7 +184,7 @@ def test_one_file_is_previewed_as_it_is_imported(source, tmp_path):
         ('time = "ticks"', 'time = "tick"', "time must be one of the columns ticks, left, right, got 'tick'"),
         ('"right"\n', '"left"\n', "a column must be used once, got left, left, ticks"),
         ('"g"', '"bar"', "unit must be one of m/s.2, .* got 'bar'"),
-        ("stream", "streem", "unknown key 'layout.0.streem'; known here: axes, columns, rate"),
+        ("stream", "streem", "unknown key 'layout.0.streem'; known here: axes, columns, material"),
         ('unit = "g"', "rate = -4", "layout.0.rate: must be greater than .* got -4"),
         ("[[layout]]", "[layout]", "layout: must be a list"),
         (LAB, LAB + LAB, "two layouts have the columns ticks, left, right; keep one of them, or name"),

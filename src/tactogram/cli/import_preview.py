@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tactogram.cli.printing import columns, shortened, text_of
+from tactogram.signal.io.layout import MATERIAL
 
 
 def preview_text(facts: Mapping[str, Any]) -> str:
@@ -14,7 +15,7 @@ def preview_text(facts: Mapping[str, Any]) -> str:
     lines += [f"skipped: {each['reason']}" for each in facts["skipped"]]
     lines.append(
         f"files: {facts['files']}; photographs: {facts['photographs']}; duplicates: {facts['duplicates']}; "
-        f"would be skipped: {len({each['source'] for each in facts['skipped']})}"
+        f"would be skipped: {facts['skipped_files']}"
     )
     lines += several_rates(facts["several_rates_hz"])
     lines += [f"mapping: no file has the columns {', '.join(names)}" for names in facts["unused_layouts"]]
@@ -56,8 +57,17 @@ def _layout(number: int, layout: Mapping[str, Any]) -> str:
         lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}{hint}")
     if layout["seconds"]:
         lines.append(f"  {_timing(layout)}")
+        lines += [_labels(use["heading"], layout) for use in layout["columns"] if use["role"] == MATERIAL]
         lines.append(f"  materials: {text_of(shortened(layout['materials']))}")
     return "\n".join(lines)
+
+
+def _labels(heading: str, layout: Mapping[str, Any]) -> str:
+    materials, recordings = len(layout["materials"]), sum(layout["materials"].values())
+    return (
+        f"  column {heading!r}: labels, {materials} material{'s' * (materials != 1)} in {recordings} "
+        f"recording{'s' * (recordings != 1)}"
+    )
 
 
 def _timing(layout: Mapping[str, Any]) -> str:

@@ -7,8 +7,8 @@ the word after ``data import``. It defines
   units, and which parts were checked on real files), all ``str``;
 - ``find(folder: Path) -> list[ImportItem]``: a quick look at names and tables, in a stable order, that opens no signal.
   Its keyword-only parameters, each with a default, are the options of the import;
-- ``read(item: ImportItem) -> list[Recording]``: the recordings of one item. It runs in another process, so that every
-  core reads; the message of a `TactogramError` gets the item's name;
+- ``read(item: ImportItem) -> list[Recording | LeftOut]``: the recordings of one item, and its parts that are none. It
+  runs in another process, so that every core reads; the message of a `TactogramError` gets the item's name;
 - optionally ``photographs(folder: Path) -> list[ImportedPhotograph]``: photographs of materials rather than of single
   recordings. It receives those options of ``find`` that it also declares; the import opens the files;
 - optionally ``UNVERIFIED: str``: what was assumed of a set whose files were not at hand, repeated in the result of an
@@ -21,7 +21,7 @@ the word after ``data import``. It defines
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, cast
@@ -44,7 +44,7 @@ class ImportItem:
 
     ``name`` is its path relative to the imported folder, with ``/``; `Recording.source` starts with it, and errors name
     it. A missing or empty file of ``paths`` is an error before `read` is called. Items may share an ``image``, the
-    photograph of every recording that has none of its own: the import opens and stores it once.
+    photograph of every recording, of the material in ``info`` if that states one: the import opens and stores it once.
     """
 
     name: str
@@ -52,6 +52,15 @@ class ImportItem:
     info: Mapping[str, Any] = field(default_factory=dict)  # for `read`: anything that can be pickled
     image: Path | None = None
     image_width_mm: float | None = None  # width of surface that the photograph shows
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Part of an item that is no recording; an import reports it, and stops without ``skip_bad`` if it is broken."""
+
+    part: str  # its number or name within the item
+    reason: str  # one line, which names the item
+    broken: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,8 +84,8 @@ class Importer(Protocol):
         """Return the items in ``folder`` in a stable order; `DataError` if it does not hold this data set."""
         ...
 
-    def read(self, item: ImportItem) -> list[Recording]:
-        """Return the recordings of ``item``."""
+    def read(self, item: ImportItem) -> Sequence[Recording | LeftOut]:
+        """Return the recordings of ``item``, and its parts that are none."""
         ...
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from tactogram.datasets.comparison import StoreComparison, StoreMismatchError
-from tactogram.datasets.importer import ImportedPhotograph, Importer, ImportItem, importer
+from tactogram.datasets.importer import ImportedPhotograph, Importer, ImportItem, LeftOut, importer
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import Ratings
-from tactogram.datasets.reading import Reader, read_all
+from tactogram.datasets.reading import Reader, Reading, read_all
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.photographs import Photograph, read_photograph
@@ -206,6 +206,7 @@ class ImportSink:
     def __init__(self, target: ImportTarget, *, skip_bad: bool, rates: CommonRates | None = None) -> None:
         self.target, self.skip_bad = target, skip_bad
         self.rates = CommonRates() if rates is None else rates
+        self.needed_skip = False
         self._photographs: dict[Path, Photograph | None] = {}
 
     def add_all(
@@ -239,15 +240,20 @@ class ImportSink:
                 self.add_picture(picture)
                 report(done, total)
 
-    def add_item(self, item: ImportItem, result: list[Recording] | str) -> None:
+    def add_item(self, item: ImportItem, result: Reading) -> None:
         """Pass on the recordings of an item, or skip it."""
         if isinstance(result, str):
             self._skip(item.name, result)
             return
         photograph = self._photograph(item)
         for recording in result:
+            if isinstance(recording, LeftOut):
+                take = self._skip if recording.broken else self._report
+                take(f"{item.name}#{recording.part}", recording.reason)
+                continue
+            shown = item.info.get("material", recording.material) == recording.material
             try:
-                self.target.add(self.rates.united(recording), photograph)
+                self.target.add(self.rates.united(recording), photograph if shown else None)
             except StoreMismatchError:
                 raise
             except TactogramError as error:
@@ -278,6 +284,7 @@ class ImportSink:
     def _skip(self, source: str, reason: str) -> None:
         if not self.skip_bad:
             raise DataError(f"{reason}; skip_bad (--skip-bad) leaves it out")
+        self.needed_skip = True
         self._report(source, reason)
 
     def _report(self, source: str, reason: str) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tactogram.datasets.importer import LeftOut
 from tactogram.datasets.importing import ImportSink, find_set
 from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.rates import CommonRates
@@ -19,8 +21,11 @@ from tactogram.datasets.store.photographs import Photograph
 from tactogram.errors import DataError, TactogramError, UnitError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_columns
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, UNCLEAR, ColumnUse, TableLayout
+from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, ColumnUse, TableLayout
 from tactogram.signal.units import parse_seconds, parse_unit
+
+_PART = re.compile(r"#\d+$")
+"""End of the source of a recording that is a part of a file."""
 
 
 def preview_dataset(
@@ -38,12 +43,13 @@ def preview_dataset(
     -------
     dict
         ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number), ``several_rates_hz``
-        (by stream, where there are several), ``skipped`` (``source``, ``reason``), ``needs_skip_bad``
-        (whether the import would stop without ``skip_bad``) and ``layouts``, most files first.
-        Each layout has ``files`` (number), ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``,
-        ``rate``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``mapped`` (whether a mapping
-        decided), ``skipped`` (number), ``materials`` (number of files by name), ``streams`` (by name: ``unit``,
-        ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (lowest and highest of the time stamps, or null),
+        (by stream, where there are several), ``skipped`` (``source``, ``reason``; a part of a file has ``#`` in
+        ``source``), ``skipped_files`` (number of those that are skipped whole), ``needs_skip_bad`` (whether the import
+        would stop without ``skip_bad``) and ``layouts``, most files first. Each layout has ``files`` (number),
+        ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``, ``rate``, ``material``, ``session``,
+        ``subject``, ``trial``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``mapped`` (whether a
+        mapping decided), ``skipped`` (number), ``materials`` (number of recordings by name), ``streams`` (by name:
+        ``unit``, ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (their range, or null),
         ``jitter_s`` (largest, rms), ``interpolated`` (samples), ``largest_gap_s`` and ``seconds`` (shortest, longest).
 
     Raises
@@ -59,7 +65,8 @@ def preview_dataset(
     for skipped in target.skipped:
         if item := items.get(skipped["source"]):
             target.add_unreadable(item.name, item.paths[0], item.info.get("layouts", ()))
-    groups = sorted(target.groups.values(), key=lambda group: -group.files)
+    whole = {each["source"] for each in target.skipped if each["source"].rpartition("#")[0] not in items}
+    groups = sorted(target.groups.values(), key=lambda group: -len(group.files))
     return {
         "set": set_name,
         "path": str(path),
@@ -69,7 +76,8 @@ def preview_dataset(
         "several_rates_hz": sink.rates.several,
         "layouts": [group.facts() for group in groups],
         "skipped": target.skipped,
-        "needs_skip_bad": found.lacks_much or len(target.skipped) > len(found.left_out),
+        "skipped_files": len(whole),
+        "needs_skip_bad": found.lacks_much or sink.needed_skip,
     }
 
 
@@ -91,7 +99,10 @@ def preview_file(
     result = read_item(set_name, item)
     if isinstance(result, str):
         raise DataError(result)
-    return CommonRates().united(result[0])
+    recordings = [each for each in result if isinstance(each, Recording)]
+    if not recordings:
+        raise DataError(next(each.reason for each in result if isinstance(each, LeftOut)))
+    return CommonRates().united(recordings[0])
 
 
 def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] = ()) -> list[TableLayout]:
@@ -103,7 +114,9 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
     proposed: dict[tuple[str, ...], list[TableLayout]] = {}
     for facts in preview["layouts"]:
         uses = [ColumnUse(**column) for column in facts["columns"]]
-        axes = {use.role: use.heading for use in uses if use.role not in (TIME, RATE, IGNORED, UNCLEAR)}
+        axes = {
+            use.role: use.heading for use in uses if use.role not in (TIME, RATE, IGNORED, UNCLEAR, *LABELS)
+        }
         time = next((use for use in uses if use.role == TIME), None)
         units = {use.unit for use in uses if use.heading in axes.values()}
         headings = tuple(use.heading for use in uses)
@@ -117,6 +130,7 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
             "axes": axes,
             "unit": _known(units.pop()) if len(units) == 1 else None,
             "time": time and time.heading,
+            **{use.role: use.heading for use in uses if use.role in LABELS},
             "time_unit": time.unit if time and parse_seconds(time.unit or "") else None,
         }
         proposed[headings] = [TableLayout.model_validate(values)]
@@ -138,7 +152,7 @@ class _Group:
     example: str
     columns: tuple[ColumnUse, ...]
     mapped: bool = False
-    files: int = 0
+    files: set[str] = field(default_factory=set)
     skipped: int = 0
     materials: Counter[str] = field(default_factory=Counter)
     streams: dict[str, dict[str, Any]] = field(default_factory=dict)
@@ -150,7 +164,7 @@ class _Group:
     seconds: list[float] = field(default_factory=list)
 
     def add(self, recording: Recording) -> None:
-        self.files += 1
+        self.files.add(_PART.sub("", recording.source))
         self.materials[item_of(recording) or "(none)"] += 1
         for name, signal in recording.streams.items():
             self.streams[name] = {"unit": signal.unit, "axes": list(signal.axes)}
@@ -165,7 +179,7 @@ class _Group:
 
     def facts(self) -> dict[str, Any]:
         return {
-            "files": self.files,
+            "files": len(self.files),
             "example": self.example,
             "columns": [asdict(column) for column in self.columns],
             "mapped": self.mapped,
@@ -229,7 +243,7 @@ class _PreviewTarget:
         headings = [use.heading for use in columns]
         alike = (g for g in self.groups.values() if [use.heading for use in g.columns] == headings)
         group = next(alike, None) or self.groups.setdefault(columns, _Group(name, columns))
-        group.files += 1
+        group.files.add(name)
         group.skipped += 1
 
 

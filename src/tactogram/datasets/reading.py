@@ -14,13 +14,15 @@ from threading import Thread
 from time import monotonic
 
 from tactogram.datasets.examples import cores
-from tactogram.datasets.importer import ImportItem, importer
+from tactogram.datasets.importer import ImportItem, LeftOut, importer
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError, TactogramError
 
+Reading = Sequence[Recording | LeftOut] | str
+"""Recordings of an item and its parts that are none, or one line on what is wrong with it."""
 Reader = Callable[
     [str, Sequence[ImportItem], int | None, Callable[[int, int], None]],
-    Generator[tuple[ImportItem, list[Recording] | str]],
+    Generator[tuple[ImportItem, Reading]],
 ]
 """A function like `read_all`."""
 PATIENCE_S = 2.0
@@ -32,7 +34,7 @@ def read_all(
     items: Sequence[ImportItem],
     workers: int | None,
     progress: Callable[[int, int], None],
-) -> Generator[tuple[ImportItem, list[Recording] | str]]:
+) -> Generator[tuple[ImportItem, Reading]]:
     """Yield each item, in order, with its recordings or with one line on what is wrong with it.
 
     By default this process reads alone for `PATIENCE_S`, then one process per core. Only a few items per process are in
@@ -52,7 +54,7 @@ def read_all(
     workers = min(workers or cores(), len(items) - done)
     pool = ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=start_worker)
     try:
-        pending: deque[tuple[ImportItem, Future[list[Recording] | str]]] = deque()
+        pending: deque[tuple[ImportItem, Future[Reading]]] = deque()
         rest = iter(items[done:])
         while done < len(items):
             for item in islice(rest, 3 * workers - len(pending)):
@@ -71,7 +73,7 @@ def read_all(
         pool.shutdown(cancel_futures=True)
 
 
-def read_item(importer_name: str, item: ImportItem) -> list[Recording] | str:
+def read_item(importer_name: str, item: ImportItem) -> Reading:
     """Return the recordings of an item, or one line on what is wrong with it."""
     try:
         for path in item.paths:

@@ -16,6 +16,11 @@ not state them; ``stream`` (by default after the unit: m/s^2 is ``acceleration``
 Other columns become labels; ``recording``, a number, gives the order in time. A row whose file is missing is an
 error; a file without a row is not. A file whose metadata marks it as simulated stays simulated.
 
+A table with a column of words or codes headed ``material``, ``surface``, ``texture``, ``label``, ``class`` or
+``activity`` is cut where the label changes, time goes back or samples are missing for longer than is interpolated:
+each part is a recording of that material, unless the file's row states one. Beside it, columns ``session``,
+``subject`` or ``participant``, and ``trial`` or ``take`` (the label ``trial``) also cut.
+
 The options ``unit``, ``rate``, ``axes`` (``x,y,z``) and ``stream`` apply to all files; a row takes precedence. The
 option ``mapping`` says what the columns of tables with certain headings hold, and ``material_from`` names the material
 by something else than the first folder (`MATERIAL_FROM`): then a folder's pictures are those of recordings alone.
@@ -30,13 +35,14 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive, files_below
-from tactogram.datasets.mapping import TableMapping, layouts_by_columns
+from tactogram.datasets.file_parts import FilePart, read_parts
+from tactogram.datasets.importer import ImportedPhotograph, ImportItem, LeftOut, check_positive, files_below
+from tactogram.datasets.mapping import TableMapping
 from tactogram.datasets.recording import FileReading, Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io import SignalFile, read_file
-from tactogram.signal.io.layout import IGNORED, ColumnUse
+from tactogram.signal.io import SignalFile
+from tactogram.signal.io.layout import IGNORED, TRIAL, ColumnUse
 from tactogram.signal.io.table import is_table
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import read_table
@@ -68,14 +74,6 @@ MATERIAL_FROM: dict[str, Callable[[PurePosixPath], str]] = {
     "file_start": lambda path: path.stem.partition("_")[0] or path.stem,
 }
 """Material by the path of a file: first folder, last folder, name without a number at its end, or up to its first _."""
-STREAM_OF_UNIT = {
-    "m/s^2": "acceleration",
-    "m/s": "velocity",
-    "m": "position",
-    "N": "force",
-    "V": "voltage",
-    "1": "vibration",
-}
 
 
 def find(
@@ -112,6 +110,7 @@ def find(
     for name, path in signals.items():
         info = defaults | rows.get(name, {})
         top = name.split("/")[0] if "/" in name else ""
+        info["whole"] = bool(info.get("material")) or top in item_folders
         if top in item_folders:
             info["labels"] = {"item": path.stem} | info.get("labels", {})
             info.setdefault("material", None)
@@ -155,20 +154,16 @@ def photographs(folder: Path, *, items: str = "", material_from: str = "folder")
     return found
 
 
-def read(item: ImportItem) -> list[Recording]:
-    """Return the recording in one file."""
+def read(item: ImportItem) -> list[Recording | LeftOut]:
+    """Return the recording in one file, or those in a table with labels and the parts of it that are none."""
     [path] = item.paths
+    parts = read_parts(path, item.info, name=item.name)
+    return [part if isinstance(part, LeftOut) else _recording(item, part) for part in parts]
+
+
+def _recording(item: ImportItem, part: FilePart) -> Recording:
     info = item.info
-    if "problem" in info:
-        raise DataError(info["problem"])
-    layouts = info.get("layouts", ())
-    file = read_file(
-        path, unit=info.get("unit"), rate=info.get("rate"), axes=info.get("axes"), layouts=layouts
-    )
-    stream = info.get("stream") or (file.layout and file.layout.stream) or STREAM_OF_UNIT[file.signal.unit]
-    files = {stream: file}
-    for layout in layouts_by_columns(layouts)[file.layout.columns][1:] if file.layout else ():
-        files[layout.stream] = read_file(path, rate=info.get("rate"), layouts=(layout,))
+    file = next(iter(part.streams.values()))
     timing = file.timing
     history: tuple[str, ...] = ()
     if timing is not None and not timing.even:
@@ -176,26 +171,25 @@ def read(item: ImportItem) -> list[Recording]:
             f"stamps show {timing.rate:g} Hz, jitter {timing.jitter_rms * 1e6:.0f} us rms, {timing.dropped} samples "
             f"lost; resampled to {file.signal.rate:g} Hz",
         )
-    metadata: dict[str, Any] = {name: info.get(name) for name in (*NUMBERS, *TEXTS)}
-    return [
-        Recording(
-            streams={name: read.signal for name, read in files.items()},
-            material=info["material"],
-            ratings=info.get("ratings", {}),
-            labels=info.get("labels", {}),
-            source=item.name,
-            history=history,
-            simulated=info.get("simulated", False) or str(file.metadata.get("simulated")).lower() == "true",
-            reading=FileReading(
-                columns=_uses(files),
-                mapped=file.layout is not None,
-                timing=timing,
-                rate_estimated=timing is not None
-                and (info.get("rate") or (file.layout and file.layout.rate)) is None,
-            ),
-            **metadata,
-        )
-    ]
+    metadata: dict[str, Any] = {name: info.get(name) for name in ("material", *NUMBERS, *TEXTS)}
+    metadata |= {role: label for role, label in part.labels.items() if role != TRIAL}
+    trial = {TRIAL: part.labels[TRIAL]} if TRIAL in part.labels else {}
+    return Recording(
+        streams={name: read.signal for name, read in part.streams.items()},
+        ratings=info.get("ratings", {}),
+        labels=info.get("labels", {}) | trial,
+        source=item.name if part.number is None else f"{item.name}#{part.number}",
+        history=history,
+        simulated=info.get("simulated", False) or str(file.metadata.get("simulated")).lower() == "true",
+        reading=FileReading(
+            columns=_uses(part.streams),
+            mapped=file.layout is not None,
+            timing=timing,
+            rate_estimated=timing is not None
+            and (info.get("rate") or (file.layout and file.layout.rate)) is None,
+        ),
+        **metadata,
+    )
 
 
 def _uses(files: Mapping[str, SignalFile]) -> tuple[ColumnUse, ...]:

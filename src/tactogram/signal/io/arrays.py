@@ -70,6 +70,8 @@ def array_content(
     """Return the content of named arrays, as `read` chooses them; `array_columns` names their columns."""
     found = array_columns(arrays)
     layout = layout_for([*found], layouts) if columns is None else None
+    if layout is not None and layout.labels:
+        raise DataError(f"{path}: columns of labels are read from tables, not from arrays; save it as .csv")
     if layout is not None:
         time, columns = layout.time, [*layout.axes.values()] or None
     if time is None and (layout is None or not layout.axes):

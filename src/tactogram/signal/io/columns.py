@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError, UnitError
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription
+from tactogram.signal.io.labels import label_columns, spare_columns
 from tactogram.signal.io.layout import IGNORED, TIME, ColumnUse, TableLayout, layout_for
 from tactogram.signal.io.stamps import stamp_columns
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
@@ -70,6 +71,7 @@ class TableColumns:
     dated: bool  # whether the time stamps are dates or times of day rather than numbers
     uses: tuple[ColumnUse, ...]  # of every column
     layout: TableLayout | None = None  # which decided
+    labels: Mapping[str, int] = field(default_factory=dict)  # indices of the columns of labels by role
 
     @property
     def used(self) -> tuple[int, ...]:
@@ -87,17 +89,23 @@ def choose(
     time: str | None = None,
     layouts: Sequence[TableLayout] = (),
     rows: Sequence[Sequence[object]] = (),
+    labelled: bool = False,
 ) -> TableColumns:
     """Return the columns to read of a table with these headings and first rows.
 
     They are those named by ``columns``; else by the one of ``layouts`` with these headings; else by ``axes``, if they
     are headings; else all but the time and those without numbers. A missing or repeated one, or different units, are a
-    `DataError`.
+    `DataError`. Columns of labels are found if ``labelled``; otherwise they are as any other.
     """
     text, stamps = text_columns(rows), stamp_columns(rows)
     split = [split_heading(heading) for heading in headings]
     names = [name for name, _ in split]
     layout = None if description is not None or columns is not None else layout_for(headings, layouts)
+    labels: dict[str, int] = {}
+    if labelled and description is None and columns is None:
+        labels = _labels(headings, rows, text, layout)
+    spare = spare_columns(headings, rows, text) if labels else ()
+    without = text.union(labels.values(), spare)
     if layout is not None and layout.axes:
         at = None if layout.time is None else headings.index(layout.time)
         places, chosen = [headings.index(heading) for heading in layout.axes.values()], tuple(layout.axes)
@@ -108,7 +116,7 @@ def choose(
         if columns is None and axes is not None and all(name in names for name in axes):
             columns = axes
         if columns is None:
-            places = _samples(names, at, text, described=description is not None)
+            places = _samples(names, at, without, described=description is not None)
         else:
             places = [_find(headings, names, name, path) for name in columns]
         chosen = tuple(names[i] for i in places)
@@ -133,6 +141,7 @@ def choose(
     uses = {
         i: ColumnUse(headings[i], name, unit) for i, name, unit in zip(places, chosen, spelled, strict=True)
     }
+    uses |= {i: ColumnUse(headings[i], role) for role, i in labels.items()}
     if at is not None:
         uses[at] = ColumnUse(headings[at], TIME, time_unit or time_unit_of(headings[at]))
     return TableColumns(
@@ -146,6 +155,7 @@ def choose(
         dated=dated,
         uses=tuple(uses.get(i, ColumnUse(heading, IGNORED)) for i, heading in enumerate(headings)),
         layout=layout,
+        labels=labels,
     )
 
 
@@ -180,11 +190,17 @@ def table_content(
     path: Path,
     *,
     named: bool,
+    labels: Mapping[str, Sequence[str]] | None = None,
 ) -> FileContent:
-    """Return the content of a table from ``numbers`` (row, used column) and the numbers of its rows in the file."""
+    """Return the content of a table from ``numbers`` (row, used column) and the numbers of its rows in the file.
+
+    With ``labels`` of the rows, gaps are left to the cut by them.
+    """
+    labels = labels or {}
     if chosen.stamped:
-        kept = _without_gaps(numbers, rows, path)
+        kept = _without_gaps(numbers, rows, path, longest=None if labels else MOST_MISSING)
         numbers, rows = numbers[kept], [rows[i] for i in kept]
+        labels = {role: [values[i] for i in kept] for role, values in labels.items()}
     samples, times = numbers[:, : len(chosen.places)].T, None
     if any(factor != 1 for factor in chosen.factors):
         samples = samples * np.array(chosen.factors)[:, None]
@@ -211,17 +227,21 @@ def table_content(
         place=place,
         uses=chosen.uses,
         layout=chosen.layout,
+        labels=labels,
+        rows=rows,
     )
 
 
-def _without_gaps(numbers: NDArray[np.float64], rows: Sequence[int], path: Path) -> NDArray[np.int64]:
-    """Return the rows that have all samples; a `DataError` if more than `MOST_MISSING` in a row have not."""
+def _without_gaps(
+    numbers: NDArray[np.float64], rows: Sequence[int], path: Path, *, longest: int | None
+) -> NDArray[np.int64]:
+    """Return the rows that have all samples; a `DataError` if more than ``longest`` in a row have not."""
     missing = np.isnan(numbers[:, :-1]).any(axis=1)
     places = np.flatnonzero(missing)
     for gap in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
-        if len(gap) > MOST_MISSING:
+        if longest is not None and len(gap) > longest:
             raise DataError(
-                f"{path}: rows {rows[gap[0]]} to {rows[gap[-1]]} lack a number; at most {MOST_MISSING} in a row are "
+                f"{path}: rows {rows[gap[0]]} to {rows[gap[-1]]} lack a number; at most {longest} in a row are "
                 "interpolated, cut the recording there"
             )
     return np.flatnonzero(~missing)
@@ -265,6 +285,18 @@ def axis_names(names: Sequence[str]) -> tuple[str, ...] | None:
     found = [_AXIS.fullmatch(name.lower()) for name in names]
     letters = tuple(match[1] for match in found if match)
     return letters if len(letters) == len(set(letters)) == len(names) else None
+
+
+def _labels(
+    headings: Sequence[str],
+    rows: Sequence[Sequence[object]],
+    text: frozenset[int],
+    layout: TableLayout | None,
+) -> dict[str, int]:
+    """Return the columns of labels by role: those of the layout; without axes in it, those of the headings, too."""
+    stated = {} if layout is None else {role: headings.index(name) for role, name in layout.labels.items()}
+    found = {} if layout is not None and layout.axes else label_columns(headings, rows, text)
+    return {role: i for role, i in found.items() if i not in stated.values()} | stated
 
 
 def _samples(names: Sequence[str], time: int | None, text: Collection[int], *, described: bool) -> list[int]:

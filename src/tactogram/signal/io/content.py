@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +36,10 @@ class FileContent:
     comment: str | None = None  # of a foreign WAV or FLAC
     uses: tuple[ColumnUse, ...] = ()  # of the columns of a table, or the arrays of an NPZ
     layout: TableLayout | None = None  # which decided about them
+    labels: Mapping[str, Sequence[str]] = field(
+        default_factory=dict
+    )  # of each row by role, if they were to be read
+    rows: Sequence[int] = ()  # numbers of the rows in the file, of a table
 
 
 def check(content: FileContent, path: Path) -> None:

@@ -93,6 +93,59 @@ def read_file(
         For another suffix, or an argument that does not apply to the format.
     """
     path = _existing(path)
+    content = _content(
+        path,
+        columns=columns,
+        axes=axes,
+        time=time,
+        sheet=sheet,
+        layouts=layouts,
+        full_scale=full_scale,
+    )
+    return complete(content, path, unit=unit, axes=axes, rate=rate)
+
+
+def read_content(
+    path: str | Path,
+    *,
+    axes: Sequence[str] | None = None,
+    layouts: Sequence[TableLayout] = (),
+    labelled: bool = False,
+) -> FileContent:
+    """Return the content of a file as `read_file` reads it, if ``labelled`` with the labels of a table's rows.
+
+    It is for `complete`, or with labels for `tactogram.signal.io.labels.cut` before.
+    """
+    return _content(_existing(path), axes=axes, layouts=layouts, labelled=labelled)
+
+
+def complete(
+    content: FileContent,
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    axes: Sequence[str] | None = None,
+    rate: float | None = None,
+) -> SignalFile:
+    """Return the signal in the content of a file; arguments and errors as `read_file`."""
+    if rate is None and content.layout is not None:
+        rate = content.layout.rate
+    signal = assemble(content, Path(path), unit=unit, axes=axes, rate=rate)
+    metadata = _metadata(content.description or content.comment)
+    return SignalFile(signal, metadata, content.times, _uses(content, signal.axes), content.layout)
+
+
+def _content(
+    path: Path,
+    *,
+    columns: Sequence[str] | None = None,
+    axes: Sequence[str] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    layouts: Sequence[TableLayout] = (),
+    full_scale: float | None = None,
+    labelled: bool = False,
+) -> FileContent:
     suffix = _suffix(path, READABLE)
     for name, useless in (
         ("full_scale", suffix not in SOUND and full_scale is not None),
@@ -103,24 +156,27 @@ def read_file(
             raise ParameterError(f"{name} does not apply to {suffix}; omit it")
     match suffix:
         case ".wav" | ".flac":
-            content = sound.read(path, full_scale=full_scale)
+            return sound.read(path, full_scale=full_scale)
         case ".npz":
-            content = arrays.read(path, columns=columns, time=time, layouts=layouts)
+            return arrays.read(path, columns=columns, time=time, layouts=layouts)
         case ".mat":
-            content = matlab.read(path, columns=columns, time=time, layouts=layouts)
+            return matlab.read(path, columns=columns, time=time, layouts=layouts)
         case ".lvm":
-            content = labview.read(path, columns=columns, axes=axes, time=time, layouts=layouts)
+            return labview.read(
+                path, columns=columns, axes=axes, time=time, layouts=layouts, labelled=labelled
+            )
         case ".xlsx":
-            content = worksheet.read(
-                path, columns=columns, axes=axes, time=time, sheet=sheet, layouts=layouts
+            return worksheet.read(
+                path,
+                columns=columns,
+                axes=axes,
+                time=time,
+                sheet=sheet,
+                layouts=layouts,
+                labelled=labelled,
             )
         case _:
-            content = table.read(path, columns=columns, axes=axes, time=time, layouts=layouts)
-    if rate is None and content.layout is not None:
-        rate = content.layout.rate
-    signal = assemble(content, path, unit=unit, axes=axes, rate=rate)
-    metadata = _metadata(content.description or content.comment)
-    return SignalFile(signal, metadata, content.times, _uses(content, signal.axes), content.layout)
+            return table.read(path, columns=columns, axes=axes, time=time, layouts=layouts, labelled=labelled)
 
 
 def read_signal(path: str | Path, **options: Any) -> Signal:

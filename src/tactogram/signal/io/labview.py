@@ -27,6 +27,7 @@ def read(
     axes: Sequence[str] | None = None,
     time: str | None = None,
     layouts: Sequence[TableLayout] = (),
+    labelled: bool = False,
 ) -> FileContent:
     """Return the content of an LVM file with one measurement.
 
@@ -35,7 +36,9 @@ def read(
     table, delta = _parse(path)
     if time is None and table.headings[0].startswith(X):
         time = table.headings[0]
-    content = table_file_content(table, columns=columns, axes=axes, time=time, layouts=layouts)
+    content = table_file_content(
+        table, columns=columns, axes=axes, time=time, layouts=layouts, labelled=labelled
+    )
     if content.times is not None and delta is not None and content.times.size:
         grid = content.times[0] + delta * np.arange(content.times.size)
         if np.abs(content.times - grid).max() > delta / 2:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Self
 
@@ -13,6 +13,8 @@ from tactogram.signal.signal import RATES
 from tactogram.signal.units import parse_seconds, parse_unit
 
 TIME, RATE, IGNORED, UNCLEAR = "time", "rate", "ignored", "unclear"
+LABELS = MATERIAL, SESSION, SUBJECT, TRIAL = "material", "session", "subject", "trial"
+"""Roles of columns of words or codes."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,13 @@ class TableLayout(BaseModel):
     """Unit of the axes; by default that of their headings."""
     time: str | None = None
     """Heading of the time stamps; with ``axes`` there are none by default."""
+    material: str | None = None
+    """Heading of the materials, words or codes, one recording as long as they stay; with ``axes`` there are none by
+    default."""
+    session: str | None = None
+    """Heading of the sessions, which also divide the recordings, as the two below."""
+    subject: str | None = None
+    trial: str | None = None
     time_unit: str | None = None
     """``"s"``, ``"ms"``, ``"us"`` or ``"ns"`` of the time stamps; by default as their heading says."""
     rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = None
@@ -50,12 +59,13 @@ class TableLayout(BaseModel):
         for key, heading in {
             **{f"axes.{name}": h for name, h in self.axes.items()},
             "time": self.time,
+            **self.labels,
         }.items():
             if heading is not None and heading not in self.columns:
                 raise ValueError(
                     f"{key} must be one of the columns {', '.join(self.columns)}, got {heading!r}"
                 )
-        used = [*self.axes.values(), *([] if self.time is None else [self.time])]
+        used = [*self.axes.values(), *([] if self.time is None else [self.time]), *self.labels.values()]
         if len(set(used)) < len(used):
             raise ValueError(f"a column must be used once, got {', '.join(used)}")
         if self.time_unit is not None and self.time is None:
@@ -68,6 +78,11 @@ class TableLayout(BaseModel):
             except UnitError as error:
                 raise ValueError(str(error)) from None
         return self
+
+    @property
+    def labels(self) -> Mapping[str, str]:
+        """Headings of the columns of labels by role."""
+        return {role: heading for role in LABELS if (heading := getattr(self, role)) is not None}
 
 
 def layout_for(headings: Sequence[str], layouts: Sequence[TableLayout]) -> TableLayout | None:

@@ -24,6 +24,7 @@ from tactogram.signal.io.columns import (
 )
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.description import SignalDescription, decode
+from tactogram.signal.io.labels import label_of_cell
 from tactogram.signal.io.layout import ColumnUse, TableLayout
 from tactogram.signal.io.stamps import StampClock, is_stamp
 from tactogram.signal.signal import Signal
@@ -43,14 +44,18 @@ def read(
     axes: Sequence[str] | None = None,
     time: str | None = None,
     layouts: Sequence[TableLayout] = (),
+    labelled: bool = False,
 ) -> FileContent:
-    """Return the content of a text table with one row per sample.
+    """Return the content of a text table with one row per sample, if ``labelled`` with the labels of the rows.
 
     Separated by tab, semicolon, comma or blanks, whichever fits; lines that begin with ``#`` or ``%`` are comments; the
     first other line is a heading if it is not all numbers. Lines of a logger above the heading are omitted. Decimals
     have points, or commas where these do not separate. A `DataError` names the line, counted from 1, and the column.
     """
-    return table_file_content(_read_table(path), columns=columns, axes=axes, time=time, layouts=layouts)
+    table = _read_table(path)
+    return table_file_content(
+        table, columns=columns, axes=axes, time=time, layouts=layouts, labelled=labelled
+    )
 
 
 def table_file_content(
@@ -60,13 +65,17 @@ def table_file_content(
     axes: Sequence[str] | None = None,
     time: str | None = None,
     layouts: Sequence[TableLayout] = (),
+    labelled: bool = False,
 ) -> FileContent:
     """Return the content of a text table that was taken apart."""
     headings, description = table.headings, table.description
-    chosen = table.chosen(columns=columns, axes=axes, time=time, layouts=layouts)
+    chosen = table.chosen(columns=columns, axes=axes, time=time, layouts=layouts, labelled=labelled)
     named = not (headings[0] == "1" and headings[-1] == str(len(headings)))
     numbers = table.numbers(chosen)
-    return table_content(numbers, chosen, table.lines, headings, description, table.path, named=named)
+    labels = table.labels(chosen)
+    return table_content(
+        numbers, chosen, table.lines, headings, description, table.path, named=named, labels=labels
+    )
 
 
 def headings(path: Path) -> list[str]:
@@ -85,7 +94,7 @@ def is_table(path: Path) -> bool:
 
 def uses(path: Path, layouts: Sequence[TableLayout]) -> tuple[ColumnUse, ...]:
     """Return what the columns would be read as; a `DataError` where headings and layouts leave that open."""
-    return _read_table(path).chosen(layouts=layouts).uses
+    return _read_table(path).chosen(layouts=layouts, labelled=True).uses
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -136,6 +145,7 @@ class TextTable:
         axes: Sequence[str] | None = None,
         time: str | None = None,
         layouts: Sequence[TableLayout] = (),
+        labelled: bool = False,
     ) -> TableColumns:
         """Return the columns to read."""
         return choose(
@@ -147,7 +157,15 @@ class TextTable:
             time=time if self.description is None else self.headings[0],
             layouts=layouts,
             rows=[_cells(row, self.separator, self.path) for row in self.rows[:SNIFFED_ROWS]],
+            labelled=labelled,
         )
+
+    def labels(self, chosen: TableColumns) -> dict[str, list[str]]:
+        """Return the labels of the rows by role."""
+        if not chosen.labels:
+            return {}
+        rows = [_cells(row, self.separator, self.path) for row in self.rows]
+        return {role: [label_of_cell(row[i]) for row in rows] for role, i in chosen.labels.items()}
 
     def numbers(self, chosen: TableColumns) -> NDArray[np.float64]:
         """Return the used columns as float64, shape (row, used column); between stamps an empty cell is NaN."""

@@ -18,6 +18,7 @@ from tactogram.signal.io.archives import check_archive
 from tactogram.signal.io.columns import choose, table_content
 from tactogram.signal.io.content import ZIP_ERRORS, FileContent
 from tactogram.signal.io.description import SignalDescription, decode
+from tactogram.signal.io.labels import label_of_cell
 from tactogram.signal.io.layout import TableLayout
 from tactogram.signal.io.stamps import StampClock, is_stamp
 from tactogram.signal.io.table import SNIFFED_ROWS, heading
@@ -37,6 +38,7 @@ def read(
     time: str | None = None,
     sheet: str | None = None,
     layouts: Sequence[TableLayout] = (),
+    labelled: bool = False,
 ) -> FileContent:
     """Return the content of a worksheet, ``sheet`` or the only one; its first row that is not empty is the heading.
 
@@ -55,12 +57,16 @@ def read(
             time=headings[0] if description is not None else time,
             layouts=layouts,
             rows=[row for _, row in sniffed],
+            labelled=labelled,
         )
         clock = StampClock()
         kept: list[int] = []
         values: list[list[float]] = []
+        labels: dict[str, list[str]] = {role: [] for role in chosen.labels}
         for number, row in chain(sniffed, below):
             kept.append(number)
+            for role, i in chosen.labels.items():
+                labels[role].append(label_of_cell(row[i] if i < len(row) else None))
             gaps = chosen.places if chosen.stamped else ()
             dated = chosen.time if chosen.dated else None
             values.append(
@@ -74,7 +80,7 @@ def read(
     if not values:
         raise DataError(f"{path}: no rows below the heading")
     numbers = np.array(values, dtype=np.float64)
-    return table_content(numbers, chosen, kept, headings, description, path, named=named)
+    return table_content(numbers, chosen, kept, headings, description, path, named=named, labels=labels)
 
 
 def headings(path: Path) -> list[str]:

@@ -7,8 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from tactogram.datasets.importer import ImportItem
-from tactogram.datasets.reading import read_item
-from tactogram.datasets.recording import Recording
+from tactogram.datasets.reading import Reading, read_item
 from tactogram.errors import DataError
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.ordered import in_order
@@ -22,7 +21,7 @@ def read_on(
     items: Sequence[ImportItem],
     workers: int | None,
     progress: Callable[[int, int], None],
-) -> Generator[tuple[ImportItem, list[Recording] | str]]:
+) -> Generator[tuple[ImportItem, Reading]]:
     """Yield each item as `read_all` does, read on Ray, whose nodes share the folder; `page` shows the progress."""
     tasks = list(enumerate(items))
     outcomes = run_tasks(partial(_read, importer_name), tasks, on=on, name=_name, processes=workers or 1)
@@ -35,7 +34,7 @@ def read_on(
         progress(done, len(items))
 
 
-def _read(importer_name: str, task: tuple[int, ImportItem]) -> list[Recording] | str:
+def _read(importer_name: str, task: tuple[int, ImportItem]) -> Reading:
     return read_item(importer_name, task[1])
 
 

@@ -3,6 +3,7 @@
 import base64
 import io
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -59,6 +60,27 @@ def zip_of(folder):
         for path in sorted(folder.rglob("*.*")):
             archive.write(path, path.relative_to(folder.parent))
     return file.getvalue()
+
+
+def labelled(path):
+    """Write a table of two materials."""
+    rows = [[f"{0.002 * k:.3f}", f"{k % 7}", "cork" if k < 300 else "felt"] for k in range(500)]
+    write(path, "t [s],x [g],surface", rows)
+
+
+def test_a_column_of_labels_is_a_choice(tmp_path):
+    labelled(tmp_path / "lab/all.csv")
+    [facts] = preview_dataset("folder", tmp_path / "lab", workers=1)["layouts"]
+    chosen = ColumnChoices.of(facts["columns"], [])
+    assert chosen.roles == ("time", "x", "material")
+    [layout] = chosen.layouts()
+    assert (layout.material, ColumnChoices.of(facts["columns"], [layout]).roles) == ("surface", chosen.roles)
+    [without] = chosen.with_role(2, "ignored").layouts()
+    assert without.labels == {}
+    with pytest.raises(
+        ParameterError, match="material must be one column, got x .g., surface; choose another"
+    ):
+        replace(chosen, roles=("y", "material", "material")).layouts()
 
 
 def test_choices_are_a_mapping_and_back():
@@ -233,6 +255,21 @@ def test_a_chosen_folder_of_the_workspace_and_a_saved_mapping(tab, workspace, tm
     tab.get_by_text("take (2)").wait_for()
     tab.get_by_text("--mapping mappings/mine.toml --set material_from=file_start").wait_for()
     assert (workspace / "mappings/mine.toml").is_file()
+
+
+def test_a_table_of_several_materials_is_imported(tab, workspace):
+    labelled(workspace / "mixed/all.csv")
+    tab.goto("/materials/import?folder=mixed")
+    tab.get_by_text(
+        "2 recordings of 2 materials would be imported from 1 files; 0 would be skipped"
+    ).wait_for()
+    choose(tab, "surface: read as", "not read")
+    tab.get_by_text("all.csv: is in no folder; choose below what names the material").first.wait_for()
+    choose(tab, "surface: read as", "material")
+    tab.get_by_text("2 recordings of 2 materials").wait_for()
+    tab.get_by_role("button", name="Import", exact=True).click()
+    tab.get_by_text("data/mixed is complete").wait_for()
+    assert [info.material for info in open_store(workspace / "data/mixed").index] == ["cork", "felt"]
 
 
 @pytest.mark.parametrize(

@@ -6,17 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from tactogram.datasets.importers.folder import STREAM_OF_UNIT
+from tactogram.datasets.file_parts import STREAM_OF_UNIT
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.io.columns import time_unit_of
 from tactogram.signal.io.content import default_axes
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, UNCLEAR, TableLayout
+from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 from tactogram.validation import validated
 
 STREAM_ROLES = ("force", "position")
 """Streams of their own beside the axes; one column is their z, three are x, y and z."""
-ROLES = (TIME, "x", "y", "z", *STREAM_ROLES, IGNORED)
+ROLES = (TIME, "x", "y", "z", *STREAM_ROLES, *LABELS, IGNORED)
 TIME_UNITS = ("s", "ms", "us", "ns")
 UNITS = ("m/s^2", "g", "mg", "m/s", "mm/s", "m", "mm", "um", "N", "mN", "V", "mV", "1")
 
@@ -93,7 +93,8 @@ class ColumnChoices:
         if not streams:
             raise ParameterError("choose x, y, z, force or position for at least one column")
         times = [i for i, role in enumerate(self.roles) if role == TIME]
-        self._check_once(TIME, times)
+        for role in (TIME, *LABELS):
+            self._check_once(role, [i for i, other in enumerate(self.roles) if other == role])
         return [self._layout(stream, places, times, len(streams)) for stream, places in streams.items()]
 
     def _layout(self, stream: str, places: Sequence[int], times: Sequence[int], streams: int) -> TableLayout:
@@ -115,6 +116,11 @@ class ColumnChoices:
             "time_unit": time_unit or None,
             "rate": self.rate,
             "stream": named or None,
+            **{
+                role: heading
+                for role, heading in zip(self.roles, self.headings, strict=True)
+                if role in LABELS
+            },
         }
         return validated(TableLayout, values, where="layout")
 
@@ -126,14 +132,15 @@ class ColumnChoices:
 
 def _stream(role: str) -> str | None:
     """Return the stream of a role, empty for the axes of the first one; None for columns that are not read."""
-    if role in (RATE, IGNORED, UNCLEAR):
+    if role in (RATE, IGNORED, UNCLEAR, *LABELS):
         return None
     return role if role in STREAM_ROLES else role.rpartition(": ")[0]
 
 
 def _roles(layout: TableLayout, *, main: bool) -> dict[str, str]:
     """Return the role of each heading in a layout, without those that it ignores."""
-    roles = {} if layout.time is None else {layout.time: TIME}
+    roles = {heading: role for role, heading in layout.labels.items()}
+    roles |= {} if layout.time is None else {layout.time: TIME}
     places = [layout.columns.index(heading) for heading in layout.axes.values()]
     usual = tuple(layout.axes) == default_axes(len(places)) and places == sorted(places)
     usual = usual and layout.stream in STREAM_ROLES

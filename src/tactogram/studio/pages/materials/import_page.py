@@ -119,7 +119,8 @@ class ImportPage:
         with ui.element("section").classes("card w-full"), drop_zone():
             heading("Import recordings")
             hint(
-                "Drop a folder with a folder for each material, or a zip of it. The files stay on this machine, and a "
+                "Drop a folder with a folder for each material, or with tables that have a column of materials, or a "
+                "zip of it. The files stay on this machine, and a "
                 "preview shows how each would be read before anything is imported."
             )
             draw_chooser()

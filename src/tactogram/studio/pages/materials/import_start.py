@@ -125,7 +125,7 @@ class ImportStart:
         except (TactogramError, ValueError):
             self.command._text = ""
         self.command.update()
-        self.skip.visible = bool(self.page.preview.facts.get("skipped"))
+        self.skip.visible = bool(self.page.preview.facts.get("needs_skip_bad"))
         self.cards.update(await in_background(lambda: self.cards.unfinished(self.trainings.all())))
         if self.started is not None:
             status = await in_background(self.trainings.status, self.started)

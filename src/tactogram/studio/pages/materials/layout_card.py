@@ -13,7 +13,7 @@ from nicegui import ui
 from tactogram.datasets import Recording
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, UNCLEAR, TableLayout
+from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
 from tactogram.studio.layout import NumberField, attribute, heading, hint
 from tactogram.studio.pages.materials.columns import ROLES, TIME_UNITS, UNITS, ColumnChoices
 from tactogram.studio.pages.materials.recordings import trace_svg
@@ -137,7 +137,7 @@ class LayoutCard:
         for place, (role, unit) in enumerate(self._lists):
             role.set_options(self._roles_of(place), value=self.choices.roles[place])
             unit.set_options(self._units_of(place), value=self.choices.units[place])
-            unit.set_enabled(self.choices.roles[place] not in (IGNORED, UNCLEAR, RATE))
+            unit.set_enabled(self.choices.roles[place] not in (IGNORED, UNCLEAR, RATE, *LABELS))
 
 
 def headings_of(facts: Mapping[str, Any]) -> tuple[str, ...]:

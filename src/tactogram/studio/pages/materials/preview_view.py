@@ -35,6 +35,7 @@ REMEDIES = (
     (r"; choose those of one as axes", "; choose 'not read' for those of another unit"),
     (r"choose the columns to read", "correct it, or choose 'not read' for its column"),
     (r"; leave the (rate|unit) out", r"; empty the \1"),
+    (r"omit (it|them|the column) from (?:the|a) mapping", "choose 'not read' for the column"),
     (r": head it 'time \[s\]', 'time \[ms\]' or 'time \[us\]'", "; choose its unit"),
 )
 """What readers advise, and what this page offers instead."""
@@ -158,9 +159,8 @@ class PreviewView:
         for layout in facts["layouts"]:
             for name, count in layout["materials"].items():
                 materials[name] = materials.get(name, 0) + count
-        skipped = len({each["source"] for each in facts["skipped"]})
         counted = f"{sum(materials.values())} recordings of {len(materials)} materials would be imported"
-        counted += f" from {facts['files']} files; {skipped} would be skipped"
+        counted += f" from {facts['files']} files; {facts['skipped_files']} would be skipped"
         counted += f"; {facts['photographs']} photographs" if facts["photographs"] else ""
         counted += f"; {facts['duplicates']} files repeat another" if facts["duplicates"] else ""
         self._summary.clear()
@@ -178,7 +178,7 @@ class PreviewView:
         if not skipped:
             return
         with self._skipped, ui.element("section").classes("card w-full").props('aria-label="Skipped files"'):
-            heading(f"Files that would be skipped ({len(skipped)})")
+            heading(f"Skipped ({len(skipped)})")
             with ui.element("ul").classes("skipped"):
                 for each in skipped[:MOST_SHOWN]:
                     ui.element("li")._text = in_words_of_the_page(each["reason"], path)

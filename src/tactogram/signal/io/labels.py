@@ -1,0 +1,123 @@
+"""Columns of words or codes in a table: material, session, subject and trial of each row, and its cut by them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.signal.io.content import FileContent
+from tactogram.signal.io.layout import MATERIAL, SESSION, SUBJECT, TRIAL
+from tactogram.signal.units import split_heading
+
+HEADINGS = {
+    MATERIAL: ("material", "surface", "texture", "label", "class", "activity"),
+    SESSION: ("session",),
+    SUBJECT: ("subject", "participant"),
+    TRIAL: ("trial", "take"),
+}
+"""Their usual headings, in any case; of several in a table, the first one counts."""
+LONGEST_STEP = 4.5
+"""Step between time stamps, in typical ones, above which more samples are missing than are interpolated."""
+_WHOLE = re.compile(r"[-+]?\d+(\.0*)?")
+
+
+def label_columns(
+    headings: Sequence[str], rows: Sequence[Sequence[object]], text: frozenset[int]
+) -> dict[str, int]:
+    """Return the columns of labels by role, as headings and first rows suggest; none without one of materials.
+
+    They hold words (``text``) or whole numbers.
+    """
+    found: dict[str, int] = {}
+    for role, place in _alike(headings, rows, text):
+        found.setdefault(role, place)
+    return found if MATERIAL in found else {}
+
+
+def spare_columns(
+    headings: Sequence[str], rows: Sequence[Sequence[object]], text: frozenset[int]
+) -> frozenset[int]:
+    """Return all columns that `label_columns` might choose: beside those chosen they hold no samples."""
+    return frozenset(place for _, place in _alike(headings, rows, text))
+
+
+def _alike(
+    headings: Sequence[str], rows: Sequence[Sequence[object]], text: frozenset[int]
+) -> list[tuple[str, int]]:
+    names = [split_heading(heading)[0].lower() for heading in headings]
+    places = [
+        (role, names.index(name)) for role, usual in HEADINGS.items() for name in usual if name in names
+    ]
+    return [(role, i) for role, i in places if i in text or _codes(rows, i)]
+
+
+def label_of_cell(cell: object) -> str:
+    """Return the label in a cell, empty if there is none; codes of floating point (``3.0``) are whole numbers."""
+    text = "" if cell is None else str(cell).strip()
+    return text.partition(".")[0] if _WHOLE.fullmatch(text) else text
+
+
+def _codes(rows: Sequence[Sequence[object]], place: int) -> bool:
+    cells = [label_of_cell(row[place]) for row in rows if place < len(row)]
+    return all(_WHOLE.fullmatch(cell) for cell in cells if cell)
+
+
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """Rows of a table with the same labels, without a gap between them."""
+
+    labels: Mapping[str, str]  # by role; without empty ones
+    rows: tuple[int, int]  # numbers of the first and the last one in the file
+    contents: tuple[FileContent, ...]
+
+
+def cut(contents: Sequence[FileContent]) -> list[Interval]:
+    """Return the intervals of a table in order; ``contents`` are its streams, each with the labels.
+
+    A cut is wherever a label changes, time goes back, or a gap in any of the streams is too long to interpolate.
+    """
+    starts = np.unique(np.concatenate([np.array(each.rows)[_starts(each)] for each in contents]))
+    first = contents[0]
+    places = [np.searchsorted(each.rows, starts) for each in contents]
+    found = []
+    for number, begin in enumerate(places[0]):
+        ends = [
+            p[number + 1] if number + 1 < len(p) else len(c.rows)
+            for p, c in zip(places, contents, strict=True)
+        ]
+        if begin == ends[0]:
+            continue
+        parts = [_part(c, p[number], end) for c, p, end in zip(contents, places, ends, strict=True)]
+        labels = {role: values[begin] for role, values in first.labels.items() if values[begin]}
+        found.append(Interval(labels, (first.rows[begin], first.rows[ends[0] - 1]), tuple(parts)))
+    return found
+
+
+def _starts(content: FileContent) -> NDArray[np.bool_]:
+    """Return whether an interval begins at each row."""
+    begins = np.zeros(len(content.rows), dtype=bool)
+    begins[:1] = True
+    for values in content.labels.values():
+        begins[1:] |= np.array(values[1:]) != np.array(values[:-1])
+    if content.times is not None and len(content.times) > 1:
+        steps = np.diff(content.times)
+        forward = steps[steps > 0]
+        begins[1:] |= steps < 0
+        if len(forward):
+            begins[1:] |= steps > LONGEST_STEP * np.median(forward)
+    return begins
+
+
+def _part(content: FileContent, begin: int, end: int) -> FileContent:
+    return replace(
+        content,
+        samples=content.samples[:, begin:end],
+        times=None if content.times is None else content.times[begin:end],
+        rows=content.rows[begin:end],
+        labels={role: values[begin:end] for role, values in content.labels.items()},
+        place=lambda axis, sample: content.place(axis, begin + sample),
+    )
