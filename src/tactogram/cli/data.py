@@ -63,14 +63,21 @@ def _list(request: _ListRequest, show: Printer) -> None:
 
 def _import(request: ImportRequest, show: Printer) -> int:
     from tactogram.cli.import_preview import preview_text, several_rates
+    from tactogram.cli.import_remedies import in_words_of_the_command
+    from tactogram.errors import DataError
     from tactogram.workflows.data.stores import import_store
 
     if request.out is None and not request.preview:
         raise UsageError("the following arguments are required: --out (or --preview)")
-    with show.progress() as progress:
-        report = import_store(**vars(request) | {"progress": progress})
+    verb = VERBS["data import"]
+    try:
+        with show.progress() as progress:
+            report = import_store(**vars(request) | {"progress": progress})
+    except DataError as error:
+        raise DataError(in_words_of_the_command(str(error), verb)) from error
+    skipped = [f"skipped: {in_words_of_the_command(each['reason'], verb)}" for each in report["skipped"]]
     if request.preview:
-        show(report, preview_text(report))
+        show(report, preview_text(report, skipped))
         return 1 if report["needs_skip_bad"] and not request.skip_bad else 0
     listed = ("skipped", "duplicates", "several_rates_hz")
     lines = [lines_of({name: value for name, value in report.items() if name not in listed})]
@@ -78,7 +85,7 @@ def _import(request: ImportRequest, show: Printer) -> int:
         f"duplicate: {each['dropped']} has the same samples as {each['kept']}"
         for each in report["duplicates"]
     ]
-    lines += [f"skipped: {each['reason']}" for each in report["skipped"]]
+    lines += skipped
     lines += several_rates(report["several_rates_hz"])
     show(report, "\n".join(lines))
     return 0

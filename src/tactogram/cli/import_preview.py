@@ -9,10 +9,10 @@ from tactogram.cli.printing import columns, shortened, text_of
 from tactogram.signal.io.layout import MATERIAL
 
 
-def preview_text(facts: Mapping[str, Any]) -> str:
-    """Return the layouts, then a line for each skipped file, then what to know about the whole."""
+def preview_text(facts: Mapping[str, Any], skipped: Sequence[str]) -> str:
+    """Return the layouts, then a line for each file skipped, then what to know about the whole."""
     lines = [_layout(number, layout) for number, layout in enumerate(facts["layouts"], 1)]
-    lines += [f"skipped: {each['reason']}" for each in facts["skipped"]]
+    lines += skipped
     lines.append(
         f"files: {facts['files']}; photographs: {facts['photographs']}; duplicates: {facts['duplicates']}; "
         f"would be skipped: {facts['skipped_files']}"

@@ -117,7 +117,10 @@ def find(
         else:
             info["material"] = info.get("material") or MATERIAL_FROM[material_from](PurePosixPath(name))
         if not info["material"] and not info.get("labels", {}).get("item"):
-            info["problem"] = f"{name}: must be in a folder named after its material, or have it in {TABLE}"
+            info["problem"] = (
+                f"{name}: must be in a folder named after its material, or have it in {TABLE}, or in its own name "
+                "with `material_from=file`"
+            )
         info["material"] = info["material"] or None
         ours = material_from == "folder" and top not in item_folders
         pictures = material_pictures.get(top, []) if ours else []

@@ -135,7 +135,12 @@ def choose(
     units = [_unit(one) for one in spelled]
     if len({unit for unit, _ in units}) > 1:
         listed = ", ".join(headings[i] for i in places)
-        raise DataError(f"{path}: columns are in different units: {listed}; choose those of one as axes")
+        alike = [names[i] for i, unit in zip(places, units, strict=True) if unit[0] == units[0][0]]
+        typed = not any(re.search(r"[\s,;`]", name) for name in alike)
+        remedy = (
+            f"choose those of one, e.g. `axes={','.join(alike)}`" if typed else "choose those of one as axes"
+        )
+        raise DataError(f"{path}: columns are in different units: {listed}; {remedy}")
     time_unit = stamps.get(-1 if at is None else at) or (layout and layout.time_unit)
     dated = at in stamps
     uses = {

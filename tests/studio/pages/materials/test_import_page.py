@@ -163,7 +163,8 @@ def test_reasons_name_what_the_page_offers(tmp_path):
     reasons = [in_words_of_the_page(each["reason"], tmp_path / "lab") for each in facts["skipped"]]
     assert "export it as .csv" in reasons[0]
     assert reasons[1:] == [
-        "cork/matrix.mat: no time column and no rate in the file; choose the column of the time, or enter the rate",
+        "cork/matrix.mat: no time column and no rate in the file; choose the column of the time, or fill in "
+        "'Rate, Hz'",
         "felt/broken.csv: row 3, column 'X-Axis (g)': expected a number, got 'one'; correct it, or choose 'not read' "
         "for its column",
     ]
@@ -264,7 +265,9 @@ def test_a_table_of_several_materials_is_imported(tab, workspace):
         "2 recordings of 2 materials would be imported from 1 files; 0 would be skipped"
     ).wait_for()
     choose(tab, "surface: read as", "not read")
-    tab.get_by_text("all.csv: is in no folder; choose below what names the material").first.wait_for()
+    tab.get_by_text(
+        "all.csv: is in no folder; choose 'the file name' in 'Material named by'"
+    ).first.wait_for()
     choose(tab, "surface: read as", "material")
     tab.get_by_text("2 recordings of 2 materials").wait_for()
     tab.get_by_role("button", name="Import", exact=True).click()

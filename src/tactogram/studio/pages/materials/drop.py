@@ -40,7 +40,7 @@ REMEDIES = (
     (r"; give the rate in Hz, e\.g\. `rate=1000`", "; enter the rate below"),
     (r"; leave the rate out, then resample", "; empty the field Rate"),
     (r"; leave the unit out", "; choose 'from the file' as the unit"),
-    (r"; choose those of one as axes", "; keep those of one unit in the file"),
+    (r"; choose those of one(?: as axes|, e\.g\. `axes=[^`]+`)", "; keep those of one unit in the file"),
     (r"choose the columns to read", "remove the columns that hold no numbers"),
 )
 """What readers advise, and what this page offers instead."""

@@ -25,16 +25,24 @@ MOST_LAYOUTS = 30
 MOST_SHOWN = 200
 """Skipped files, and materials, that the page lists."""
 REMEDIES = (
-    (r"; give the rate in Hz, e\.g\. `rate=1000`", "; choose the column of the time, or enter the rate"),
+    (r"; give the rate in Hz, e\.g\. `rate=1000`", "; choose the column of the time, or fill in 'Rate, Hz'"),
     (
-        r"must be in a folder named after its material, or have it in recordings\.csv",
-        "is in no folder; choose below what names the material",
+        r"must be in a folder named after its material, .* with `material_from=file`",
+        "is in no folder; choose 'the file name' in 'Material named by', or the column of the material",
     ),
     (r"which array\? choose of (.+)", r"has several arrays (\1); choose what each is"),
     (r"which sheet\? choose of (.+)", r"has several sheets (\1); save the one to read as a file of its own"),
-    (r"; choose those of one as axes", "; choose 'not read' for those of another unit"),
+    (
+        r"; choose those of one(?: as axes|, e\.g\. `axes=[^`]+`)",
+        "; choose 'not read' for those of another unit",
+    ),
     (r"choose the columns to read", "correct it, or choose 'not read' for its column"),
-    (r"; leave the (rate|unit) out", r"; empty the \1"),
+    (
+        r"; leave the rate out, then resample",
+        "; empty 'Rate, Hz', and remove rate=… from 'What no file says'",
+    ),
+    (r"; leave the unit out", "; remove unit=… from 'What no file says'"),
+    (r"; give the rate instead", "; choose 'not read' for the time, and fill in 'Rate, Hz'"),
     (r"omit (it|them|the column) from (?:the|a) mapping", "choose 'not read' for the column"),
     (r": head it 'time \[s\]', 'time \[ms\]' or 'time \[us\]'", "; choose its unit"),
 )

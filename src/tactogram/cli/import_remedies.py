@@ -1,0 +1,41 @@
+"""Remedies of an import, in words of the command line."""
+
+from __future__ import annotations
+
+import re
+
+from tactogram.cli.verbs import Verb, with_options
+
+_MAPPING = "`--preview --save-mapping mapping.toml`"
+REMEDIES = (
+    (
+        r"which array\? choose of (.+)",
+        rf"has several arrays (\1); choose in the mapping that {_MAPPING} writes",
+    ),
+    (r"which sheet\? choose of (.+)", r"has several sheets (\1); save the one to read as a file of its own"),
+    (r"; choose those of one as axes", f"; choose those of one in the mapping that {_MAPPING} writes"),
+    (
+        r"choose the columns to read",
+        f"correct it, or remove its column from the axes of the mapping that {_MAPPING} writes",
+    ),
+    (
+        r"; leave the (rate|unit) out(, then resample)?",
+        r"; omit `--set \1=…`, or state it in recordings.csv for the files that lack it",
+    ),
+    (
+        r"; give the rate instead",
+        f"; give the rate instead of the time in the mapping that {_MAPPING} writes",
+    ),
+    (
+        r"omit (it|them|the column) from (?:the|a) mapping",
+        rf"remove \1 from the mapping that {_MAPPING} writes",
+    ),
+)
+"""What readers advise, and what can be typed instead."""
+
+
+def in_words_of_the_command(reason: str, verb: Verb) -> str:
+    """Return why something cannot be imported, with a remedy that can be typed."""
+    for pattern, remedy in REMEDIES:
+        reason = re.sub(pattern, remedy, reason)
+    return with_options(reason, verb)
