@@ -225,14 +225,17 @@ def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Print
 
 def _clone(request: CloneRequest, show: Printer) -> None:
     from tactogram.workflows.generation.clone import clone
+    from tactogram.workflows.generation.photographs import facts_of_files, photograph_text
 
     with show.progress() as progress:
         run = clone(**vars(request) | {"progress": progress})
     materials = run.facts()["kind"]["materials"]
-    show(
-        {"run": str(run.folder), "materials": materials},
-        f"run: {run.folder}\nmaterials: {', '.join(materials)}\ntactogram stream {run.folder} --mix {materials[0]}=1",
-    )
+    facts = {"run": str(run.folder), "materials": materials}
+    lines = [f"run: {run.folder}", f"materials: {', '.join(materials)}"]
+    if photographs := facts_of_files(request.model, request.images):
+        facts["photographs"] = photographs
+        lines += [f"{name}: {text}" for name, seen in photographs.items() if (text := photograph_text(seen))]
+    show(facts, "\n".join([*lines, f"tactogram stream {run.folder} --mix {materials[0]}=1"]))
 
 
 def _mix(request: MixRequest, show: Printer) -> None:

@@ -91,8 +91,8 @@ def test_materials_by_name_are_cloned(tmp_path):
     assert corduroy[1] > corduroy[0]
 
 
-def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path):
-    """Simulated: a smooth and a rough surface, a red and a blue photograph; without forces."""
+def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path, capsys):
+    """Simulated: two smooth surfaces and a rough one, red, green and blue photographs; without forces."""
     rng = np.random.default_rng(0)
 
     def stroke_of(name, speed):
@@ -105,7 +105,7 @@ def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path):
         pixels[..., channel] += 150
         return Image(pixels)
 
-    colours = {"smooth": 0, "rough": 2}
+    colours = {"smooth": 0, "even": 1, "rough": 2}
     store = create_store(
         tmp_path / "seen",
         [stroke_of(name, speed) for name in colours for speed in (50.0, 100.0, 200.0, 300.0)],
@@ -118,7 +118,9 @@ def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path):
         "texture_flow", store.path, recipe="tiny", changes={"config.prediction_steps": 50, "config.components": 4},
         split="all", out=tmp_path / "run", accelerator="cpu",
     )  # fmt: skip
+    board = np.repeat(255 * (np.indices((64, 64)).sum(0) // 8 % 2)[..., None], 3, axis=2).astype(np.uint8)
     write_image(tmp_path / "photo.png", photograph(2))
+    write_image(tmp_path / "board.png", Image(board))
     told = [
         "--model",
         str(run.folder),
@@ -129,7 +131,11 @@ def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path):
         "--out",
         str(tmp_path / "clone"),
     ]
-    assert main(["clone", "--image", str(tmp_path / "photo.png"), *told]) == 0
+    images = ["--image", str(tmp_path / "photo.png"), "--image", str(tmp_path / "board.png")]
+    assert main(["clone", *images, *told]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    unlike = [line for line in lines if "photograph unlike anything the run was trained on: " in line]
+    assert [line.partition(":")[0] for line in unlike] == ["board"]
     made = [next(generate(tmp_path / "clone", {"material": "photo", "speed_mm_s": v})) for v in (60.0, 240.0)]
     assert made[0].samples.std() == pytest.approx(3, rel=0.4)
     assert made[1].samples.std() == pytest.approx(12, rel=0.4)

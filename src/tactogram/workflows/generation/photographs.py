@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_novelty import UNLIKE
 from tactogram.model import PhotographClassifier
 from tactogram.signal import Image
+from tactogram.signal.io import read_image
 from tactogram.workflows.training.known_photographs import known_photographs
-from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 
 def photograph_facts(loaded: LoadedRun, image: Image) -> dict[str, Any]:
@@ -35,6 +37,14 @@ def photograph_facts(loaded: LoadedRun, image: Image) -> dict[str, Any]:
         nearest = known.nearest(image)
         found |= {"nearest_photograph": nearest.material, "novelty": round(nearest.novelty, 4)}
     return found
+
+
+def facts_of_files(run: Path | str, files: Sequence[Path | str]) -> dict[str, dict[str, Any]]:
+    """Return `photograph_facts` of each photograph by the file's name without suffix; no file loads no run."""
+    if not files:
+        return {}
+    loaded = load_run(run)
+    return {Path(file).stem: photograph_facts(loaded, read_image(file)) for file in files}
 
 
 def photograph_text(facts: Mapping[str, Any]) -> str:
