@@ -1,4 +1,5 @@
 import json
+import socket
 from contextlib import closing
 
 import numpy as np
@@ -118,6 +119,13 @@ def test_what_is_wrong_is_one_line(study_file, tmp_path, capsys, arguments, mess
     assert message in said
     assert said.count("\n") == 1
     assert not (tmp_path / "none").exists()
+
+
+def test_a_wrong_name_is_told_before_a_port_in_use(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert main(["study", "run", "two-aera", "--out", "x", "--no-open", "--port", port]) == 1
+    assert "two-aera: no such study; shipped ones are " in capsys.readouterr().err
 
 
 def test_a_file_that_is_not_there_is_named(study_file, capsys):

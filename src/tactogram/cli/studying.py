@@ -121,6 +121,10 @@ def _check(request: _CheckRequest, show: Printer) -> None:
 
 @with_salvage_command
 def _run(request: _RunRequest, show: Printer) -> None:
+    from pathlib import Path
+
+    from tactogram.study.study_file import Study
+
     def ready(facts: dict[str, Any]) -> None:
         addresses = {
             "experimenter": facts["experimenter"],
@@ -132,6 +136,9 @@ def _run(request: _RunRequest, show: Printer) -> None:
         show(facts, lines_of(addresses) + ("" if port.loopback else shown_qr_code(facts["join"])))
         sys.stdout.flush()
         sys.stderr.write("Ctrl-C ends it; run again to continue\n")
+
+    if not Path(request.study).is_dir():
+        Study.load(request.study, changes=request.changes)  # a wrong name is reported before a port in use
 
     with bound_port(request) as port:
         from tactogram.studio.study_server import run_study
