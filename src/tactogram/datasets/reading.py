@@ -17,6 +17,7 @@ from tactogram.datasets.examples import cores
 from tactogram.datasets.importer import ImportItem, LeftOut, importer
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.main_script import allowed_processes
 
 Reading = Sequence[Recording | LeftOut] | str
 """Recordings of an item and its parts that are none, or one line on what is wrong with it."""
@@ -37,11 +38,14 @@ def read_all(
 ) -> Generator[tuple[ImportItem, Reading]]:
     """Yield each item, in order, with its recordings or with one line on what is wrong with it.
 
-    By default this process reads alone for `PATIENCE_S`, then one process per core. Only a few items per process are in
+    By default this process reads alone for `PATIENCE_S`, then one process per core, unless these would run the main
+    script again (`tactogram.main_script`). Only a few items per process are in
     progress at a time, so that memory stays flat. A process that dies is a `DataError`.
     """
     if workers is not None and workers < 1:
         raise ParameterError(f"workers must be >= 1, got {workers}")
+    if allowed_processes(workers, cores()) == 1:
+        workers = 1
     started, done = monotonic(), 0
     while done < len(items) and (
         workers == 1 or (workers is None and (cores() == 1 or monotonic() - started < PATIENCE_S))

@@ -19,6 +19,7 @@ from tactogram.datasets.simulate.surfaces import Surface
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.writing import check_new, new_store
 from tactogram.errors import DataError, TactogramError
+from tactogram.main_script import allowed_processes
 from tactogram.signal.io.locks import lock
 from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
@@ -171,6 +172,8 @@ def _made(
     """
     workers = request.workers or cores()
     total = before + len(items)
+    if not request.on and len(items) >= 2 * workers:
+        workers = allowed_processes(request.workers, workers)
     if not request.on and (workers == 1 or len(items) < 2 * workers):
         yield from _counted(map(function, items), before, total, request.progress, title)
         return

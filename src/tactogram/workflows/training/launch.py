@@ -19,6 +19,7 @@ from typing import Any, TypeVar, cast
 
 from tactogram.datasets.examples import cores
 from tactogram.errors import RunError, TactogramError, one_line
+from tactogram.main_script import allowed_processes
 from tactogram.workflows.progress import ProgressCallback
 
 T = TypeVar("T")
@@ -49,6 +50,7 @@ def in_processes(
     RunError
         If a process was killed. Errors that a process raised are raised here.
     """
+    allowed_processes(count, 1)
     context = multiprocessing.get_context("spawn")
     stopping, address = context.Event(), free_port()
     workers: list[tuple[BaseProcess, Connection]] = []

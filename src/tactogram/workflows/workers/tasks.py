@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from tactogram.errors import ParameterError
+from tactogram.main_script import allowed_processes
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.workers.local_pool import in_process, in_processes
 from tactogram.workflows.workers.outcome import Outcome
@@ -54,6 +55,8 @@ def run_tasks(
         raise ParameterError(f"on must be ray or ray:ADDRESS, got {on!r}")
     if processes < 1:
         raise ParameterError(f"processes must be at least 1, got {processes}")
+    if not engine:
+        allowed_processes(processes, 1)
     return _outcomes(function, tasks, engine, address, name, processes, progress)
 
 
