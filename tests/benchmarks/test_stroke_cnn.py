@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks.experiments import stroke_cnn_cost, stroke_cnn_none_of_these, stroke_cnn_passes
+from benchmarks.experiments import stroke_cnn_cost, stroke_cnn_none_of_these, stroke_cnn_short
+from tactogram.models.stroke_cnn import learner
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.progress import silent
 
@@ -71,18 +72,20 @@ def test_costs_are_paired_by_seed_and_measured_once(tmp_path, monkeypatch):
     assert json.dumps(again) == json.dumps(found)
 
 
-def test_one_recording_of_each_material_is_trained_on_and_others_are_judged(tmp_path, monkeypatch):
-    simulate_to_store("stroking9", tmp_path / "data", per_class=3, seconds=1.0, workers=1)
-    fitted = {}
-
-    def fit(learner, examples, *, seed):
-        fitted[seed, learner.config.epochs] = [example.id for example in examples]
-
-    monkeypatch.setattr(stroke_cnn_passes, "fit", fit)
-    found = stroke_cnn_passes.run(tmp_path, paper=False, progress=silent, materials=4, tested=1, seeds=2)
-    assert {len(ids) for ids in fitted.values()} == {4}
-    assert fitted[0, 60] == fitted[0, 1_000_000]
-    assert fitted[0, 60] != fitted[1, 60]
-    assert found["rows"][0]["quick"]["recordings"] == 4
-    assert found["updates"]["unlimited"]["mean"] == 2200
-    assert found["updates"]["quick"]["mean"] == 27  # 60 passes over 4 s at 1 kHz, 24 windows of 384 at a time
+def test_a_shorter_training_is_compared_with_the_whole_on_other_recordings(tmp_path, monkeypatch):
+    simulate_to_store("stroking9", tmp_path / "data", per_class=5, seconds=1.0, workers=1)
+    quick = tmp_path / "quick.toml"
+    quick.write_text(
+        'model = "stroke_cnn"\n[config]\nwindow = 384\nsteps = 3\nshort_steps = 2\nfilters = [2, 2]\n'
+    )
+    monkeypatch.setattr(stroke_cnn_short, "find", lambda name: SimpleNamespace(recipe=lambda name: quick))
+    monkeypatch.setattr(learner, "MOST_PASSES", 0)
+    for settled, kept in ((1.1, 0), (0.0, 2)):
+        monkeypatch.setattr(learner, "SETTLED", settled)
+        found = stroke_cnn_short.run(tmp_path, paper=False, progress=silent, materials=4, tested=1, seeds=2)
+        assert found["kept"] == kept
+        assert [row["recordings"] for row in found["rows"]] == [4, 4]
+        assert 0 <= found["classify"]["window_accuracy"]["mean"] <= 1
+        assert found["short"]["cpu_seconds"]["mean"] > 0
+        for seed in range(2):
+            (tmp_path / f"{seed}.json").unlink()

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+MOST_PASSES = 100
+"""Passes over the recordings from which a shorter training is worth trying."""
+SETTLED = 0.99
 
 
 class Config(BaseModel):
@@ -33,9 +36,9 @@ class Config(BaseModel):
     """Assumed. Batch normalisation needs two."""
     steps: int = Field(default=5000, gt=0)
     """Assumed: the paper states no number of updates."""
-    epochs: int | None = Field(default=None, gt=0)
-    """Largest number of passes over the training recordings: where they are few it ends the training before ``steps``.
-    None: no limit. Ours."""
+    short_steps: int = Field(default=0, ge=0)
+    """Updates of a shorter training that comes first where ``steps`` are more than `MOST_PASSES`; 0 for none. It is the
+    whole training if it classifies `SETTLED` of the windows of the validation recordings correctly. Ours."""
     hop: float = Field(default=0.5, gt=0, le=1)
     """Step between the windows that classify a recording, as a share of the window. Ours: the paper classifies windows;
     we average their log probabilities over a recording."""
@@ -45,11 +48,9 @@ class Config(BaseModel):
         """Samples from one window of a recording to the next."""
         return max(1, round(self.window * self.hop))
 
-    def updates(self, samples: int) -> int:
-        """Return the number of updates for ``samples`` per axis of training recordings in all."""
-        if self.epochs is None:
-            return self.steps
-        return min(self.steps, math.ceil(self.epochs * samples / (self.batch_size * self.window)))
+    def passes(self, samples: int) -> float:
+        """Return how often ``steps`` pass over training recordings of ``samples`` per axis in all."""
+        return self.steps * self.batch_size * self.window / samples
 
     @model_validator(mode="after")
     def _window_is_long_enough(self) -> Self:

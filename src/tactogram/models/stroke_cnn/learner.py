@@ -15,7 +15,7 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import pooled
 from tactogram.model import WHOLE_BATCH, BatchShare, Example, ExportedNetwork, Port, SignalKind, Stage
-from tactogram.models.stroke_cnn.config import Config
+from tactogram.models.stroke_cnn.config import MOST_PASSES, SETTLED, Config
 from tactogram.models.stroke_cnn.networks import Standardised, StrokeCNN
 from tactogram.nn.bare_and_fixed import bare, for_export
 from tactogram.signal import Signal
@@ -35,15 +35,19 @@ class StrokeCNNLearner:
     ) -> None:
         if len(kind.materials) < 2:
             raise ParameterError(f"a classifier needs at least 2 materials, got {len(kind.materials)}")
-        self.config, self.kind, self.materials = config, kind, kind.materials
+        self.config, self.kind, self.materials, self.seed = config, kind, kind.materials, seed
         self.device, self.share = torch.device(device), WHOLE_BATCH
-        with torch_seeded(seed, "weights"):
-            network = StrokeCNN(config, axes=len(kind.axes), classes=len(kind.materials))
-        self.network: Any = network.to(self.device)
+        self.network: Any = self._untrained().to(self.device)
+        self.validation: Sequence[Example] = ()
+        self.short_accuracy: float | None = None
         self.schedule: Any = None
         self.backward: Callable[[Tensor], None] = Tensor.backward
         self.mean = torch.zeros(len(kind.axes), 1)
         self.scale = torch.ones(len(kind.axes), 1)
+
+    def _untrained(self) -> StrokeCNN:
+        with torch_seeded(self.seed, "weights"):
+            return StrokeCNN(self.config, axes=len(self.kind.axes), classes=len(self.materials))
 
     @cached_property
     def optimiser(self) -> Any:
@@ -52,7 +56,7 @@ class StrokeCNNLearner:
 
     def _make_schedule(self, steps: int) -> None:
         """Let the learning rate follow its schedule over ``steps`` updates."""
-        if self.config.schedule == "one-cycle" and self.schedule is None:
+        if self.config.schedule == "one-cycle":
             rate = self.config.learning_rate
             self.schedule = torch.optim.lr_scheduler.OneCycleLR(self.optimiser, rate, steps)
 
@@ -63,13 +67,20 @@ class StrokeCNNLearner:
 
     # -- training ----------------------------------------------------------------------------------------
 
+    def set_validation(self, examples: Sequence[Example]) -> str:
+        self.validation = examples
+        return ""
+
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         windows = Windows(
             examples, self.materials, self.config.window
         )  # refuses recordings that are too short
-        steps = self.config.updates(windows.samples)
-        self._make_schedule(steps)
-        return Stage("standardise", 1), Stage("classify", steps)
+        short = [Stage("short", self.config.short_steps)] if self._tries_short(windows) else []
+        return Stage("standardise", 1), *short, Stage("classify", self.config.steps)
+
+    def _tries_short(self, windows: Windows) -> bool:
+        few = self.config.passes(windows.samples) > MOST_PASSES
+        return few and len(self.validation) > 0 and self.config.short_steps > 0
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
@@ -78,10 +89,37 @@ class StrokeCNNLearner:
             yield examples
             return
         windows = Windows(examples, self.materials, self.config.window)
+        if start == 0:
+            if stage.name == "classify" and self._tries_short(windows):
+                self.short_accuracy = self._window_accuracy(self.validation)
+                if self.short_accuracy >= SETTLED:
+                    return
+                self._forget()
+            self._make_schedule(stage.steps)
         step = start
         while True:
             yield windows.draw(self.config.batch_size, child_rng(seed, step), self.share)
             step += 1
+
+    def _window_accuracy(self, examples: Sequence[Example]) -> float:
+        """Return the share of the windows of ``examples`` that are classified correctly."""
+        hits = [
+            self.window_probabilities(example.signal).argmax(1) == self.materials.index(str(example.material))
+            for example in examples
+        ]
+        return float(np.concatenate(hits).mean())
+
+    def _forget(self) -> None:
+        """Return to the weights from before the training."""
+        bare(self.network).load_state_dict(self._untrained().state_dict())
+        self.optimiser.state.clear()
+
+    def outcome(self) -> dict[str, Any]:
+        """Return how the shorter training fared, if there was one."""
+        if self.short_accuracy is None:
+            return {}
+        kept = self.short_accuracy >= SETTLED
+        return {"short_training": {"validation_window_accuracy": self.short_accuracy, "kept": kept}}
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "standardise":

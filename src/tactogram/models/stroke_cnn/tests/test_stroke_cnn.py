@@ -88,34 +88,56 @@ def test_axes_share_their_filters():
     torch.testing.assert_close(swapped, features[:, :, [2, 0, 1]])
 
 
-def test_few_recordings_are_passed_a_limited_number_of_times():
-    config = Config(window=100, batch_size=10, steps=50, epochs=5)
-    assert config.updates(samples=8000) == 40
-    assert config.updates(samples=8001) == 41
-    assert config.updates(samples=20_000) == 50
-    assert Config(window=100, batch_size=10, steps=50).updates(samples=1000) == 50
+def test_a_shorter_training_that_settles_is_the_whole_training():
+    config = small(steps=2000, short_steps=120, window=64, learning_rate=1e-2, schedule="one-cycle")
+    learner = StrokeCNNLearner(config, KIND, seed=0)
+    learner.set_validation(examples(3))
+    assert [stage.name for stage in learner.stages(examples())] == ["standardise", "short", "classify"]
+    steps = []
+    fit(learner, examples(), seed=0, on_step=lambda position, stage, losses: steps.append(stage.name))
+    assert (steps.count("short"), steps.count("classify")) == (120, 0)
+    assert learner.outcome() == {"short_training": {"validation_window_accuracy": 1.0, "kept": True}}
+    assert learner.optimiser.param_groups[0]["lr"] < 0.01 * learner.config.learning_rate
 
 
-def test_the_learning_rate_has_fallen_at_the_last_update_also_of_a_resumed_training():
-    data = examples()
-    config = small(steps=100, epochs=2, schedule="one-cycle")
-    whole, halved, resumed = (StrokeCNNLearner(config, KIND, seed=0) for _ in range(3))
-    stages = whole.stages(data)
-    steps = stages[-1].steps
-    assert 4 < steps < 100
-    fit(whole, data, seed=0)
-    assert whole.optimiser.param_groups[0]["lr"] < 0.01 * config.learning_rate
+def test_a_shorter_training_that_does_not_settle_leaves_nothing():
+    config = small(steps=150, short_steps=2, schedule="one-cycle")
+    tried, plain = (StrokeCNNLearner(config, KIND, seed=0) for _ in range(2))
+    tried.set_validation([Example("x", examples()[0].signal, "b")])  # which is an a
+    few = examples(length=40)
+    fit(tried, few, seed=0)
+    fit(plain, few, seed=0)  # without validation
+    assert tried.outcome()["short_training"]["kept"] is False
+    assert plain.outcome() == {}
+    for one, other in zip(tried.network.parameters(), plain.network.parameters(), strict=True):
+        torch.testing.assert_close(one, other, rtol=0, atol=0)
+
+
+@pytest.mark.parametrize(("config", "length"), [({"short_steps": 0}, 400), ({"short_steps": 5}, 40_000)])
+def test_no_shorter_training_where_none_is_wanted_or_there_are_many_recordings(config, length):
+    learner = StrokeCNNLearner(small(steps=2000, **config), KIND, seed=0)
+    learner.set_validation(examples(3))
+    assert [stage.name for stage in learner.stages(examples(length=length))] == ["standardise", "classify"]
+
+
+@pytest.mark.parametrize("stage", ["short", "classify"])
+def test_a_training_resumed_in_any_stage_equals_the_whole(stage):
+    config = small(steps=150, short_steps=8, schedule="one-cycle")
+    data, unseen = examples(length=40), [Example("x", examples()[0].signal, "b")]
+    whole, resumed = (StrokeCNNLearner(config, KIND, seed=0) for _ in range(2))
+    whole.set_validation(unseen)
+    resumed.set_validation(unseen)
     kept = {}
 
-    def keep(position, stage, losses):
-        if (stage.name, position.step) == ("classify", steps // 2):
-            kept.update(place=position, state=copy.deepcopy(halved.state()))
+    def keep(position, at, losses):
+        if (at.name, position.step) == (stage, 5):
+            kept.update(place=position, state=copy.deepcopy(whole.state()))
 
-    fit(halved, data, seed=0, on_step=keep)
+    fit(whole, data, seed=0, on_step=keep)
     resumed.load_state(kept["state"])
     fit(resumed, data, seed=0, start=kept["place"])
     for one, other in zip(whole.network.parameters(), resumed.network.parameters(), strict=True):
-        torch.testing.assert_close(one, other)
+        torch.testing.assert_close(one, other, rtol=0, atol=0)
 
 
 def test_it_learns_what_is_plain():
