@@ -80,7 +80,7 @@ class StrokeCNNLearner:
 
     def _tries_short(self, windows: Windows) -> bool:
         few = self.config.passes(windows.samples) > MOST_PASSES
-        return few and len(self.validation) > 0 and self.config.short_steps > 0
+        return few and len(self.validation) > 0 and 0 < self.config.short_steps < self.config.steps
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0

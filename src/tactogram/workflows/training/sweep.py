@@ -205,15 +205,19 @@ def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None
     total = sum(stage.steps for stage in stages)
     due = {math.ceil(total * ninths / NINTHS): ninths for ninths in (1, FACTOR, NINTHS)}
 
+    def report(ninths: int) -> None:
+        found = learner.validate(validation)
+        if measure not in found:
+            raise ParameterError(f"measure must be one of {', '.join(found) or 'none'}, got {measure!r}")
+        tune.report({measure: found[measure], "ninths": ninths})
+
     def on_step(position: TrainingPosition, stage: Stage, losses: dict[str, float]) -> None:
-        done = steps_done(stages, position)
-        if done in due:
-            found = learner.validate(validation)
-            if measure not in found:
-                raise ParameterError(f"measure must be one of {', '.join(found) or 'none'}, got {measure!r}")
-            tune.report({measure: found[measure], "ninths": due[done]})
+        if ninths := due.pop(steps_done(stages, position), None):
+            report(ninths)
 
     fit(learner, examples, seed=plan.recipe.seed, on_step=on_step)
+    if due:  # a stage was not needed
+        report(NINTHS)
 
 
 def _report(path: Path, model: str, result: Mapping[str, Any], *, simulated: bool) -> Path:
