@@ -62,8 +62,8 @@ def run(
             row[name] = cached_result(folder / f"{name}-{seed}.json", changes, measure)
         rows.append(row)
     figures = {
-        figure: {name: _spread([row[name][figure] for row in rows]) for name in RECIPES}
-        | {"difference": _spread([row["quick"][figure] - row["float32"][figure] for row in rows])}
+        figure: {name: spread([row[name][figure] for row in rows]) for name in RECIPES}
+        | {"difference": spread([row["quick"][figure] - row["float32"][figure] for row in rows])}
         for figure in FIGURES
     }
     lines = [
@@ -89,5 +89,6 @@ def _measured(data: Path | str, out: Path, changes: dict[str, Any]) -> dict[str,
     return {figure: found[figure] for figure in (*FIGURES, "recordings", "windows")}
 
 
-def _spread(values: Sequence[float]) -> dict[str, float]:
+def spread(values: Sequence[float]) -> dict[str, float]:
+    """Return mean and standard deviation over seeds."""
     return {"mean": mean(values), "sd": stdev(values) if len(values) > 1 else 0.0}

@@ -11,11 +11,11 @@ from collections import defaultdict
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from statistics import mean, stdev
 from typing import Any
 
 import numpy as np
 
+from benchmarks.experiments.stroke_cnn_cost import spread
 from tactogram.datasets import Store
 from tactogram.datasets.examples import Examples, signal_kind
 from tactogram.datasets.splits.split import Segment
@@ -69,7 +69,7 @@ def run(
         measure = partial(_measured, store, changes, materials, tested)
         rows.append(cached_result(folder / f"{seed}.json", changes, measure))
     figures = {
-        arm: {figure: _spread([row[arm][figure] for row in rows]) for figure in FIGURES} for arm in ARMS
+        arm: {figure: spread([row[arm][figure] for row in rows]) for figure in FIGURES} for arm in ARMS
     }
     lines = [
         f"{arm:10}" + "".join(f"{name} {v['mean']:.3f} ± {v['sd']:.3f}   " for name, v in found.items())
@@ -145,7 +145,3 @@ def _drawn(store: Store, recipe: Recipe, materials: int, tested: int) -> list[Ex
         )
         for part in parts
     ]
-
-
-def _spread(values: Sequence[float]) -> dict[str, float]:
-    return {"mean": mean(values), "sd": stdev(values) if len(values) > 1 else 0.0}
