@@ -28,8 +28,8 @@ ASKED = (
 )
 """Names of variables and attributes that hold a model, or a source."""
 KEPT = {
-    "CheckpointSelector": {"pix2pix", "pix2pixhd", "residue_fusion_gan", "visual_tactile_gan"},
-    "OutcomeReporter": {"ultrasonic_cgan"},
+    "CheckpointSelector": {"pix2pix", "pix2pixhd", "residue_fusion_gan", "stroke_cnn", "visual_tactile_gan"},
+    "OutcomeReporter": {"stroke_cnn", "ultrasonic_cgan"},
     "FigureReporter": {"ultrasonic_cgan"},
     "WindowClassifier": {"stroke_cnn"},
     "Embedder": {"stroke_cnn"},
