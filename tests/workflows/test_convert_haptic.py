@@ -13,7 +13,7 @@ from tactogram.rendering.displays.catalogue import FOLDER as SHIPPED
 from tactogram.rendering.files import check_file, haptic_formats
 from tactogram.rendering.files.conversion import read_haptic
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_image, write_signal
+from tactogram.signal.io import WRITABLE, read_image, read_metadata, read_signal, write_image, write_signal
 from tactogram.workflows.data.convert import check, convert, convert_folder
 
 RATE = 2000
@@ -280,6 +280,12 @@ def test_a_photograph_is_drawn_as_a_relief(ribs, suffix):
     assert facts["samples"] / facts["rate_hz"] == pytest.approx(0.2)
     signal = read_haptic(ribs.with_suffix(suffix)).signal if suffix == ".haptic" else None
     assert signal is None or signal.seconds == pytest.approx(0.2, abs=0.03)
+
+
+def test_what_is_drawn_of_a_simulated_picture_is_simulated(ribs):
+    write_image(ribs, read_image(ribs), metadata={"simulated": True})
+    convert(ribs, ribs.with_suffix(".wav"))
+    assert read_metadata(ribs.with_suffix(".wav"))["simulated"] is True
 
 
 def test_a_drawn_photograph_is_called_a_design(ribs, capsys):

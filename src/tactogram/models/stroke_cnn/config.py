@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 MOST_PASSES = 100
 """Passes over the recordings from which a shorter training is worth trying."""
 SETTLED = 0.99
+"""Share of the validation windows that a shorter training has to classify correctly to be kept."""
 
 
 class Config(BaseModel):

@@ -72,9 +72,8 @@ class StrokeCNNLearner:
         return ""
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
-        windows = Windows(
-            examples, self.materials, self.config.window
-        )  # refuses recordings that are too short
+        # Refuses recordings that are too short.
+        windows = Windows(examples, self.materials, self.config.window)
         short = [Stage("short", self.config.short_steps)] if self._tries_short(windows) else []
         return Stage("standardise", 1), *short, Stage("classify", self.config.steps)
 

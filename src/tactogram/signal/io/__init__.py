@@ -13,6 +13,7 @@ from tactogram.signal.io.files import write_signal as write_signal
 from tactogram.signal.io.picture import MOST_PIXELS as MOST_PIXELS
 from tactogram.signal.io.picture import PICTURE_FORMATS as PICTURE_FORMATS
 from tactogram.signal.io.picture import decode_image as decode_image
+from tactogram.signal.io.picture import decode_image_metadata as decode_image_metadata
 from tactogram.signal.io.picture import read_image as read_image
 from tactogram.signal.io.picture import read_image_metadata as read_image_metadata
 from tactogram.signal.io.picture import write_image as write_image

@@ -65,12 +65,17 @@ def write_image(path: Path | str, image: Image, *, metadata: Mapping[str, Any] |
 
 def read_image_metadata(path: Path | str) -> dict[str, Any]:
     """Return the metadata of `write_image`, of another picture nothing; `DataError` if unreadable."""
-    with _opened(picture_bytes(path), str(path)) as picture:
+    return decode_image_metadata(picture_bytes(path), name=str(path))
+
+
+def decode_image_metadata(data: bytes, *, name: str) -> dict[str, Any]:
+    """Return the metadata in the bytes of a file, as `read_image_metadata` does; errors call it ``name``."""
+    with _opened(data, name) as picture:
         text = getattr(picture, "text", {}).get(METADATA, "{}")
     try:
         found = json.loads(text)
     except ValueError as error:
-        raise DataError(f"{path}: its {METADATA!r} text is not JSON: {error}") from error
+        raise DataError(f"{name}: its {METADATA!r} text is not JSON: {error}") from error
     return dict(found)
 
 

@@ -17,7 +17,7 @@ from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touc
 from tactogram.rendering.sound_map import sound_to_touch
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.signal.io import READABLE, WRITABLE, read_file, read_image, write_signal
+from tactogram.signal.io import READABLE, WRITABLE, read_file, read_image, read_image_metadata, write_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
 from tactogram.workflows.data.requests import ConversionRequest
@@ -239,7 +239,9 @@ def _drawn(source: Path, request: ConversionRequest, reading: dict[str, Any]) ->
     width, speed = request.width_mm or WIDTH_MM, request.play_at or SPEED_MM_S
     photograph = read_image(source, width_mm=width)
     signal = photo_to_touch(photograph, speed_mm_s=speed, rate=request.resample_to or READ_RATE)
-    return _Given(signal, {}, mapped={"by": "relief", "width_mm": width, "speed_mm_s": speed})
+    return _Given(
+        signal, read_image_metadata(source), mapped={"by": "relief", "width_mm": width, "speed_mm_s": speed}
+    )
 
 
 def _haptic_name(format: str | None, target: Path) -> str | None:

@@ -8,6 +8,7 @@ from nicegui import app, ui
 from nicegui.events import UploadEventArguments
 
 from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
+from tactogram.signal.io import decode_image_metadata
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import NumberField, busy, heading, hint, in_background, report_errors
 from tactogram.studio.pages.make.runs import RunCatalogue
@@ -85,5 +86,6 @@ def _weights_of(text: str, materials: tuple[str, ...]) -> dict[str, float]:
 
 def _drawn(studio: Studio, name: str, data: bytes, width_mm: float) -> KeptResult:
     signal = photo_to_touch(read_uploaded_image(name, data, width_mm=width_mm))
-    facts = {"drawn_from": name, "width_mm": width_mm, "speed_mm_s": SPEED_MM_S, "simulated": False}
+    simulated = bool(decode_image_metadata(data, name=name).get("simulated"))
+    facts = {"drawn_from": name, "width_mm": width_mm, "speed_mm_s": SPEED_MM_S, "simulated": simulated}
     return studio.shelf.keep(signal, title=f"{name}, drawn", facts=facts)
