@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import json
@@ -48,6 +49,36 @@ def decode_text(
         raise DataError(
             f"{where}: not {name} text at byte {error.start}, {got}; save it as UTF-8{hint}"
         ) from None
+
+
+def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
+    """Return ``raw`` as text, and its encoding: UTF-8 and UTF-16 are certain, others detected.
+
+    Single bytes beyond ASCII are Western European (cp1252), as Excel and LabVIEW write them; runs of them are left to
+    charset-normalizer, which needs more than a few letters. A `DataError` if it is no text.
+    """
+    for mark, encoding in ((codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16")):
+        if raw.startswith(mark):
+            return raw.decode(encoding, "replace"), encoding
+    odd, even = raw[1:4096:2].count(0), raw[:4096:2].count(0)
+    if max(odd, even) > 0.4 * len(raw[:4096:2]) and min(odd, even) * 10 < max(odd, even):
+        encoding = "utf-16-be" if even > odd else "utf-16-le"
+        return raw.decode(encoding, "replace"), encoding
+    if b"\0" in raw:
+        return decode_text(raw, where), "utf-8"  # raises
+    try:
+        return raw.decode("utf-8-sig"), "utf-8"
+    except UnicodeDecodeError as error:
+        if error.reason == "unexpected end of data" and error.end == len(raw):
+            return raw.decode("utf-8-sig", "ignore"), "utf-8"
+    encoding = "cp1252"
+    if run := re.search(rb"[\x80-\xff]{3}", raw):
+        from charset_normalizer import from_bytes
+
+        lines = raw[max(0, run.start() - 2048) : run.start() + 4096]
+        best = from_bytes(lines, cp_isolation=["cp932", "gb18030", "cp949", "big5", "cp1251"]).best()
+        encoding = encoding if best is None else best.encoding
+    return raw.decode(encoding, "replace"), encoding
 
 
 def read_text(

@@ -63,13 +63,14 @@ DRAWN = "Drawn from brightness, bright as high: a design, no prediction of how t
 
 def _converted_text(facts: Mapping[str, Any]) -> str:
     written = facts.get("written") or {}
-    other = {name: value for name, value in facts.items() if name != "written"}
+    other = {name: value for name, value in facts.items() if name not in ("written", "notes")}
     lines = [
         lines_of(other),
         lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss", "holds", "verdict")}),
     ]
     drawn = "mapped" in facts and facts["mapped"]["by"] == "relief"
-    return "\n".join([*filter(None, lines), *[DRAWN] * drawn, *loss_lines(written)])
+    notes = [f"note: {note}" for note in facts.get("notes", [])]
+    return "\n".join([*filter(None, lines), *notes, *[DRAWN] * drawn, *loss_lines(written)])
 
 
 def loss_lines(written: Mapping[str, Any]) -> list[str]:

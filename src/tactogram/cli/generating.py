@@ -11,7 +11,8 @@ from tactogram.cli.printing import Printer, text_of
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import MixRequest
 from tactogram.workflows.generation.requests import CloneRequest
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.request import Argument, Option
+from tactogram.workflows.signal_options import SignalOptions
 from tactogram.workflows.worker_options import ON, PROCESSES
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class _GenerateRequest(Request):
+class _GenerateRequest(SignalOptions):
     runs: Annotated[
         Sequence[str],
         Argument(
@@ -127,6 +128,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
         count=request.count,
         photograph=request.image,
         recording=request.vibration,
+        reading=request.reading,
         motion=request.motion,
     )
     first = written[0]
@@ -197,6 +199,7 @@ def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Print
         rest=request.rest,
         like=request.like,
         vibration=request.vibration,
+        reading=request.reading,
         raters=request.raters,
         seconds=request.seconds,
         seed=request.seed,

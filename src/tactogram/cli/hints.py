@@ -12,7 +12,7 @@ NAMED = (
     re.compile(r"unknown key '(?P<got>[^']+)'; known here: (?P<known>[^;]+)$"),
 )
 """Ends of the messages that list what is known."""
-ADDITION = re.compile(r"`(--[\w-]+) ([^`\s]+)`")
+ADDITION = re.compile(r"`(--[\w-]+) ('[^'`]+'|[^`\s]+)`")
 
 
 def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field
 from types import NoneType, UnionType
@@ -91,9 +92,11 @@ def with_options(message: str, verb: Verb) -> str:
 
     def option(found: re.Match[str]) -> str:
         name, value = found.groups()
-        return f"`{flags[name]} {value}`" if name in flags else f"`{others.format(name, value)}`"
+        if name in flags:
+            return f"`{flags[name]} {shlex.quote(value)}`"
+        return f"`{others.format(name, value) if ' ' not in value else others.format(name, shlex.quote(value))}`"
 
-    message = re.sub(r"`(\w+)=([^`\s]+)`", option, message)
+    message = re.sub(r"`(\w+)=([^`]+)`", option, message)
     message = re.sub(r"`(\w+)`", lambda name: flags.get(name[1], name[0]), message)
     return re.sub(r"^(\w+)(?= must)", lambda name: flags.get(name[1], name[0]), message)
 

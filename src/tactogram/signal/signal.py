@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from tactogram.errors import ParameterError
 
-UNITS = ("m/s^2", "m/s", "m", "N", "V", "1")
+UNITS = ("m/s^2", "m/s", "m", "N", "V", "rad/s", "rad", "Pa", "T", "1")
 """Units of a sample. ``"1"`` is a ratio: a friction coefficient, sensor counts, or full scale in -1..1."""
 
 RATES = (1e-6, 1e9)

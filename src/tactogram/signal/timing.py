@@ -158,7 +158,7 @@ def _checked(times: ArrayLike) -> NDArray[np.float64]:
         raise DataError(f"time stands still: all {len(t)} stamps are {t[0]:.9g}")
     with np.errstate(over="ignore"):
         steps = np.diff(t)
-        typical = float(np.median(steps[steps > 0]))
+        typical = float(np.median(steps[steps > 0])) if np.isfinite(steps).all() else np.inf
     if not (1 / RATES[1] <= typical <= 1 / RATES[0] and t[-1] - t[0] < MOST_SPAN):
         raise DataError(
             f"time stamps must be {1 / RATES[1]:g} to {1 / RATES[0]:g} apart and span less than {MOST_SPAN:g}, "

@@ -22,12 +22,7 @@ ROWS = "time [s],x,y,z\n0.00,1,2,3\n0.01,1,2,3\n0.02,1,2,3\n0.03,1,2,3\n"
 TABLES = {
     "ragged": (ROWS.replace("0.02,1,2,3", "0.02,1,2"), "row 4: expected 4 columns, got 3"),
     "ragged, more": (ROWS.replace("0.02,1,2,3", "0.02,1,2,3,4"), "row 4: expected 4 columns, got 5"),
-    "empty cell without time": ("x,y\n1,2\n,2\n", "row 3, column 'x': expected a number, got nothing"),
-    "empty time": (ROWS.replace("0.02,", ","), "row 4, column 'time \\[s\\]': expected a finite time"),
-    "a long gap": (
-        ROWS + "".join(f"0.0{k},1,,3\n" for k in range(4, 8)) + "0.08,1,2,3\n",
-        "rows 6 to 9 lack a number; at most 3 in a row are interpolated",
-    ),
+    "empty cell without time": ("x,y\n1,2\n,2\n", "row 3, column 'x': expected a finite number, got nan"),
     "word": (ROWS.replace("0.01,1,", "0.01,one,"), "row 3, column 'x': expected a number, got 'one'"),
     "nan without time": ("x,y\n1,2\nnan,2\n", "row 3, column 'x': expected a finite number, got nan"),
     "inf": (
@@ -38,14 +33,12 @@ TABLES = {
         ROWS.replace("0.02,1,2,", "0.02,1,1e99,"),
         "row 4, column 'y': expected a finite number, got 1e\\+99",
     ),
-    "nan time": (ROWS.replace("0.02,", "nan,"), "row 4, column 'time \\[s\\]': expected a finite time"),
     "time goes back": (
         ROWS.replace("0.03,", "0.015,"),
-        "row 5, .*: time goes backwards, 0.015 s after 0.02 s",
+        "rows 4 to 5: time goes back by 0.005 s; .*choose one of the 2 parts",
     ),
     "time ages apart": ("t [s],x\n-1e308,1\n0,2\n1e308,3\n", "is the unit of time right\\?"),
     "time in an instant": ("t [s],x\n0,1\n1e-320,2\n2e-320,3\n", "is the unit of time right\\?"),
-    "a gap of ages": ("t [s],x\n0,1\n1,2\n2,3\n1e300,4\n", "is the unit of time right\\?"),
     "a rate beyond all": (
         '# {"tactogram": 1, "rate": 1e300, "unit": "1", "axes": ["x"], "domain": "time", "full_scale": null, '
         '"metadata": {}}\ntime [s],x [1]\n0,1\n1,2\n',
@@ -60,19 +53,11 @@ TABLES = {
         "repeat|still",
     ),
     "no time": ("x,y,z\n1,2,3\n1,2,3\n", "no time column and no rate"),
-    "time without unit": ("t,x\n0,1\n1,2\n2,3\n", "time column without unit goes in steps of 1"),
+    "time without unit": ("t,x\n0,1\n1,2\n2,3\n", "time column 't' without unit goes in steps of 1 .*`time=t .ms.`"),
     "only time": ("t [s]\n0\n1\n", "no column of samples besides the time"),
-    "only a heading": ("time [s],x\n", "no rows below the heading"),
+    "only a heading": ("time [s],x\n", "no rows of numbers below the heading"),
     "only comments": ("# nothing\n", "no rows"),
-    "mixed units": (
-        "t [s],f [N],v [mm/s]\n0,1,2\n1,2,3\n",
-        "columns are in different units: f \\[N\\], v \\[mm/s\\]",
-    ),
     "twice the same": ("t [s],x,x\n0,1,2\n1,2,3\n", "different names, got x, x"),
-    "decimal comma beside points": (
-        "t [s];x\n0.00;1,5\n0.01;2,5\n",
-        "row 2, .*: expected a number, got '1,5'; write decimal points",
-    ),
     "decimal comma in csv": (
         "a,b\n0,0,1,5\n0,1,2,5\n",
         "row 2: expected 2 columns, got 4; write decimal points",
@@ -85,14 +70,12 @@ TABLES = {
     ),
     "calendar stamps of two kinds": (
         "time,x\n2026-05-04T10:00:00,1\n2026-05-04T10:00:01Z,2\n",
-        "row 3, column 'time': expected a time stamp without time zone",
+        "row 3, column 'time': expected a time stamp like the first",
     ),
     "Python's underscore": (
         ROWS.replace("0.02,1,", "0.02,1_0,"),
         "row 4, column 'x': expected a number, got '1_0'",
     ),
-    "other encoding": (ROWS.replace("x", "µ").encode("latin-1"), "not UTF-8 text at byte 9"),
-    "UTF-16": (ROWS.encode("utf-16"), "not a text file: zero byte at byte 3"),
     "binary": (b"PK\3\4" + bytes(50), "not a text file: zero byte at byte 4"),
     "later version": ('# {"tactogram": 99}\nx\n1\n', "description must be of version 1, got 99"),
     "damaged description": ('# {"tactogram": 1, "rate": "x"}\nt,x\n1,2\n', "description is damaged"),

@@ -113,7 +113,7 @@ def test_comments_blank_lines_quotes_and_last_separators(tmp_path):
     text = '# made by a logger\n% rate 100\n\n"t [s]","x, left"\n' + "\n".join(
         f'{i / 100},"{i}"' for i in range(9)
     )
-    assert read_signal(written(tmp_path, text)).axes == ("x, left",)
+    assert read_signal(written(tmp_path, text)).axes == ("x",)
     text = "t,a\n" + "".join(f"{i / 100},{i},\n" for i in range(9))
     np.testing.assert_array_equal(read_signal(written(tmp_path, text)).samples[0], np.arange(9))
 
@@ -148,10 +148,10 @@ def test_loggers_are_understood(logger, tmp_path):
         rows.append(row.replace(".", ",") if separator == ";" else row)
     text = "Logger X200\nSerial: 1234\n\n" * (logger == "a logger") + "\n".join([heading, *rows])
     signal = read_signal(written(tmp_path, text), unit=None if "(m/s" in heading or "(g)" in heading else "g")
-    axes = ("z", "y", "x") if logger == "Sensor Logger" else ("x", "y", "z")
-    assert (signal.rate, signal.unit, signal.axes) == (pytest.approx(100), "m/s^2", axes)
+    assert (signal.rate, signal.unit, signal.axes) == (pytest.approx(100), "m/s^2", ("x", "y", "z"))
     gravity = 1.0 if "(m/s" in heading else 9.80665
-    np.testing.assert_allclose(signal.samples, gravity * np.outer([1, 2, 3], X), rtol=1e-6, atol=1e-6)
+    sides = [3, 2, 1] if logger == "Sensor Logger" else [1, 2, 3]
+    np.testing.assert_allclose(signal.samples, gravity * np.outer(sides, X), rtol=1e-6, atol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -174,22 +174,23 @@ def test_short_gaps_are_interpolated_and_reported(missing, suffix, tmp_path):
     np.testing.assert_allclose(file.signal.samples[0], 9.80665 * wave, atol=0.05)
 
 
-def test_columns_that_are_not_three_axes_keep_their_names(tmp_path):
-    for heading in ("t [s],ax,ay,bx", "t [s],left,right,abs", "t [s],xx,yy,zz"):
-        text = "\n".join([heading, *(f"{k / 100},1,2,{k}" for k in range(9))])
+def test_columns_that_name_no_axis_keep_their_names(tmp_path):
+    for heading in ("t [s],left,right,back", "t [s],xx,yy,zz"):
+        text = "\n".join([heading, *(f"{k / 100},{k % 3},{k % 5},{k % 7}" for k in range(9))])
         assert read_signal(written(tmp_path, text), unit="1").axes == tuple(heading.split(",")[1:])
 
 
-def test_chosen_columns_keep_their_names(tmp_path):
+def test_chosen_columns_are_axes_by_their_names(tmp_path):
     text = "\n".join(["t [s],acc_x,acc_y", *(f"{k / 100},1,{k}" for k in range(9))])
-    assert read_signal(written(tmp_path, text), unit="g", columns=("acc_y",)).axes == ("acc_y",)
+    for choice in ({"columns": ("acc_y",)}, {"axes": ("acc_y",)}, {"axes": ("y",)}):
+        assert read_signal(written(tmp_path, text), unit="g", **choice).axes == ("y",)
 
 
 def test_a_table_without_heading(tmp_path):
-    text = "\n".join(f"{i} {2 * i} {3 * i}" for i in range(9))
+    text = "\n".join(f"{i % 4} {i % 5} {i % 7}" for i in range(9))
     signal = read_signal(written(tmp_path, text, "a.txt"), rate=100, unit="N")
     assert (signal.rate, signal.axes) == (100, ("x", "y", "z"))
-    assert read_signal(written(tmp_path, text, "a.txt"), rate=100, columns=["2"]).samples[0, 1] == 2
+    assert read_signal(written(tmp_path, text, "a.txt"), rate=100, columns=["2"]).samples[0, 5] == 0
     one = read_signal(written(tmp_path, "1\n2\n3\n", "b.txt"), rate=10000)
     np.testing.assert_array_equal(one.samples, [[1, 2, 3]])
     assert one.axes == ("z",)
@@ -246,7 +247,8 @@ def test_options_that_mean_nothing_are_refused(tmp_path):
         ("m/s²", ("m/s^2", 1)),
         ("µm", ("m", 1e-6)),
         ("mV", ("V", 1e-3)),
-        ("G", None),
+        ("G", ("m/s^2", 9.80665)),
+        ("m/(sec^2)", ("m/s^2", 1)),
         (" N ", ("N", 1)),
         ("kg", None),
     ],
@@ -377,7 +379,7 @@ CLOCKS = {
 @pytest.mark.parametrize("heading", ["Time;x [g]", "clock;x [g]", None])
 def test_times_of_day_are_times_also_past_midnight(tmp_path, name, heading):
     stamps = [CLOCKS[name]((86_399.9 + 0.01 * k) % 86_400) for k in range(40)]
-    rows = [f"{stamp};{k}" for k, stamp in enumerate(stamps)]
+    rows = [f"{stamp};{k % 7}" for k, stamp in enumerate(stamps)]
     file = read_file(written(tmp_path, "\n".join([heading, *rows] if heading else rows)), unit=None)
     assert (file.signal.rate, file.columns[0].role) == (pytest.approx(100), "time")
     assert file.columns[0].unit == "time of day"
@@ -396,7 +398,7 @@ def test_a_worksheet_may_have_times_of_day(tmp_path):
 @pytest.mark.parametrize(
     ("stamps", "says"),
     [
-        (["12:00:00.0", "12:00:00.1", "12:00:00.05"], "time goes backwards, 60.05 s after 60.1 s"),
+        (["12:00:00.0", "12:00:00.1", "12:00:00.05"], "time goes back by 0.05 s"),
         (["12:00:00.0", "12:00:00.1", "noon"], "row 64, column 't': expected a time stamp, got 'noon'"),
         (["12:00:00.0", "12:00:00.1", "2026-05-04 12:00"], "expected a time stamp like the first"),
     ],

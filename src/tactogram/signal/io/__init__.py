@@ -5,7 +5,7 @@ from tactogram.signal.io.files import WRITABLE as WRITABLE
 from tactogram.signal.io.files import SignalFile as SignalFile
 from tactogram.signal.io.files import complete as complete
 from tactogram.signal.io.files import read_columns as read_columns
-from tactogram.signal.io.files import read_content as read_content
+from tactogram.signal.io.files import read_contents as read_contents
 from tactogram.signal.io.files import read_file as read_file
 from tactogram.signal.io.files import read_metadata as read_metadata
 from tactogram.signal.io.files import read_signal as read_signal

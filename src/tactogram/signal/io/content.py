@@ -24,7 +24,7 @@ ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError,
 
 @dataclass(frozen=True, eq=False)
 class FileContent:
-    """Numbers in a file, with what it states about them."""
+    """Numbers of one stream in a file, with what the file states about them."""
 
     samples: NDArray[np.float32] | NDArray[np.float64]  # shape (axis, time), in unit if that is known
     axes: tuple[str, ...]  # empty if the file names none
@@ -40,6 +40,9 @@ class FileContent:
         default_factory=dict
     )  # of each row by role, if they were to be read
     rows: Sequence[int] = ()  # numbers of the rows in the file, of a table
+    stream: str = ""  # name of the quantity, where headings or units tell it
+    notes: tuple[str, ...] = ()  # one line each, for people
+    chosen: bool = False  # whether the axes asked for were columns of the file, and are selected already
 
 
 def check(content: FileContent, path: Path) -> None:
@@ -54,10 +57,6 @@ def check(content: FileContent, path: Path) -> None:
         raise DataError(f"{path}: {content.place(axis, sample)}: expected a finite number, got {value:g}")
     if content.times is None:
         return
-    gone = np.flatnonzero(~np.isfinite(content.times))
-    if len(gone):
-        i = int(gone[0])
-        raise DataError(f"{path}: {content.place(-1, i)}: expected a finite time, got {content.times[i]:g}")
     back = np.flatnonzero(np.diff(content.times) < 0)
     if len(back):
         i = int(back[0])

@@ -1,10 +1,10 @@
-"""Signal files, by suffix: .wav, .flac, .csv, .tsv, .npz, .xlsx, and, read only, .txt, .mat, .lvm."""
+"""Signal files, by suffix."""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -12,32 +12,43 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io import arrays, labview, matlab, sound, table, worksheet
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.signal.io import sound, table
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import FileContent, assemble
 from tactogram.signal.io.description import SignalDescription
 from tactogram.signal.io.layout import IGNORED, UNCLEAR, ColumnUse, TableLayout
+from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.roles import roles_of
+from tactogram.signal.io.table_content import only_part, table_contents
+from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
 from tactogram.signal.signal import Signal
 from tactogram.signal.timing import SamplingTiming, estimate_timing
 
+LOG = logging.getLogger("tactogram")
 SOUND = (".wav", ".flac")
-TABLES = (".csv", ".tsv", ".txt")
-READABLE = (*SOUND, *TABLES, ".npz", ".xlsx", ".mat", ".lvm")
-WRITABLE = tuple(suffix for suffix in READABLE if suffix not in (".txt", ".mat", ".lvm"))
+TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab")
+READABLE = (*SOUND, *TEXTS, ".npz", ".xlsx", ".mat", ".lvm")
+WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
 
 
 @dataclass(frozen=True, eq=False)
 class SignalFile:
-    """A signal with the metadata of its file, and its time stamps (s) if it has any."""
+    """A signal with the metadata of its file, its time stamps (s) if it has any, and further streams beside it."""
 
     signal: Signal
     metadata: dict[str, Any]
     times: NDArray[np.float64] | None
     columns: tuple[ColumnUse, ...] = ()
-    """What each column of a table, or array of an NPZ, was read as."""
+    """What each column of a table, or array, was read as."""
     layout: TableLayout | None = None
     """The given layout that applied."""
+    stream: str = "vibration"
+    """Name of the quantity: acceleration, force, position, …"""
+    others: Mapping[str, Signal] = field(default_factory=dict)
+    """Further quantities of the same recording by stream."""
+    notes: tuple[str, ...] = ()
+    """What was left out or assumed, a line each."""
 
     @cached_property
     def timing(self) -> SamplingTiming | None:
@@ -56,13 +67,16 @@ def read_file(
     sheet: str | None = None,
     layouts: Sequence[TableLayout] = (),
     full_scale: float | None = None,
+    part: int | None = None,
 ) -> SignalFile:
-    """Return the signal in a file, with metadata and timing.
+    """Return the signal in a file, with metadata, timing and the further streams of a table.
 
-    Files of this package need no argument: rate, unit, level, axes and domain come back as they were. The arguments
-    complete other files; one that contradicts the file is refused. Without a unit it is ``"1"``; a WAV is then in parts
-    of full scale. A table or NPZ with time stamps is resampled to even spacing (`tactogram.signal.timing.to_uniform`);
-    `read_file` reports the jitter.
+    Files of this package need no argument: rate, unit, level, axes and domain come back as they were. Of other tables
+    headings, units and values tell time stamps, counters, and which columns are the axes of which quantity
+    (`tactogram.signal.io.roles`): one quantity is the signal, others with units are further streams, and the rest is
+    named in ``notes``. The arguments complete what a file does not state; one that contradicts it is refused. Without a
+    unit it is ``"1"``; a WAV is then in parts of full scale. A table with time stamps is resampled to even spacing
+    (`tactogram.signal.timing.to_uniform`), which bridges up to three missing samples.
 
     Parameters
     ----------
@@ -71,52 +85,64 @@ def read_file(
     unit : str, optional
         Unit of the samples: one of `UNITS`, or one that is converted to them, such as ``"g"`` or ``"mm"``.
     axes : sequence of str, optional
-        Axes to read, if the file names them; else names for all its axes.
+        Axes or columns to read, if the file names them; else names for all its axes.
     rate : float, Hz, optional
         Of the samples. With time stamps, of the result (by default the estimated one).
     columns : sequence of str, optional
-        Columns of a table, or arrays of an NPZ, to read; by default all but the time.
+        Columns of a table, or arrays, to read.
     time : str, optional
-        Column or array of time stamps; by default one called time, t or timestamp, ``[s]``, ``[ms]``, ``_ms`` …
+        Column of time stamps, with its unit if the file states none (``"ticks [us]"``); ``"none"`` to use none.
     sheet : str, optional
         Worksheet, if there are several.
     layouts : sequence of TableLayout, optional
         What the columns of tables with certain headings hold; not for files of this package, or with ``columns``.
     full_scale : float, optional
-        Value of 1.0 in a WAV or FLAC, in ``unit``.
+        Value of 1.0 in a sound file, in ``unit``.
+    part : int, optional
+        Of a table with longer holes, or whose time goes back: which of the parts between, from 1.
 
     Raises
     ------
     DataError
-        One line that names file and row or byte.
+        One line that names file and row or byte, and where two readings are plausible, what to choose.
     ParameterError
         For another suffix, or an argument that does not apply to the format.
     """
     path = _existing(path)
-    content = _content(
-        path,
-        columns=columns,
-        axes=axes,
-        time=time,
-        sheet=sheet,
-        layouts=layouts,
-        full_scale=full_scale,
+    contents = _contents(
+        path, columns=columns, axes=axes, time=time, rate=rate, sheet=sheet, layouts=layouts, full_scale=full_scale
     )
-    return complete(content, path, unit=unit, axes=axes, rate=rate)
+    try:
+        first, *others = only_part(contents, part)
+    except DataError as error:
+        raise DataError(f"{path}: {error}") from None
+    file = complete(first, path, unit=unit, axes=axes, rate=rate)
+    streams: dict[str, Signal] = {}
+    notes = [*file.notes]
+    for content in others:
+        try:
+            other = complete(content, path, rate=rate)
+        except TactogramError as error:
+            notes.append(f"{content.stream} left out: {str(error).removeprefix(f'{path}: ')}")
+            continue
+        streams.setdefault(other.stream, other.signal)
+    return replace(file, others=streams, notes=tuple(notes))
 
 
-def read_content(
+def read_contents(
     path: str | Path,
     *,
     axes: Sequence[str] | None = None,
+    time: str | None = None,
+    rate: float | None = None,
     layouts: Sequence[TableLayout] = (),
     labelled: bool = False,
-) -> FileContent:
-    """Return the content of a file as `read_file` reads it, if ``labelled`` with the labels of a table's rows.
+) -> tuple[FileContent, ...]:
+    """Return the streams in a file as `read_file` reads them, if ``labelled`` with the labels of a table's rows.
 
-    It is for `complete`, or with labels for `tactogram.signal.io.labels.cut` before.
+    They are for `complete`, before which `tactogram.signal.io.labels.cut` can take them apart.
     """
-    return _content(_existing(path), axes=axes, layouts=layouts, labelled=labelled)
+    return _contents(_existing(path), axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled)
 
 
 def complete(
@@ -127,25 +153,26 @@ def complete(
     axes: Sequence[str] | None = None,
     rate: float | None = None,
 ) -> SignalFile:
-    """Return the signal in the content of a file; arguments and errors as `read_file`."""
+    """Return the signal in one stream of a file; arguments and errors as `read_file`."""
     if rate is None and content.layout is not None:
         rate = content.layout.rate
-    signal = assemble(content, Path(path), unit=unit, axes=axes, rate=rate)
+    signal = assemble(content, Path(path), unit=unit, axes=None if content.chosen else axes, rate=rate)
     metadata = _metadata(content.description or content.comment)
-    return SignalFile(signal, metadata, content.times, _uses(content, signal.axes), content.layout)
+    stream = content.stream if content.stream else STREAM_OF_UNIT[signal.unit]
+    return SignalFile(
+        signal, metadata, content.times, _uses(content, signal.axes), content.layout, stream, notes=content.notes
+    )
 
 
-def _content(
+def _contents(
     path: Path,
     *,
-    columns: Sequence[str] | None = None,
-    axes: Sequence[str] | None = None,
-    time: str | None = None,
     sheet: str | None = None,
-    layouts: Sequence[TableLayout] = (),
     full_scale: float | None = None,
-    labelled: bool = False,
-) -> FileContent:
+    columns: Sequence[str] | None = None,
+    time: str | None = None,
+    **how: Any,
+) -> tuple[FileContent, ...]:
     suffix = _suffix(path, READABLE)
     for name, useless in (
         ("full_scale", suffix not in SOUND and full_scale is not None),
@@ -154,74 +181,53 @@ def _content(
     ):
         if useless:
             raise ParameterError(f"{name} does not apply to {suffix}; omit it")
-    match suffix:
-        case ".wav" | ".flac":
-            return sound.read(path, full_scale=full_scale)
-        case ".npz":
-            return arrays.read(path, columns=columns, time=time, layouts=layouts)
-        case ".mat":
-            return matlab.read(path, columns=columns, time=time, layouts=layouts)
-        case ".lvm":
-            return labview.read(
-                path, columns=columns, axes=axes, time=time, layouts=layouts, labelled=labelled
-            )
-        case ".xlsx":
-            return worksheet.read(
-                path,
-                columns=columns,
-                axes=axes,
-                time=time,
-                sheet=sheet,
-                layouts=layouts,
-                labelled=labelled,
-            )
-        case _:
-            return table.read(path, columns=columns, axes=axes, time=time, layouts=layouts, labelled=labelled)
+    if suffix in SOUND:
+        return (sound.read(path, full_scale=full_scale),)
+    return table_contents(_tables(path, suffix, sheet), columns=columns, time=time, **how)
+
+
+def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
+    """Return the tables in a file that is no sound."""
+    return [table.table(path, path.read_bytes())]
 
 
 def read_signal(path: str | Path, **options: Any) -> Signal:
-    """Return the signal in a file; options and errors as `read_file`."""
-    return read_file(path, **options).signal
+    """Return the signal in a file; options and errors as `read_file`, whose notes become warnings of the log."""
+    file = read_file(path, **options)
+    notes = [*file.notes, *([f"also holds {', '.join(file.others)}, not read"] if file.others else [])]
+    for note in notes:
+        LOG.warning("%s: %s", Path(path).name, note)
+    return file.signal
 
 
 def read_metadata(path: str | Path) -> dict[str, Any]:
-    """Return the metadata of `write_signal`, or the ``comment`` of a foreign WAV or FLAC; else nothing."""
+    """Return the metadata of `write_signal`, or the ``comment`` of a foreign sound file; else nothing."""
     path = _existing(path)
     match _suffix(path, READABLE):
-        case ".wav" | ".flac":
+        case suffix if suffix in SOUND:
             return _metadata(sound.describe(path))
-        case ".npz":
-            return _metadata(arrays.describe(path))
-        case ".xlsx":
-            return _metadata(worksheet.describe(path))
-        case ".mat" | ".lvm":
-            return {}
-        case _:
+        case suffix if suffix in TEXTS:
             return _metadata(table.describe(path))
+        case _:
+            return {}
 
 
 def read_columns(path: str | Path, *, layouts: Sequence[TableLayout] = ()) -> tuple[ColumnUse, ...]:
-    """Return the columns of a table, or arrays of an NPZ, that `read_file` cannot read; none of other files.
+    """Return the columns of a file that `read_file` cannot read; none of sounds.
 
     Their roles are those that headings and ``layouts`` suggest, or `UNCLEAR`. A `DataError` if there are no headings.
     """
     path = _existing(path)
-    match _suffix(path, READABLE):
-        case ".wav" | ".flac":
-            return ()
-        case ".npz":
-            return arrays.array_uses(arrays.load_arrays(path), path)
-        case ".mat":
-            return arrays.array_uses(matlab.variables(path), path)
-        case ".lvm":
-            headings = labview.headings(path)
-        case ".xlsx":
-            headings = worksheet.headings(path)
-        case _:
-            headings = table.headings(path)
-            with suppress(DataError):
-                return table.uses(path, layouts)
-    return tuple(ColumnUse(heading, UNCLEAR) for heading in headings)
+    suffix = _suffix(path, READABLE)
+    if suffix in SOUND:
+        return ()
+    uses: list[ColumnUse] = []
+    for each in _tables(path, suffix, None):
+        try:
+            uses += roles_of(each, layouts=layouts, labelled=True).uses
+        except DataError:
+            uses += [ColumnUse(heading, UNCLEAR) for heading in each.headings]
+    return tuple(uses)
 
 
 def write_signal(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.layout import MATERIAL, SESSION, SUBJECT, TRIAL
+from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.units import split_heading
 
 HEADINGS = {
@@ -25,45 +26,32 @@ LONGEST_STEP = 4.5
 _WHOLE = re.compile(r"[-+]?\d+(\.0*)?")
 
 
-def label_columns(
-    headings: Sequence[str], rows: Sequence[Sequence[object]], text: frozenset[int]
-) -> dict[str, int]:
-    """Return the columns of labels by role, as headings and first rows suggest; none without one of materials.
+def label_columns(table: RawTable, time: int | None) -> dict[str, int]:
+    """Return the columns of labels by role, as headings and cells suggest; none without one of materials.
 
-    They hold words (``text``) or whole numbers.
+    They hold words or whole numbers.
     """
+    names = [split_heading(heading)[0].lower() for heading in table.headings]
     found: dict[str, int] = {}
-    for role, place in _alike(headings, rows, text):
-        found.setdefault(role, place)
+    for role, usual in HEADINGS.items():
+        places = [names.index(name) for name in usual if name in names]
+        for place in places:
+            if place != time and _codes(table.columns[place]):
+                found.setdefault(role, place)
     return found if MATERIAL in found else {}
-
-
-def spare_columns(
-    headings: Sequence[str], rows: Sequence[Sequence[object]], text: frozenset[int]
-) -> frozenset[int]:
-    """Return all columns that `label_columns` might choose: beside those chosen they hold no samples."""
-    return frozenset(place for _, place in _alike(headings, rows, text))
-
-
-def _alike(
-    headings: Sequence[str], rows: Sequence[Sequence[object]], text: frozenset[int]
-) -> list[tuple[str, int]]:
-    names = [split_heading(heading)[0].lower() for heading in headings]
-    places = [
-        (role, names.index(name)) for role, usual in HEADINGS.items() for name in usual if name in names
-    ]
-    return [(role, i) for role, i in places if i in text or _codes(rows, i)]
 
 
 def label_of_cell(cell: object) -> str:
     """Return the label in a cell, empty if there is none; codes of floating point (``3.0``) are whole numbers."""
-    text = "" if cell is None else str(cell).strip()
+    text = "" if cell is None or cell != cell else str(cell).strip()
     return text.partition(".")[0] if _WHOLE.fullmatch(text) else text
 
 
-def _codes(rows: Sequence[Sequence[object]], place: int) -> bool:
-    cells = [label_of_cell(row[place]) for row in rows if place < len(row)]
-    return all(_WHOLE.fullmatch(cell) for cell in cells if cell)
+def _codes(column: Column) -> bool:
+    if column.dtype == object:
+        return True
+    values = column[np.isfinite(column)].astype(np.float64)
+    return bool(len(values)) and bool((values == np.round(values)).all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +92,12 @@ def _starts(content: FileContent) -> NDArray[np.bool_]:
     for values in content.labels.values():
         begins[1:] |= np.array(values[1:]) != np.array(values[:-1])
     if content.times is not None and len(content.times) > 1:
-        steps = np.diff(content.times)
-        forward = steps[steps > 0]
-        begins[1:] |= steps < 0
-        if len(forward):
-            begins[1:] |= steps > LONGEST_STEP * np.median(forward)
+        with np.errstate(over="ignore"):
+            steps = np.diff(content.times)
+            forward = steps[steps > 0]
+            begins[1:] |= steps < 0
+            if len(forward):
+                begins[1:] |= steps > LONGEST_STEP * np.median(forward)
     return begins
 
 

@@ -24,6 +24,8 @@ class ColumnUse:
     heading: str
     role: str  # name of the axis, or one of those above
     unit: str | None = None  # as the heading or the layout spells it
+    stream: str | None = None  # of an axis of another stream than the signal's
+    reason: str | None = None  # what an ignored column is, or why it is left out
 
 
 class TableLayout(BaseModel):

@@ -1,4 +1,4 @@
-"""Time stamps in tables that are no plain numbers: dates with times, as ISO 8601 writes them, and times of day."""
+"""Time stamps in tables that are no plain numbers: dates with times in the usual orders, and times of day."""
 
 from __future__ import annotations
 
@@ -6,76 +6,151 @@ import re
 from collections.abc import Sequence
 from datetime import datetime, time
 
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError
+
 CALENDAR, CLOCK = "date and time", "time of day"
 """Units of such time stamps in `ColumnUse`."""
-_STAMP = re.compile(r"\d{4}-?\d\d-?\d\d[T ]\d\d:?\d\d.*")
-_TIME_OF_DAY = re.compile(r"([01]?\d|2[0-3]):([0-5]\d):([0-5]\d(?:[.,]\d{1,9})?)")
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_STAMP = re.compile(
+    r"""\s*(?:(?:[A-Za-z]{3},?\ +)?
+    (?:(?P<a>\d{4}|\d{1,2})[-/. ]\ ?(?P<b>\d{1,2}|[A-Za-z]{3,9})[-/. ],?\ ?(?P<c>\d{4}|\d{1,2})
+       |(?P<year>(?:19|20)\d\d)(?P<month>\d\d)(?P<day>\d\d))年?\.?(?=[T_\ ,;]|$)[T_\ ,;]*)?
+    (?:(?P<hour>\d{1,2})[:.h](?P<minute>\d{2})(?:[:.m](?P<second>\d{2}))?(?:[.,:](?P<fraction>\d{1,9}))?
+       \s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?)?\s*""",
+    re.VERBOSE,
+)
+_COMPACT = re.compile(r"(\d{8}T\d\d)(\d\d)(\d\d)")
 _DAY_S = 86_400.0
 
 
-def parse_stamp(cell: object) -> datetime | None:
-    """Return the instant in a cell, to 1 us: ``2026-05-04T10:11:12.345+02:00``, ``2026/05/04 10:11:12``; else None."""
-    if isinstance(cell, datetime):
-        return cell
-    text = str(cell).strip().replace("/", "-")
-    if not _STAMP.fullmatch(text):
-        return None
-    try:
-        return datetime.fromisoformat(text)
-    except ValueError:
-        return None
-
-
-def parse_time_of_day(cell: object) -> float | None:
-    """Return the seconds after midnight of a time in a cell (``12:03:04.123``, ``9:03:04,5``); else None."""
-    if isinstance(cell, time):
-        return 3600 * cell.hour + 60 * cell.minute + cell.second + 1e-6 * cell.microsecond
-    found = _TIME_OF_DAY.fullmatch(str(cell).strip())
-    if found is None:
-        return None
-    return 3600 * int(found[1]) + 60 * int(found[2]) + float(found[3].replace(",", "."))
-
-
 def is_stamp(cell: object) -> bool:
-    """Return whether a cell holds a date with a time, or a time of day."""
-    return parse_stamp(cell) is not None or parse_time_of_day(cell) is not None
+    """Return whether a cell holds a date, a date with a time, or a time of day, and is no plain number."""
+    if isinstance(cell, datetime | time):
+        return True
+    found = isinstance(cell, str) and _match(cell)
+    return bool(found) and any(found.group("a", "year") + (":" in str(cell) and found["minute"],))  # type: ignore[operator]
 
 
-def stamp_columns(rows: Sequence[Sequence[object]]) -> dict[int, str]:
-    """Return the columns that hold such time stamps in all of the first rows, with their unit."""
-    width = min((len(row) for row in rows), default=0)
-    found = {}
-    for i in range(width):
-        if all(parse_stamp(row[i]) for row in rows):
-            found[i] = CALENDAR
-        elif all(parse_time_of_day(row[i]) is not None for row in rows):
-            found[i] = CLOCK
-    return found
+def stamp_kind(cells: Sequence[object]) -> str | None:
+    """Return `CALENDAR` or `CLOCK` if all cells are such stamps; a column of dates without times is neither."""
+    if not cells or not all(is_stamp(cell) for cell in cells):
+        return None
+    if all(_has_time(cell) for cell in cells):
+        return CALENDAR if any(_has_date(cell) for cell in cells) else CLOCK
+    return None
 
 
-class StampClock:
-    """Seconds after the first of the stamps that it is called with; a ValueError for anything else.
+def is_date(cell: object) -> bool:
+    """Return whether a cell holds a date alone."""
+    return is_stamp(cell) and not _has_time(cell)
 
-    A time of day that is more than half a day earlier than the one before is of the next day.
+
+def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -> NDArray[np.float64]:
+    """Return the seconds of each stamp after the first, NaN where there is none.
+
+    A time of day that is more than half a day earlier than the one before is of the next day. Of ``3/4/2026`` the day
+    comes first, unless a number above 12 says otherwise. A `DataError` names ``where`` and the row of a cell that is
+    no stamp, or not like the first.
     """
+    instants = np.full(len(cells), np.nan)
+    kinds: set[tuple[bool, bool]] = set()
+    first_day: int | None = None
+    found = [_parts(cell) for cell in cells]
+    month_first = any(part and part[0] and part[0][1] > 12 for part in found)
+    for i, part in enumerate(found):
+        if part is None:
+            if cells[i] is None or not str(cells[i]).strip() or cells[i] != cells[i]:
+                continue
+            raise DataError(f"{where.format(rows[i])}: expected a time stamp, got {cells[i]!r}")
+        date, seconds, zone = part
+        kinds.add((date is not None, zone is not None))
+        if len(kinds) > 1:
+            raise DataError(f"{where.format(rows[i])}: expected a time stamp like the first, got {cells[i]!r}")
+        days = 0
+        if date is not None:
+            year, second, third = date
+            day, month = (third, second) if year > 99 else (0, 0)
+            if year <= 99:  # day, month, year or month, day, year
+                day, month, year = (year, second, third) if not month_first else (second, year, third)
+                year += 2000 * (year < 100)
+            try:
+                days = datetime(year, month, day).toordinal()
+            except ValueError:
+                raise DataError(f"{where.format(rows[i])}: expected a date, got {cells[i]!r}") from None
+        first_day = days if first_day is None else first_day
+        instants[i] = (days - first_day) * _DAY_S + seconds - (zone or 0)
+    known = np.flatnonzero(np.isfinite(instants))
+    if kinds == {(False, False)} or kinds == {(False, True)}:
+        steps = np.diff(instants[known])
+        instants[known[1:]] -= _DAY_S * np.cumsum(np.round(steps / _DAY_S))
+    return instants - instants[known[0]] if len(known) else instants
 
-    def __init__(self) -> None:
-        self._first: datetime | float | None = None
-        self._last = 0.0
 
-    def __call__(self, cell: object) -> float:
-        """Return the seconds of a stamp after the first; its time zone, or its lack of one, must be as there."""
-        stamp = parse_stamp(cell) or parse_time_of_day(cell)
-        if stamp is None:
-            raise ValueError(f"expected a time stamp, got {cell!r}")
-        first = self._first = stamp if self._first is None else self._first
-        if isinstance(stamp, datetime) and isinstance(first, datetime):
-            if (stamp.tzinfo is None) != (first.tzinfo is None):
-                raise ValueError(f"expected a time stamp {'with' if first.tzinfo else 'without'} time zone")
-            return (stamp - first).total_seconds()
-        if isinstance(stamp, datetime) or isinstance(first, datetime):
-            raise ValueError(f"expected a time stamp like the first, got {cell!r}")  # noqa: TRY004
-        seconds = stamp - first
-        seconds += _DAY_S * round((self._last - seconds) / _DAY_S)
-        self._last = seconds
-        return seconds
+def _match(text: str) -> re.Match[str] | None:
+    text = _COMPACT.sub(r"\1:\2:\3", text.strip())
+    return None if not text or _is_number(text) else _STAMP.fullmatch(text)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _has_date(cell: object) -> bool:
+    if isinstance(cell, datetime | time):
+        return isinstance(cell, datetime)
+    found = _match(str(cell))
+    return bool(found and (found["a"] or found["year"]))
+
+
+def _has_time(cell: object) -> bool:
+    if isinstance(cell, datetime | time):
+        return True
+    found = _match(str(cell))
+    return bool(found and found["hour"])
+
+
+def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | None] | None:
+    """Return date (as written, the year first if it has four digits), seconds of the day and zone (s) of a stamp."""
+    if isinstance(cell, datetime | time):
+        seconds = 3600 * cell.hour + 60 * cell.minute + cell.second + 1e-6 * cell.microsecond
+        date = (cell.year, cell.month, cell.day) if isinstance(cell, datetime) else None
+        zone = cell.utcoffset() if isinstance(cell, datetime) else None
+        return date, seconds, None if zone is None else zone.total_seconds()
+    found = _match(str(cell)) if isinstance(cell, str) else None
+    if found is None or not is_stamp(cell):
+        return None
+    date = None
+    if found["year"]:
+        date = (int(found["year"]), int(found["month"]), int(found["day"]))
+    elif found["a"]:
+        middle = found["b"]
+        named = middle[:3].lower() if not middle.isdigit() else ""
+        if named and named not in _MONTHS:
+            return None
+        date = (int(found["a"]), _MONTHS.index(named) + 1 if named else int(middle), int(found["c"]))
+        if named and date[0] <= 99:  # 4-May-2026
+            date = (date[2] if date[2] > 99 else 2000 + date[2], date[1], date[0])
+    seconds = 0.0
+    if found["hour"]:
+        hour, minute, second = (int(found[name] or 0) for name in ("hour", "minute", "second"))
+        fraction = float(f"0.{found['fraction'] or 0}")
+        if found["second"] is None and found["fraction"]:  # minutes, seconds and a fraction, as Excel shows them
+            hour, minute, second = 0, hour, minute
+        if half := found["half"]:
+            hour = hour % 12 + (12 if half[0] in "pP" else 0)
+        if hour > 24 or minute > 59 or second > 60:  # noqa: PLR2004
+            return None
+        seconds = 3600.0 * hour + 60 * minute + second + fraction
+    zone = found["zone"]
+    offset: float | None = None
+    if zone is not None:
+        digits = re.sub(r"\D", "", zone)
+        offset = (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:])) if digits else 0.0
+    return date, seconds, offset

@@ -17,7 +17,7 @@ from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touc
 from tactogram.rendering.sound_map import sound_to_touch
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.signal.io import READABLE, WRITABLE, read_file, read_image, read_image_metadata, write_signal
+from tactogram.signal.io import READABLE, WRITABLE, SignalFile, read_file, read_image, read_image_metadata, write_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
 from tactogram.workflows.data.requests import ConversionRequest
@@ -42,7 +42,8 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         ``rms`` (in ``unit``), ``timing`` (of the time stamps in ``source``, see
         `signal.timing.SamplingTiming`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
         ``mapped`` of a sound (facts of `sound_to_touch`) or a photograph (``by`` "relief", ``width_mm``,
-        ``speed_mm_s``); ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`).
+        ``speed_mm_s``); ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`);
+        ``notes`` on what of a table was left out or assumed.
 
     Raises
     ------
@@ -61,11 +62,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
     if kind is None and request.display is not None:
         raise ParameterError(f"`display` is for patterns of on and off, {target.name} is none; omit it")
-    reading = request.reading | {
-        "columns": request.columns,
-        "time": request.time,
-        "sheet": request.sheet,
-    }
+    reading = request.reading | {"columns": request.columns}
     if kind is None:
         reading["full_scale"] = request.full_scale
     given = _drawn(source, request, reading) if photograph else _over_time(source, request, reading)
@@ -106,6 +103,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         "metadata": metadata,
     }
     optional = {"reduced_by": how, "mapped": mapped, "read": given.read, "written": written}
+    optional["notes"] = list(given.notes) or None
     return facts | {name: value for name, value in optional.items() if value is not None}
 
 
@@ -212,6 +210,7 @@ class _Given:
     mapped: dict[str, Any] | None = None
     timing: dict[str, Any] | None = None
     read: dict[str, Any] | None = None
+    notes: tuple[str, ...] = ()
 
 
 def _over_time(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
@@ -273,10 +272,18 @@ def _read(source: Path, options: dict[str, Any]) -> _Given:
         timing = None if file.timing is None else asdict(file.timing)
         if timing is not None:
             metadata["timing"] = timing
-        return _Given(file.signal, metadata, timing=timing)
-    useless = [name for name in ("unit", "columns", "time", "sheet", "full_scale") if options.get(name)]
+        return _Given(file.signal, metadata, timing=timing, notes=_notes(file))
+    useless = [name for name in ("unit", "columns", "time", "sheet", "part", "full_scale") if options.get(name)]
     if useless:
         raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
     haptic = read_haptic(source, rate=options["rate"])
     signal = haptic.signal.select(*options["axes"]) if options["axes"] else haptic.signal
     return _Given(signal, haptic.metadata | {"read_from": haptic.facts}, read=haptic.facts)
+
+
+def _notes(file: SignalFile) -> tuple[str, ...]:
+    """Return the notes on a file, and the streams beside the signal, which are not written."""
+    others = ", ".join(
+        f"{name} ({', '.join(signal.axes)}, {signal.unit})" for name, signal in file.others.items()
+    )
+    return (*file.notes, *([f"not written: {others}; `axes=NAME,NAME` reads them"] if others else []))

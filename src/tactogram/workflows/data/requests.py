@@ -129,8 +129,8 @@ class RatingRequest(Request):
 class ConversionRequest(SignalOptions):
     """A signal to write in another format, with its metadata; ``target`` may be ``source``.
 
-    ``unit``, ``rate``, ``axes``, ``columns``, ``time`` and ``sheet`` state what ``source`` does not; of a haptic file
-    ``rate`` is that of the carrier. A photograph is drawn as a relief (`tactogram.rendering.photo_relief`): its
+    ``unit``, ``rate``, ``axes``, ``columns``, ``time``, ``sheet`` and ``part`` state what ``source`` does not; of a
+    haptic file ``rate`` is that of the carrier. A photograph is drawn as a relief (`tactogram.rendering.photo_relief`): its
     brightness is no prediction of how a material feels.
     """
 
@@ -153,8 +153,6 @@ class ConversionRequest(SignalOptions):
         ),
     ] = None
     columns: Annotated[tuple[str, ...] | None, Option("columns to read from a table, e.g. ax,ay,az")] = None
-    time: Annotated[str | None, Option("the table's column of time stamps", "COLUMN")] = None
-    sheet: Annotated[str | None, Option("the sheet of an .xlsx file")] = None
     full_scale: Annotated[
         float | None,
         Option("value of 1 in a haptic B, or of integer full scale in A, in the signal's unit", "X"),

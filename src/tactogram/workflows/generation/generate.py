@@ -113,6 +113,7 @@ def generate_files(
     count: int = 1,
     photograph: Path | str | None = None,
     recording: Path | str | None = None,
+    reading: Mapping[str, Any] | None = None,
     motion: Path | str | None = None,
 ) -> list[dict[str, Any]]:
     """Write ``count`` signals or images to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
@@ -121,7 +122,7 @@ def generate_files(
 
     The other parameters are those of `generate`. The names of ``photograph``, ``recording`` and ``motion``, for models
     conditioned on one, are written into the files; the recording is filtered and resampled as those that the model was
-    trained on; the motion is that of `motion_of`.
+    trained on, and read with the arguments ``reading`` of `read_signal`; the motion is that of `motion_of`.
 
     Returns
     -------
@@ -150,7 +151,7 @@ def generate_files(
         condition = with_materials(loaded, condition)
         found |= {"text": text, "material": condition["material"]}
     if recording is not None:
-        condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording))}
+        condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording, **reading or {}))}
     if motion is not None:
         _check_motion(loaded)
         condition = {**condition, "motion": motion_of(motion, seconds=seconds, seed=seed)}

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.request import Argument, Option
+from tactogram.workflows.signal_options import SignalOptions
 
 SPEEDS_MM_S, FORCES_N = (30.0, 60.0, 120.0, 240.0, 400.0), (0.3, 1.0, 3.0)
 """Of the strokes that a clone is made of."""
@@ -14,8 +15,11 @@ STROKE_S = 4.0
 
 
 @dataclass(frozen=True)
-class CloneRequest(Request):
-    """Surfaces to clone: each recording and photograph, named like its file, each material of the model, and words."""
+class CloneRequest(SignalOptions):
+    """Surfaces to clone: each recording and photograph, named like its file, each material of the model, and words.
+
+    ``unit``, ``rate``, ``axes``, ``time``, ``sheet`` and ``part`` state what the files of the recordings do not.
+    """
 
     recordings: Annotated[Sequence[Path | str], Argument("one stroke of each surface", "FILE")] = ()
     _: KW_ONLY

@@ -38,6 +38,7 @@ def generate_from_words(
     rest: Rest | None = None,
     like: str | None = None,
     vibration: Path | str | None = None,
+    reading: Mapping[str, Any] | None = None,
     raters: Sequence[Path | str | LoadedRun] = (),
     seconds: float | None = None,
     seed: int = 0,
@@ -64,7 +65,7 @@ def generate_from_words(
     loaded, rater_models = _loaded(runs), _loaded(raters)
     request = ask(loaded, words, rest=rest, like=like)
     files = _files(loaded, out)
-    recording = None if vibration is None else read_signal(vibration)
+    recording = None if vibration is None else read_signal(vibration, **reading or {})
     if recording is not None and not any("vibration" in _conditions(run) for run in loaded):
         raise ParameterError(
             f"`vibration`: no run starts from one ({', '.join(run.run.name for run in loaded)})"

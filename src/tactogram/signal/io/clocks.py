@@ -1,0 +1,219 @@
+"""Clocks of a table: the columns of time stamps, which of them is taken, and in what unit it is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError
+from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.stamps import stamp_kind
+from tactogram.signal.io.vocabulary import Heading, heading, time_unit_of, words_of
+from tactogram.signal.units import parse_seconds, split_heading
+
+NONE = "none"
+"""Name of no column: the time stamps are not to be used."""
+EPOCHS = (("ns", 1e17, 1e19), ("us", 1e14, 1e17), ("ms", 1e11, 1e14), ("s", 1e9, 1e10))
+"""Units by the size of stamps since 1970."""
+STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7))
+"""Units by the step between stamps without any: rates of 20 Hz to 50 kHz. Ours."""
+_FRACTIONS = {"nanosec": "ns", "nanosecs": "ns", "nsec": "ns", "nsecs": "ns", "nanosecond": "ns", "nanoseconds": "ns", "ns": "ns"}
+_FRACTIONS |= {"usec": "us", "microsec": "us", "microseconds": "us", "us": "us", "msec": "ms", "milliseconds": "ms", "ms": "ms"}
+_FRACTIONS |= {"millis": "ms", "micros": "us", "millisec": "ms", "usecs": "us"}
+_MEASURED = 0.99
+"""Share of steps that go forward in a clock."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Column of time stamps: ``seconds`` per unit of numbers, None of dates and times of day."""
+
+    place: int
+    unit: str
+    seconds: float | None
+    note: str | None = None
+
+
+def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None]:
+    """Return the columns that may be time stamps, with the unit that heading or form states, None if neither does."""
+    clocks: dict[int, str | None] = {}
+    for i, (each, column) in enumerate(zip(found, table.columns, strict=True)):
+        if column.dtype == object:
+            cells = [cell for cell in column[:50] if cell is not None]
+            if kind := stamp_kind(cells):
+                clocks[i] = kind
+        elif each.is_clock and _forward(column, 0.5 if table.named and not each.sensor.count(" ") else _MEASURED):
+            clocks[i] = time_unit_of(each)
+    if not clocks and table.columns and table.columns[0].dtype != object:
+        first = table.columns[0]
+        steps = np.diff(first[np.isfinite(first)])
+        unnamed = not table.named or not found[0].name
+        ticks = float(np.mean(steps == 1)) > 0.9 if len(steps) else True  # noqa: PLR2004
+        if unnamed and len(table.columns) > 1 and len(steps) > 1 and _forward(first) and not ticks:
+            clocks[0] = None
+    return clocks
+
+
+def split_by_clocks(table: RawTable) -> list[RawTable]:
+    """Return a table with a clock before each channel, at several rates, as a table of each clock.
+
+    Clocks that are alike, or are not alternately with their channels, leave it as it is.
+    """
+    found = [heading(text, unit) for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)]
+    clocks = [i for i in clocks_of(table, found) if table.columns[i].dtype != object]
+    named = {re.sub(r"\d+", "", found[i].name.lower()) for i in clocks}
+    if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(found)]) < 2):  # noqa: PLR2004
+        return [table]
+    first = table.columns[0]
+    if all(np.array_equal(first, table.columns[i], equal_nan=True) for i in clocks[1:]):
+        return [table]
+    tables: dict[bytes, list[int]] = {}
+    for start, end in zip(clocks, [*clocks[1:], len(found)], strict=True):
+        places = tables.setdefault(table.columns[start].tobytes(), [start])
+        places += range(start + 1, end)
+    return [_columns_of(table, places) for places in tables.values()]
+
+
+def _columns_of(table: RawTable, places: Sequence[int]) -> RawTable:
+    """Return some columns of a table as far as the first of them goes."""
+    length = int(np.flatnonzero(np.isfinite(table.columns[places[0]].astype(np.float64)))[-1]) + 1
+    return replace(
+        table,
+        headings=tuple(table.headings[i] for i in places),
+        columns=tuple(table.columns[i][:length] for i in places),
+        units=tuple(table.units[i] for i in places) if table.units else (),
+        groups=tuple(table.groups[i] for i in places) if table.groups else (),
+        rows=table.rows[:length],
+    )
+
+
+def with_whole_seconds(table: RawTable) -> RawTable:
+    """Return a table whose column of whole seconds, and that of their fraction beside it, are one clock."""
+    names = [words_of(text) for text in table.headings]
+    for i, words in enumerate(names[:-1]):
+        following = names[i + 1]
+        if not words or not following or words[:-1] != following[:-1]:
+            continue
+        unit = _FRACTIONS.get(following[-1])
+        both = table.columns[i : i + 2]
+        if words[-1] not in ("sec", "secs", "s", "second", "seconds") or unit is None or any(c.dtype == object for c in both):
+            continue
+        whole, part = (column.astype(np.float64) for column in both)
+        seconds = (whole - whole[0]) + part * (parse_seconds(unit) or 1.0)
+        return replace(
+            table,
+            headings=(*table.headings[:i], f"{table.headings[i]} [s]", *table.headings[i + 2 :]),
+            columns=(*table.columns[:i], seconds, *table.columns[i + 2 :]),
+            units=(*table.units[:i], *table.units[i + 1 :]) if table.units else (),
+        )
+    return table
+
+
+def choose_clock(
+    table: RawTable,
+    found: Sequence[Heading],
+    clocks: Mapping[int, str | None],
+    *,
+    time: str | None,
+    rate: float | None,
+) -> Clock | None:
+    """Return the time stamps: those of the column ``time``, else the clock with the fewest repeated stamps."""
+    if table.description is not None:
+        return Clock(0, found[0].unit or "s", parse_seconds(found[0].unit or "s") or 1.0)
+    if time == NONE:
+        return None
+    if time is not None:
+        place, unit = _named(time, table, found)
+        unit = unit or clocks.get(place) or time_unit_of(found[place])
+        if table.columns[place].dtype == object:
+            kind = stamp_kind([cell for cell in table.columns[place][:50] if cell is not None])
+            return Clock(place, kind or "date and time", None)
+        return _with_unit(place, unit, table, rate)
+    if not clocks:
+        return _asked(table, found, rate)
+
+    def rank(place: int) -> tuple[float, bool, bool, int]:
+        column = table.columns[place]
+        dated = column.dtype == object
+        if dated:
+            repeated = len({*map(str, column)}) < (1 - 0.05) * len(column)
+        else:
+            repeated = float(np.mean(np.diff(column) == 0)) > 0.05 if len(column) > 1 else False  # noqa: PLR2004
+        return float(repeated), dated, clocks[place] is None, place
+
+    best = min(clocks, key=rank)
+    if table.columns[best].dtype == object:
+        return Clock(best, str(clocks[best]), None)
+    return _with_unit(best, clocks[best], table, rate)
+
+
+def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None) -> Clock:
+    name = table.headings[place]
+    if unit is not None:
+        return Clock(place, unit, parse_seconds(unit))
+    column = table.columns[place].astype(np.float64)
+    values = column[np.isfinite(column)]
+    steps = np.abs(np.diff(values))
+    typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    size = float(np.abs(values).max(initial=0.0))
+    for candidate, low, high in EPOCHS:
+        if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
+            return Clock(place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since 1970")
+    fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high]
+    if rate is not None and typical > 0:
+        near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c in ("s", "ms", "us", "ns")}
+        fitting = [min(near, key=lambda c: near[c])]
+    if len(fitting) != 1 or (typical == 1 and float(np.std(steps)) == 0 and rate is None):
+        likely = [c for c in ("s", "ms", "us", "ns") if 1 <= 1 / (typical * (parse_seconds(c) or 1) or 1) <= 1e6]
+        listed = ", ".join(f"{1 / (typical * (parse_seconds(c) or 1)):g} Hz in {c}" for c in likely)
+        raise DataError(
+            f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
+            f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or leave it out, `time={NONE}` with a rate"
+        )
+    unit = fitting[0]
+    note = None if unit == "s" else f"{name} without unit taken as {unit}: {1 / (typical * (parse_seconds(unit) or 1)):g} Hz"
+    return Clock(place, unit, parse_seconds(unit), note)
+
+
+def _asked(table: RawTable, found: Sequence[Heading], rate: float | None) -> None:
+    """Raise a `DataError` if a column that is named as an axis looks like time stamps, and nothing else does."""
+    if rate is not None or table.rate is not None or not table.named:
+        return
+    for each, column in zip(found, table.columns, strict=True):
+        if each.is_clock and each.axis is None and column.dtype != object and len(column) > 1 and float(np.ptp(column)) == 0:
+            raise DataError(f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}")
+    for each, column in zip(found, table.columns, strict=True):
+        if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:  # noqa: PLR2004
+            continue
+        steps = np.diff(column)
+        if (steps > 0).all() and float(np.ptp(steps)) <= 0.01 * abs(float(steps.mean())):
+            others = [other.name for other in found if other is not each]
+            raise DataError(
+                f"{table.path}: column {each.name!r} goes in even steps: is it the time, `time={each.name} [s]`, or an "
+                f"axis, `axes={','.join([each.name, *others])}` with a rate?"
+            )
+
+
+def _named(time: str, table: RawTable, found: Sequence[Heading]) -> tuple[int, str | None]:
+    """Return the place of a column, and the unit stated behind its name."""
+    name, unit = split_heading(time)
+    for wanted, stated in ((time, None), (name, unit)):
+        for candidates in (table.headings, [each.name for each in found]):
+            if wanted in candidates:
+                return candidates.index(wanted), stated
+    raise DataError(f"{table.path}: no column {time!r}, there are {', '.join(table.headings)}")
+
+
+def _forward(column: NDArray[np.generic], share: float = _MEASURED) -> bool:
+    """Return whether a share of the steps goes forward as time does, or all but a few restarts."""
+    values = column[np.isfinite(column)].astype(np.float64)  # type: ignore[arg-type]
+    if len(values) < 2:  # noqa: PLR2004
+        return len(values) == 1
+    steps = np.diff(values)
+    back = int(np.count_nonzero(steps < 0))
+    allowed = max(3 if len(steps) > 60 else 0, (1 - share) * len(steps))  # noqa: PLR2004
+    return values.max() > values.min() and back <= allowed

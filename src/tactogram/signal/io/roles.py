@@ -1,0 +1,335 @@
+"""Roles of columns: which are time stamps, counters, labels and axes of a quantity, by heading, unit and values.
+
+One quantity becomes the signal, others with units become further streams, and the rest is named with the reason.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError
+from tactogram.signal.io.clocks import choose_clock, clocks_of
+from tactogram.signal.io.labels import label_columns
+from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout, layout_for
+from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.stamps import is_date
+from tactogram.signal.io.table_head import is_number
+from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, Heading, heading
+from tactogram.signal.units import parse_unit, split_heading
+
+MAIN = (
+    *("acceleration", "linear_acceleration", "force", "friction", "velocity", "position", "sound", "voltage"),
+    *("", "angular_rate", "pressure", "gravity", "magnetic_field", "orientation"),
+)
+"""Streams in the order in which they are taken for the signal; the empty one has no known quantity."""
+
+
+@dataclass(frozen=True)
+class StreamColumns:
+    """Columns of one stream."""
+
+    name: str  # of the stream
+    places: tuple[int, ...]
+    axes: tuple[str, ...]
+    unit: str | None  # one of `UNITS`, if headings, layout or name state it
+    factors: tuple[float, ...]  # which convert each column to it
+    layout: TableLayout | None = None  # which decided
+    chosen: bool = False  # by the names of the columns
+
+
+@dataclass(frozen=True)
+class TableRoles:
+    """What the columns of a table hold."""
+
+    streams: tuple[StreamColumns, ...]  # that of the signal first
+    time: int | None
+    seconds: float | None  # unit of numeric time stamps, s; None of calendar stamps
+    uses: tuple[ColumnUse, ...]
+    labels: Mapping[str, int] = field(default_factory=dict)  # columns of labels by role
+    notes: tuple[str, ...] = ()
+
+
+def roles_of(
+    table: RawTable,
+    *,
+    columns: Sequence[str] | None = None,
+    axes: Sequence[str] | None = None,
+    time: str | None = None,
+    rate: float | None = None,
+    layouts: Sequence[TableLayout] = (),
+    labelled: bool = False,
+) -> TableRoles:
+    """Return what the columns hold; a `DataError` that says what to choose where two readings are plausible.
+
+    ``columns``, or ``axes`` that are headings, choose the columns of the signal; else the one of ``layouts`` with these
+    headings; else headings, units and values decide. ``time`` names the time stamps (``none`` for none), with their
+    unit if need be: ``ticks [us]``. Columns of labels are found if ``labelled``.
+    """
+    found = [heading(text, unit) for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)]
+    alike = layouts_of(table, layouts) if columns is None and table.description is None else []
+    by_layout = [layout for layout in alike if layout.axes]
+    clocks = clocks_of(table, found)
+    stated = alike[0] if alike else None
+    if stated is not None and (stated.axes or stated.time):
+        time = stated.time and f"{stated.time} [{stated.time_unit}]" if stated.time_unit else stated.time
+        time = time or "none"
+    clock = choose_clock(table, found, clocks, time=time, rate=rate)
+    at = None if clock is None else clock.place
+    labels: dict[str, int] = {}
+    if labelled and columns is None and table.description is None:
+        named = {} if by_layout else label_columns(table, at)
+        own = {} if stated is None else {role: table.headings.index(text) for role, text in stated.labels.items()}
+        labels = {role: i for role, i in named.items() if i not in own.values()} | own
+    others = {i: "clock" for i in clocks if i != at} | {i: "label" for i in labels.values()}
+    if table.rate_name in table.headings:
+        others[table.headings.index(table.rate_name)] = RATE
+    notes = [] if clock is None or clock.note is None else [clock.note]
+    if by_layout:
+        streams = tuple(_of_layout(layout, table, found) for layout in by_layout)
+    elif table.description is not None and columns is None:
+        streams = (_described(table, at),)
+    else:
+        chosen = columns or (axes if axes and all(_place(name, table, found) is not None for name in axes) else None)
+        if chosen is not None:
+            streams = (_chosen(chosen, table, found),)
+        else:
+            streams = _found(table, found, at, others)
+    uses = _uses(table, found, streams, at, clock.unit if clock else None, others, labels)
+    if not by_layout and table.description is None:
+        notes += _left_out(uses, found)
+    return TableRoles(streams, at, clock.seconds if clock else None, uses, labels, tuple(notes))
+
+
+def layouts_of(table: RawTable, layouts: Sequence[TableLayout]) -> list[TableLayout]:
+    """Return the layouts of tables with these headings; labels that one of them states hold for all."""
+    if (first := layout_for(table.headings, layouts)) is None:
+        return []
+    alike = [layout for layout in layouts if layout.columns == first.columns]
+    labels = {role: name for layout in alike for role, name in layout.labels.items()}
+    return [layout.model_copy(update=labels) for layout in alike]
+
+
+def axis_letters(headings: Sequence[Heading]) -> tuple[str, ...] | None:
+    """Return x, y and z as far as each heading names another of them; None if any does not."""
+    letters = tuple(each.axis for each in headings if each.axis)
+    return letters if len(set(letters)) == len(letters) == len(headings) else None
+
+
+def _of_layout(layout: TableLayout, table: RawTable, found: Sequence[Heading]) -> StreamColumns:
+    places = [table.headings.index(text) for text in layout.axes.values()]
+    parts = [replace(found[i], unit=layout.unit) if layout.unit else found[i] for i in places]
+    stream = _converted(layout.stream or "", places, [*layout.axes], parts, table)
+    return replace(stream, layout=layout)
+
+
+def _described(table: RawTable, at: int | None) -> StreamColumns:
+    """Return the columns of a table that this package wrote."""
+    description = table.description
+    assert description is not None  # noqa: S101
+    places = [i for i in range(len(table.headings)) if i != at]
+    names = tuple(split_heading(table.headings[i])[0] for i in places)
+    if names != description.axes:
+        raise DataError(
+            f"{table.path}: described with axes {', '.join(description.axes)}, its columns are {', '.join(names)}; "
+            "remove the description"
+        )
+    return StreamColumns("", tuple(places), names, description.unit, (1.0,) * len(places))
+
+
+def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> StreamColumns:
+    """Return the columns of these names as one stream."""
+    places = []
+    for name in names:
+        place = _place(name, table, found)
+        if place is None:
+            raise DataError(f"{table.path}: no column {name!r}, there are {', '.join(table.headings)}")
+        places.append(place)
+    if len(set(places)) < len(places):
+        raise DataError(f"{table.path}: columns must be different, got {', '.join(names)}")
+    parts = [found[i] for i in places]
+    names = axis_letters(parts) or _names(places, table, found)
+    return replace(_converted(_stream_of(parts), places, names, parts, table), chosen=True)
+
+
+def _place(name: str, table: RawTable, found: Sequence[Heading]) -> int | None:
+    for candidates in (table.headings, [each.name for each in found]):
+        if name in candidates:
+            return candidates.index(name)
+    letters = [i for i, each in enumerate(found) if each.axis == name]
+    return letters[0] if len(letters) == 1 else None
+
+
+def _found(table: RawTable, found: Sequence[Heading], at: int | None, others: dict[int, str]) -> tuple[StreamColumns, ...]:
+    """Return the streams in a table, that of the signal first; ``others`` gets what the other columns are."""
+    for i, (each, column) in enumerate(zip(found, table.columns, strict=True)):
+        if i != at and i not in others and (what := _no_signal(each, column, table, i)):
+            others[i] = what
+    places = [i for i in range(len(found)) if i != at and i not in others]
+    if not places:
+        magnitudes = [i for i, what in others.items() if what == "magnitude"]
+        for i in magnitudes:
+            del others[i]
+        places = magnitudes
+    if not places:
+        raise DataError(
+            f"{table.path}: no column of samples besides the time, got {', '.join(table.headings)}; "
+            "choose them: `axes=NAME,NAME`"
+        )
+    groups: dict[str, list[int]] = {}
+    for i in places:
+        groups.setdefault(_stream_of([found[i]]), []).append(i)
+    if "acceleration" not in groups and "linear_acceleration" in groups:
+        groups = {"acceleration" if name == "linear_acceleration" else name: each for name, each in groups.items()}
+    if "" in groups and len(groups) == 1 and (named := heading(table.path.stem).quantity):
+        groups = {named: groups[""]}
+    units = {name: found[each[0]].converted()[0] for name, each in groups.items()}
+    lettered = {name: any(found[i].axis for i in each) for name, each in groups.items()}
+
+    def rank(name: str) -> tuple[bool, int]:
+        later = units[name] is None and name not in ("acceleration", "linear_acceleration") and not (name == "" and lettered[name])
+        return later, MAIN.index(name) if name in MAIN else len(MAIN)
+
+    first = min(groups, key=rank)
+    streams = [_axes_of(first, groups[first], table, found, others)]
+    for name in sorted(groups, key=rank):
+        if name == first:
+            continue
+        if units[name] in (None, "1") and name != "friction":
+            others |= dict.fromkeys(groups[name], f"{name.replace('_', ' ')} without unit" if name else "no unit")
+        elif name in ("torque",):
+            others |= dict.fromkeys(groups[name], "torque")
+        else:
+            streams.append(_axes_of(name, groups[name], table, found, others, ask=False))
+    return tuple(streams)
+
+
+def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, place: int) -> str | None:
+    """Return what a column is that is no signal; None if it may be one."""
+    if column.dtype == object:
+        numbers = sum(is_number(cell) for cell in column[:200] if cell is not None)
+        if all(is_date(cell) for cell in column[:200] if cell is not None):
+            return "date"
+        mixed = 2 * numbers > sum(cell is not None for cell in column[:200])
+        return None if mixed and not each.other else "text"
+    values = column[np.isfinite(column)]
+    if not len(values):
+        return "empty"
+    steps = np.diff(values)
+    whole = bool(np.all(values == np.round(values)))
+    counts = whole and len(steps) > 0 and float(np.mean(steps == 1)) > 0.9  # noqa: PLR2004
+    plain = place == 0 and each.quantity is None and len(table.columns) > 2  # noqa: PLR2004
+    if counts and len(table.columns) > 1 and (each.is_counter or not table.named or plain):
+        return "counter"
+    rising = whole and len(steps) > 0 and bool((steps >= 0).all()) and values[-1] > values[0]
+    if each.is_counter and each.name and rising and len(table.columns) > 1:
+        return "counter"
+    constant = len(values) > 1 and bool((steps == 0).all())
+    if constant and (not table.named or (each.axis is None and each.quantity is None)) and len(table.columns) > 1:
+        return "constant"
+    if each.other is not None:
+        return each.other
+    if each.unit is not None and each.converted()[0] is None and each.quantity is None and not each.axis:
+        return f"in {each.unit}"
+    return None
+
+
+def _axes_of(
+    name: str, places: Sequence[int], table: RawTable, found: Sequence[Heading], others: dict[int, str], *, ask: bool = True
+) -> StreamColumns:
+    """Return the axes of a stream: those of the only sensor with axes, else all of its columns under their names."""
+    sensors: dict[str, list[int]] = {}
+    for i in places:
+        if found[i].axis:
+            sensors.setdefault(found[i].sensor, []).append(i)
+    if len(sensors) > 1 and ask and not _one_set(sensors, found):
+        listed = " or ".join(", ".join(table.headings[i] for i in each) for each in sensors.values())
+        first = ",".join(found[i].name for i in next(iter(sensors.values())))
+        raise DataError(
+            f"{table.path}: which {name.replace('_', ' ') or 'columns'}: {listed}? choose, e.g. `axes={first}`"
+        )
+    if sensors:
+        lettered = sorted((i for each in sensors.values() for i in each), key=lambda i: found[i].axis or "")
+        letters = axis_letters([found[i] for i in lettered])
+        others |= {i: _beside(found[i]) for i in places if i not in lettered}
+        names = [*letters] if letters else _names(lettered, table, found)
+        return _converted(name, lettered, names, [found[i] for i in lettered], table)
+    names = _names(places, table, found)
+    if not table.named and len(places) == 3:  # noqa: PLR2004
+        names = ["x", "y", "z"]
+    if len(places) == 1 and not table.named:
+        names = ["z"]
+    return _converted(name, places, names, [found[i] for i in places], table)
+
+
+def _one_set(sensors: Mapping[str, Sequence[int]], found: Sequence[Heading]) -> bool:
+    """Return whether the axes of all sensors together are x, y and z once each."""
+    return axis_letters([found[i] for each in sensors.values() for i in each]) is not None
+
+
+def _beside(each: Heading) -> str:
+    return "beside the axes"
+
+
+def _names(places: Sequence[int], table: RawTable, found: Sequence[Heading]) -> list[str]:
+    names = [found[i].name or table.headings[i] for i in places]
+    return names if len(set(names)) == len(names) else [table.headings[i] for i in places]
+
+
+def _converted(
+    name: str, places: Sequence[int], axes: Sequence[str], parts: Sequence[Heading], table: RawTable
+) -> StreamColumns:
+    units = [part.converted() for part in parts]
+    known = {unit for unit, _ in units if unit is not None}
+    if len(known) > 1:
+        listed = ", ".join(part.text for part in parts)
+        raise DataError(f"{table.path}: columns are in different units: {listed}; choose those of one: `axes=NAME,NAME`")
+    if len(set(axes)) < len(axes):
+        raise DataError(f"{table.path}: columns must have different names, got {', '.join(axes)}")
+    return StreamColumns(
+        name, tuple(places), tuple(axes), known.pop() if known else None, tuple(factor for _, factor in units)
+    )
+
+
+def _stream_of(parts: Sequence[Heading]) -> str:
+    quantities = {part.quantity for part in parts}
+    if len(quantities) == 1 and (quantity := quantities.pop()):
+        return quantity
+    units = {part.converted()[0] for part in parts}
+    unit = units.pop() if len(units) == 1 else None
+    return STREAM_OF_UNIT[unit] if unit not in (None, "1") else ""
+
+
+def _uses(
+    table: RawTable,
+    found: Sequence[Heading],
+    streams: Sequence[StreamColumns],
+    at: int | None,
+    time_unit: str | None,
+    others: Mapping[int, str],
+    labels: Mapping[str, int],
+) -> tuple[ColumnUse, ...]:
+    """Return the role of every column."""
+    uses = [ColumnUse(text, IGNORED, each.unit, reason=others.get(i)) for i, (text, each) in enumerate(zip(table.headings, found, strict=True))]
+    for role, i in labels.items():
+        uses[i] = ColumnUse(table.headings[i], role)
+    for i, what in others.items():
+        if what == RATE:
+            uses[i] = ColumnUse(table.headings[i], RATE)
+    for number, stream in enumerate(streams):
+        for i, axis in zip(stream.places, stream.axes, strict=True):
+            unit = stream.layout.unit if stream.layout and stream.layout.unit else found[i].unit
+            uses[i] = ColumnUse(table.headings[i], axis, unit, stream=stream.name if number else None)
+    if at is not None:
+        uses[at] = ColumnUse(table.headings[at], TIME, time_unit)
+    return tuple(uses)
+
+
+def _left_out(uses: Sequence[ColumnUse], found: Sequence[Heading]) -> list[str]:
+    """Return a line that names the columns without a role, if there are any."""
+    texts = [f"{use.heading or 'a column without heading'} ({use.reason})" if use.reason else use.heading for use in uses if use.role == IGNORED]
+    return [f"left out: {', '.join(texts)}"] if texts else []

@@ -1,0 +1,215 @@
+"""Streams of a table: numbers and time stamps of its columns, once it is known what these hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DataError
+from tactogram.signal.io.clocks import split_by_clocks, with_whole_seconds
+from tactogram.signal.io.content import FileContent, default_axes
+from tactogram.signal.io.labels import LONGEST_STEP, cut, label_of_cell
+from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.roles import StreamColumns, TableRoles, roles_of
+from tactogram.signal.io.stamps import stamp_seconds
+from tactogram.signal.io.table_head import is_number
+from tactogram.signal.timing import MOST_REPEATED, MOST_SPAN
+from tactogram.signal.units import STANDARD_GRAVITY
+
+MOST_HOLES = 0.05
+"""Share of steps above which holes are no holes, but the times between blocks."""
+MOST_OFF = 0.05
+"""Relative difference of a stated rate and the time stamps that is worth a note."""
+LONG_AGO_S = 1e8
+"""Time stamps beyond it are relative to the first, so that float64 keeps their microseconds."""
+
+
+def table_contents(
+    tables: Sequence[RawTable],
+    *,
+    columns: Sequence[str] | None = None,
+    axes: Sequence[str] | None = None,
+    time: str | None = None,
+    rate: float | None = None,
+    layouts: Sequence[TableLayout] = (),
+    labelled: bool = False,
+) -> tuple[FileContent, ...]:
+    """Return the streams of the tables in a file, that of the signal first; arguments and errors as `roles_of`."""
+    found: list[FileContent] = []
+    problem: DataError | None = None
+    for table in [part for whole in tables for part in split_by_clocks(with_whole_seconds(whole))]:
+        try:
+            roles = roles_of(
+                table, columns=columns, axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled
+            )
+        except DataError as error:
+            problem = problem or error
+            continue
+        found += [_content(table, roles, stream, rate) for stream in roles.streams]
+    if not found:
+        raise problem or DataError("no columns of numbers")
+    uses = tuple(use for content in {id(c.uses): c for c in found}.values() for use in content.uses)
+    notes = tuple(dict.fromkeys(note for content in found for note in content.notes))
+    return (replace(found[0], uses=uses, notes=notes), *found[1:])
+
+
+def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileContent, ...]:
+    """Return the streams of a table without holes, or those of one of the ``part`` s between them, counted from 1.
+
+    A `DataError` if there are several parts and none is chosen.
+    """
+    if contents[0].times is None:
+        return tuple(contents)
+    intervals = cut([replace(content, labels={}) for content in contents])
+    if len(intervals) <= 1 and part in (None, 1):
+        return tuple(contents)
+    path = contents[0].place(-1, 0)
+    if part is None:
+        first, second = intervals[:2]
+        stop, start = first.contents[0].times, second.contents[0].times
+        assert stop is not None and start is not None  # noqa: S101
+        step = start[0] - stop[-1]
+        what = f"time goes back by {-step:.4g} s" if step < 0 else f"{step:.4g} s without samples"
+        longest = max(range(len(intervals)), key=lambda i: len(intervals[i].contents[0].rows)) + 1
+        raise DataError(
+            f"rows {first.rows[1]} to {second.rows[0]}: {what}; at most 3 missing samples are interpolated: choose one of "
+            f"the {len(intervals)} parts between, e.g. the longest, `part={longest}`"
+        )
+    if not 1 <= part <= len(intervals):
+        raise DataError(f"part must be 1 to {len(intervals)}, got {part}")
+    del path
+    return intervals[part - 1].contents
+
+
+def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: float | None) -> FileContent:
+    rows = table.rows if len(table.rows) else range(len(table))
+    where = f"{table.path}: row {{}}, column "
+    numbers = [_numbers(table, i, rows) for i in stream.places]
+    samples = np.stack([values * factor for values, factor in zip(numbers, stream.factors, strict=True)])
+    times = None if roles.time is None else _times(table, roles.time, roles.seconds, rows, where)
+    labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
+    notes = [*table.notes, *roles.notes]
+    kept: NDArray[np.int64] | None = None
+    if times is not None and table.description is None:
+        kept = np.flatnonzero(~(np.isnan(samples).any(axis=0) | np.isnan(times)))
+        if not len(kept):
+            kept = np.arange(len(times))
+        samples, times = samples[:, kept], times[kept]
+        labels = {role: [values[i] for i in kept] for role, values in labels.items()}
+        times, note = _trusted(times, table, rate)
+        notes += [note] if note else []
+    numbered: Sequence[int] = rows if kept is None else [rows[i] for i in kept]
+    own = times is None or table.description is not None
+    known = table.rate if own else None
+    if times is not None and table.rate is not None and _on_grid(times, table.rate):
+        times, known = None, table.rate
+    if note := _without_unit(stream, samples):
+        notes.append(note)
+
+    def place(axis: int, sample: int) -> str:
+        column = roles.time if axis < 0 else stream.places[axis]
+        return f"row {numbered[sample]}, column {table.headings[column or 0]!r}"
+
+    return FileContent(
+        samples=samples,
+        axes=stream.axes if table.named or stream.layout else default_axes(len(samples)),
+        rate=known,
+        times=None if table.description is not None else times,
+        unit=table.description.unit if table.description else stream.unit,
+        description=table.description,
+        place=place,
+        comment=table.comment,
+        uses=roles.uses,
+        layout=stream.layout,
+        labels=labels,
+        rows=numbered,
+        stream=stream.name,
+        chosen=stream.chosen,
+        notes=tuple(notes),
+    )
+
+
+def _numbers(table: RawTable, place: int, rows: Sequence[int]) -> NDArray[np.float64]:
+    """Return a column as float64; a `DataError` names the cell that is no number."""
+    column = table.columns[place]
+    if column.dtype != object:
+        return column.astype(np.float64)
+    values = np.full(len(column), np.nan)
+    for i, cell in enumerate(column):
+        if cell is None:
+            continue
+        if is_number(cell):
+            values[i] = float(cell)
+        else:
+            comma = isinstance(cell, str) and "," in cell
+            hint = "write decimal points, not commas" if comma else "choose the columns to read, `axes=NAME,NAME`"
+            raise DataError(
+                f"{table.path}: row {rows[i]}, column {table.headings[place]!r}: expected a number, got {str(cell)!r}; "
+                f"{hint}"
+            )
+    return values
+
+
+def _times(
+    table: RawTable, place: int, seconds: float | None, rows: Sequence[int], where: str
+) -> NDArray[np.float64]:
+    column = table.columns[place]
+    if seconds is None:
+        return stamp_seconds(column.astype(object), f"{where}{table.headings[place]!r}", rows)
+    values = _numbers(table, place, rows)
+    known = values[np.isfinite(values)]
+    if len(known) and LONG_AGO_S < abs(known[0] * seconds) < MOST_SPAN**2:
+        values = values - known[0]
+    return values * seconds
+
+
+def _trusted(
+    times: NDArray[np.float64], table: RawTable, rate: float | None
+) -> tuple[NDArray[np.float64] | None, str | None]:
+    """Return the time stamps, or None if they are arrival times of blocks and a rate is given, and a note.
+
+    Without a rate a `DataError` names the likely one.
+    """
+    if len(times) < 4 or not times[-1] > times[0] or np.ptp(times) > MOST_SPAN:  # noqa: PLR2004
+        return times, None
+    steps = np.diff(times)
+    forward = steps[steps > 0]
+    repeated = float(np.mean(steps == 0))
+    holes = int(np.count_nonzero(steps > LONGEST_STEP * np.median(forward))) if len(forward) else 0
+    if repeated <= MOST_REPEATED and holes <= max(3, MOST_HOLES * len(steps)):
+        return times, None
+    span = float(times[-1] - times[0])
+    last = int(np.count_nonzero(times >= times[-1] - 1e-9)) if repeated > MOST_REPEATED else 1
+    likely = (len(times) - last) / span if span > 0 else 0.0
+    known = rate or table.rate
+    if known is None:
+        raise DataError(
+            f"{table.path}: {round(repeated * len(steps))} of {len(times)} time stamps repeat the one before: they are "
+            f"too coarse or the arrival times of blocks; give the rate instead, `rate={likely:.4g}`"
+            if repeated > MOST_REPEATED
+            else f"{table.path}: time stamps come in bursts, as of blocks; give the rate instead, `rate={likely:.4g}`"
+        )
+    off = likely / known - 1 if known else 0.0
+    far = f"; these say {likely:.4g} Hz: samples may be lost" if abs(off) > MOST_OFF else ""
+    return None, f"time stamps are arrival times of blocks: not used, the rate is {known:g} Hz as given{far}"
+
+
+def _on_grid(times: NDArray[np.float64], rate: float) -> bool:
+    """Return whether time stamps are within half a sample of a rate that the file states."""
+    grid = times[0] + np.arange(len(times)) / rate
+    return bool(np.abs(times - grid).max() <= 0.5 / rate) if len(times) else False
+
+
+def _without_unit(stream: StreamColumns, samples: NDArray[np.float64]) -> str | None:
+    """Return a note on accelerations without a unit whose mean over the axes looks like gravity."""
+    if stream.unit is not None or stream.name not in ("acceleration", "linear_acceleration") or not samples.size:
+        return None
+    mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum()))
+    for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
+        if abs(mean / one - 1) < 0.15:  # noqa: PLR2004
+            return f"no unit stated; the mean of {mean:.3g} looks like gravity in {unit}: `unit={unit}`"
+    return "no unit stated: read as plain numbers; `unit=g` or `unit=m/s^2` says it"

@@ -1,0 +1,188 @@
+"""Head of a table: where its rows of numbers begin, and what the lines above say: headings, units, rate."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tactogram.errors import UnitError
+from tactogram.signal.io.stamps import is_stamp
+from tactogram.signal.units import parse_seconds, parse_unit
+
+MISSING = frozenset(
+    ["", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "--", "-", "---", "ovf", "#value!", "#num!", "#div/0!"]
+    + ["-nan", "nan(ind)", "-1.#ind", "1.#qnan", "."]
+)
+"""Cells that hold no number, in lower case."""
+DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)\s*")
+HEAD_ROWS = 4
+"""Most rows of headings: of groups, names, kinds and units."""
+_KINDS = frozenset(["cal", "raw", "uncal", "real", "float", "double", "int", "analog", "none", "value"])
+_RATE = re.compile(
+    r"""\b(?P<what>(?:sampl(?:e|ing|es)|data|acquisition|logging|output)?[ _-]*(?:rate|freq(?:uency)?|interval|period|increment)
+    |fs|dt|delta_?x|at|samples?[ _/]+(?:per|/)[ _]*s(?:ec(?:ond)?)?)\b
+    [^\d\n]{0,24}?(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(?P<unit>[a-zµμ]*)""",
+    re.IGNORECASE | re.VERBOSE,
+)
+_HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "sps": 1.0, "": 1.0}
+
+
+@dataclass(frozen=True)
+class TableHead:
+    """Headings of the columns of a table, their units where a row of their own has them."""
+
+    headings: tuple[str, ...]
+    units: tuple[str | None, ...]  # empty if no row has them
+    named: bool  # whether the headings are the file's
+
+
+def is_number(cell: object) -> bool:
+    """Return whether a cell holds a number, as text or as a value of a worksheet."""
+    if not isinstance(cell, str):
+        return isinstance(cell, int | float) and not isinstance(cell, bool)
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell
+
+
+def is_missing(cell: object) -> bool:
+    """Return whether a cell says that there is no number."""
+    return cell is None or (isinstance(cell, str) and cell.strip().lower() in MISSING)
+
+
+def is_value(cell: object) -> bool:
+    """Return whether a cell holds a number, perhaps with a decimal comma or a unit, or a time stamp."""
+    if is_number(cell) or is_stamp(cell):
+        return True
+    if not isinstance(cell, str):
+        return False
+    found = NUMBER_WITH_UNIT.fullmatch(cell)
+    return bool(DECIMAL_COMMA.fullmatch(cell.strip())) or bool(found and _is_unit(found[2]))
+
+
+def body_start(rows: Sequence[Sequence[object]], sample: Sequence[Sequence[object]], width: int) -> int | None:
+    """Return the first of the rows of numbers: with ``width`` cells, and numbers where most rows of a sample have them."""
+    filled = [[row[i] for row in sample if len(row) >= width and not is_missing(row[i])] for i in range(width)]
+    numeric = [i for i, cells in enumerate(filled) if cells and 2 * sum(map(is_value, cells)) > len(cells)]
+
+    def is_data(row: Sequence[object]) -> bool:
+        cells = [row[i] for i in numeric if i < len(row)]
+        return abs(len(row) - width) <= 1 and any(map(is_value, cells)) and all(is_value(c) or is_missing(c) for c in cells)
+
+    data = [bool(numeric) and is_data(row) for row in rows]
+    for i, found in enumerate(data):
+        following = data[i : i + 4]
+        if found and sum(following) >= min(len(following), 3):
+            return i
+    return None
+
+
+def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
+    """Return headings and units from the rows above the numbers, the last of which are nearest to them."""
+    texts = [[str("" if cell is None else cell).strip() for cell in row] for row in above]
+    rows: list[list[str]] = []
+    for row in reversed(texts[-HEAD_ROWS:]):
+        fitted = _fitted(row, width, over=bool(rows))
+        if fitted is None or not _heads(fitted):
+            break
+        rows.insert(0, fitted)
+    units: tuple[str | None, ...] = ()
+    if len(rows) > 1 and _are_units(rows[-1]):
+        units = tuple(_bare(text) or None for text in rows.pop())
+    rows = [row for row in rows if not all(text.lower() in _KINDS for text in row if text)] or rows[-1:]
+    while len(rows) > 1 and sum(map(bool, rows[0])) * 2 < width and not _spreads(rows[0], rows[1]):
+        rows.pop(0)
+    if not rows:
+        return TableHead(tuple(str(i + 1) for i in range(width)), (), named=False)
+    names = rows[-1]
+    for group in reversed(rows[:-1]):
+        names = [f"{over} {name}".strip() if over != name else name for over, name in zip(_spread(group), names, strict=True)]
+    return TableHead(tuple(names), units, named=True)
+
+
+def rate_in(lines: Sequence[str]) -> float | None:
+    """Return the rate in Hz that lines above a table state, by a rate or by an interval; None if there is none, or two."""
+    found = set()
+    for line in lines:
+        for match in _RATE.finditer(line):
+            number, unit = float(match["number"].replace(",", ".")), match["unit"].lower()
+            slow = re.search(r"interval|period|increment|dt|delta", match["what"], re.IGNORECASE)
+            seconds = parse_seconds(unit) if unit else 1.0
+            if slow and seconds and number > 0:
+                found.add(round(1 / (number * seconds), 9))
+            elif not slow and unit in _HERTZ and number > 0 and (unit or match["what"].lower() != "at"):
+                found.add(number * _HERTZ[unit])
+    return found.pop() if len(found) == 1 else None
+
+
+def increment_in(above: Sequence[Sequence[object]]) -> float | None:
+    """Return the rate that a number below the heading ``Increment`` states, as Rigol's oscilloscopes write it."""
+    for names, values in itertools.pairwise(above):
+        for name, value in zip(names, values, strict=False):
+            if str(name).strip().lower() == "increment" and is_number(value) and float(str(value)) > 0:
+                return 1 / float(str(value))
+    return None
+
+
+def _fitted(row: list[str], width: int, *, over: bool) -> list[str] | None:
+    """Return a row of headings with as many cells as the numbers: one less if rows are named, more or, ``over`` others,
+    fewer if these are empty."""
+    while len(row) > width and not row[-1]:
+        row = row[:-1]
+    if len(row) == width + 1 and row[0].lower().rstrip(":") in ("header", "headers", "columns", "fields"):
+        row = row[1:]
+    if len(row) == width - 1 and width > 1:
+        return ["", *row] if all(row) else [*row, ""]
+    if over and 1 < len(row) < width:
+        row = row + [""] * (width - len(row))
+    return row[:width] if len(row) >= width else None
+
+
+def _heads(row: list[str]) -> bool:
+    """Return whether a row may be one of headings: words, and hardly any numbers."""
+    filled = [text for text in row if text]
+    numbers = sum(is_value(text) for text in filled)
+    counted = [str(i) for i in range(len(filled) - 1)], [str(i + 1) for i in range(len(filled) - 1)]
+    return bool(filled) and (2 * numbers < len(filled) or (len(filled) > 2 and filled[1:] in counted))  # noqa: PLR2004
+
+
+def _are_units(row: list[str]) -> bool:
+    filled = [text for text in row if text]
+    known = sum(_is_unit(text) for text in filled)
+    return known > 0 and 2 * known >= len([text for text in filled if not is_number(text)])
+
+
+def _bare(text: str) -> str:
+    """Return a unit without the brackets around it."""
+    found = re.fullmatch(r"[\[(](.*)[\])]", text.strip())
+    return found[1] if found else text.strip()
+
+
+def _is_unit(text: str) -> bool:
+    text = _bare(text)
+    if parse_seconds(text) is not None or text.lower() in ("°c", "degc", "hz", "db", "bpm", "lux", "no units", "nm", "n·m"):
+        return True
+    try:
+        parse_unit(text)
+    except UnitError:
+        return False
+    return True
+
+
+def _spreads(group: list[str], names: list[str]) -> bool:
+    """Return whether groups stand over names: none over an empty one, each over the first of its names."""
+    return any(group) and all(name or not over for over, name in zip(group, names, strict=True)) and len(set(names)) < len(names)
+
+
+def _spread(group: list[str]) -> list[str]:
+    """Return each group also over the names that follow."""
+    found, last = [], ""
+    for text in group:
+        last = text or last
+        found.append(last)
+    return found

@@ -1,0 +1,220 @@
+"""Vocabulary of tables: what loggers, phones and programs call clocks, counters and quantities, in several languages."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from tactogram.errors import UnitError
+from tactogram.signal.units import STANDARD_GRAVITY, parse_seconds, parse_unit, split_heading
+
+CLOCK = re.compile(
+    r"t|time|times|timestamp|timestamps|zeit\w*|uhrzeit|temps|tiempo|tempo|tijd|tid|czas|čas|cas|время|zaman|waktu|tempus|"
+    r"時間|時刻|经过时间|时间|時間戳|시간|elapsed|elapsedtime|seconds|secs?|millis|micros|ms|us|msec|usec|epoch?|epoc|clock|ticks?|"
+    r"date|datetime|datum|fecha|x value|sampletimefine|hostname? ?timestamp|unix|utc|stamp|seconds elapsed|temps écoulé"
+)
+"""A name in lower case, or a word of one, of a column of time stamps."""
+COUNTER = re.compile(
+    r"#|no|nr|num|number|n|i|id|idx|index|row|seq|sequence|count|counter|cnt|sample|samples|samplenumber|sampleno|frame|"
+    r"frames|line|packet|packetcounter|packetid|record|rec|point|unnamed|messagecount|framenumber|番号|序号"
+)
+OTHERS = {
+    "temperature": r"temp\d*|temperat\w*|thermo\w*|温度|溫度|온도",
+    "humidity": r"humid\w*|rh|湿度",
+    "battery": r"bat|batt\w*|vbat\w*|akku|vcc|vdd|supply",
+    "light": r"light|lux|lx|illuminance|brightness|photo\w*|proximity",
+    "location": r"lat|latitude|lon|lng|long|longitude|gps|alt|altitude|satellites|hdop|bearing",
+    "heart rate": r"heart\w*|hr|bpm|pulse|ppg|ecg|eda|gsr|spo2",
+    "magnitude": r"magnitude|norm|resultant|abs|absolute|total|gesamt\w*|betrag|sum|vector|rss|tgf|at|atotal|wt|mag "
+    r"|絶対\w*|绝对\w*|absolue?|absoluta|assoluta|result",
+    "status": r"status|state|flag|flags|marker|mark|trigger|trig|event|events|error|err|errors|crc|checksum|rssi|quality|valid|"
+    r"accuracy|button|mode|gain|range|sensitivity|msgid|serial|version|device|sensor ?id|address|mac|channel ?id|crackle|"
+    r"annotation|comment|comments|note|notes|label|labels|frame ?id|covariance|scale|offset|steps?|activity|trial|take|block",
+}
+"""Words of what is no signal of touch, by what it is."""
+QUANTITIES = {
+    "gravity": r"grav\w*|重力\w*",
+    "linear_acceleration": r"linear\w*|lin ?acc\w*|linacc\w*|useracc\w*|user|線形\w*|线性\w*|lineare?|linéaire",
+    "acceleration": r"acc|acc\d|accel\w*|acceler\w*|accéléra\w*|acelera\w*|accelera\w*|beschl\w*|versnelling|przyspieszenie|"
+    r"ускорение|加速度\w*|가속도|acl|axl|gforce|gf|imu ?acc\w*|xl|vibration ?acc\w*|base ?acc\w*",
+    "angular_rate": r"gyr|gyro\w*|gyr\w*|rotation ?rate|rotationrate\w*|angular\w*|angularvelocity\w*|omega|drehrate|giroscopio|"
+    r"角速度\w*|ジャイロ\w*|陀螺\w*|angvel\w*|turn ?rate",
+    "magnetic_field": r"mag|magn\w*|magnetometer|magfield|compass|磁\w*",
+    "orientation": r"quat\w*|roll|pitch|yaw|euler\w*|orient\w*|attitude|heading|rotvec\w*|tilt|azimuth|inclin\w*",
+    "torque": r"torque\w*|moment|drehmoment\w*|couple|トルク",
+    "friction": r"friction\w*|mu|cof|reibung\w*|摩擦\w*|µ|μ",
+    "force": r"force\w*|forces|kraft\w*|fuerza|forza|siła|сила|力|荷重|load|loadcell|fnormal|ftangential|fn|ft|lateral ?force|"
+    r"normal ?force|fx|fy|fz|press",
+    "velocity": r"vel|veloc\w*|speed\w*|geschwindigkeit|vitesse|速度|velocidad",
+    "position": r"pos|posi\w*|disp|displ\w*|distance|weg|auslenkung|変位|位置|deplacement|déplacement|coord\w*|laser|encoder|travel",
+    "sound": r"mic|mic\d|microphone|audio|sound|mikrofon|micro|音\w*|schall",
+    "pressure": r"pressure|pdc|pac|druck|baro\w*|圧力",
+    "voltage": r"volt\w*|voltage|spannung|tension|adc|電圧",
+}
+"""Words of quantities, by the stream that they become; the first that fits counts."""
+UNITS_OF = {
+    **dict.fromkeys(("gravity", "linear_acceleration", "acceleration"), "m/s^2"),
+    "angular_rate": "rad/s", "magnetic_field": "T", "orientation": "rad", "friction": "1", "force": "N",
+    "velocity": "m/s", "position": "m", "sound": "1", "pressure": "Pa", "voltage": "V",
+}  # fmt: skip
+"""Unit of the signal of each quantity; torque has none."""
+STREAM_OF_UNIT = {
+    "m/s^2": "acceleration", "m/s": "velocity", "m": "position", "N": "force", "V": "voltage", "rad/s": "angular_rate",
+    "rad": "orientation", "Pa": "pressure", "T": "magnetic_field", "1": "vibration",
+}  # fmt: skip
+_LETTERS = {
+    "a": "acceleration", "gf": "acceleration", "acc": "acceleration", "g": "angular_rate", "w": "angular_rate", "r": "",
+    "m": "magnetic_field", "f": "force", "t": "torque", "q": "orientation", "v": "velocity", "p": "position", "d": "position",
+    "mag": "magnetic_field", "gyr": "angular_rate", "gyro": "angular_rate", "accel": "acceleration", "grav": "gravity",
+    "lin": "linear_acceleration", "pos": "position", "vel": "velocity", "b": "magnetic_field", "la": "linear_acceleration",
+    "gr": "gravity", "imu": "",
+}  # fmt: skip
+"""What stands before the letter of an axis in one word: ``ax``, ``gFx``, ``accX``."""
+_ENDINGS = ("mm_s^2", "m_s^2", "m_s2", "mps2", "ms2", "m_s", "mm_s", "deg_s", "rad_s", "dps", "mdps")  # fmt: skip
+_AXIS_WORD = re.compile(rf"({'|'.join(sorted(_LETTERS, key=len, reverse=True))})(\d*)([xyz])")
+_CAMEL = re.compile(
+    r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[a-z])(?=\d)"
+    r"|(?<=[A-Za-z])(?=[\u3040-\u9fff\uac00-\ud7af])|(?<=[\u3040-\u9fff\uac00-\ud7af])(?=[A-Za-z])"
+)
+
+
+@dataclass(frozen=True)
+class Heading:
+    """What a heading says of its column."""
+
+    text: str
+    name: str  # without the unit
+    unit: str | None  # as it is spelled
+    quantity: str | None = None  # a key of `QUANTITIES`
+    axis: str | None = None  # x, y or z
+    sensor: str = ""  # the rest of the name, alike for the axes of one sensor
+    other: str | None = None  # a key of `OTHERS`
+
+    @property
+    def words(self) -> list[str]:
+        return words_of(self.name)
+
+    @property
+    def is_clock(self) -> bool:
+        """Whether it names time stamps."""
+        joined = " ".join(self.words)
+        seconds = self.unit is not None and parse_seconds(self.unit) is not None
+        named = bool(CLOCK.fullmatch(joined)) or any(CLOCK.fullmatch(word) for word in self.words if len(word) > 1)
+        return (named and self.quantity is None) or (seconds and self.other is None)
+
+    @property
+    def is_counter(self) -> bool:
+        """Whether it names the number of a row or packet, or nothing."""
+        words = [word for word in self.words if not word.isdigit()]
+        return self.quantity is None and (not words or (all(COUNTER.fullmatch(word) for word in words) or
+            bool(COUNTER.fullmatch("".join(words))) or (len(words) > 1 and bool(COUNTER.fullmatch(words[-1])) and words[-1] not in ("i", "n", "no"))))
+
+    def converted(self) -> tuple[str | None, float]:
+        """Return the unit of a Signal that the unit spells, and the factor to it; None if it spells none.
+
+        ``g`` of a force is gram-force, ``G`` of a magnetometer is gauss.
+        """
+        unit = self.unit
+        if unit is None:
+            return None, 1.0
+        plain = unit.strip("[]() ")
+        if self.quantity == "force" and plain in ("g", "mg", "kg"):
+            return "N", STANDARD_GRAVITY * {"g": 1e-3, "mg": 1e-6, "kg": 1.0}[plain]
+        if self.quantity == "magnetic_field" and plain in ("G", "mG", "Gs", "gauss"):
+            return "T", {"m": 1e-7}.get(plain[0], 1e-4)
+        try:
+            return parse_unit(unit)
+        except UnitError:
+            return None, 1.0
+
+
+def heading(text: str, unit: str | None = None) -> Heading:
+    """Return what a heading says, with the unit beside it if the file has one there."""
+    name, inside = split_heading(text)
+    if inside is not None and not _is_unit(inside) and not inside.isdigit() and unit is None:
+        name, inside = (text.strip(), None) if len(inside.split()) > 1 or not inside else (name, inside)
+    name, spelled = name.rstrip(" /,:"), unit or inside
+    if spelled is None:
+        name, spelled = _unit_at_end(name)
+    words = words_of(name)
+    joined = " ".join(words)
+    axis, sensor, quantity = _axis(words)
+    other = next((kind for kind, form in OTHERS.items() if _fits(form, words, joined)), None)
+    named = next((key for key, form in QUANTITIES.items() if _fits(form, words, joined)), None)
+    quantity = quantity if quantity and _AXIS_WORD.fullmatch("".join(words)) else named or quantity
+    found = Heading(text, name, spelled, quantity, axis, sensor, other)
+    si, _ = found.converted()
+    if si is not None and si != "1" and (quantity is None or (quantity in UNITS_OF and UNITS_OF[quantity] != si)):
+        quantity = STREAM_OF_UNIT[si] if not (quantity in ("sound", "force", "pressure") and si == "V") else quantity
+    if other == "magnitude" and (quantity is None or axis is not None):
+        other = None if axis is not None else other
+    if other is not None and other != "magnitude" and (axis is not None or (quantity is not None and si not in (None, "1"))):
+        other = None
+    if spelled is not None and parse_seconds(spelled) is not None:
+        quantity = None
+    return Heading(text, name, spelled, quantity, axis, sensor, other)
+
+
+def words_of(name: str) -> list[str]:
+    """Return the words of a name in lower case: ``accelerometerAccelerationX`` has three."""
+    return [word.lower() for part in re.split(r"[\W_]+", name) for word in _CAMEL.split(part) if word]
+
+
+def time_unit_of(found: Heading) -> str | None:
+    """Return the unit of time that a heading names: ``Time (ms)``, ``t_us``, ``seconds elapsed``, ``millis``."""
+    if found.unit is not None and parse_seconds(found.unit) is not None:
+        return found.unit
+    for word in found.words:
+        if word not in ("s", "min", "h") and parse_seconds(word) is not None:
+            return word
+    return None
+
+
+def _axis(words: list[str]) -> tuple[str | None, str, str | None]:
+    """Return the axis that the words name, the others, and the quantity that its letters name."""
+    if match := _AXIS_WORD.fullmatch("".join(words)):
+        return match[3], match[1] + match[2], _LETTERS[match[1]] or None
+    for i, word in enumerate(words):
+        if word in ("x", "y", "z") and not (i and words[i - 1] in ("quat", "quaternion", "q")):
+            rest = [w for w in [*words[:i], *words[i + 1 :]] if w not in ("axis", "achse", "value", "as", "eje", "asse", "軸")]
+            prefix = _LETTERS.get(rest[0]) if len(rest) == 1 else None
+            return word, " ".join(rest), prefix or None
+    for i, word in enumerate(words):
+        if match := _AXIS_WORD.fullmatch(word):
+            rest = [*words[:i], match[1] + match[2], *words[i + 1 :]]
+            return match[3], " ".join(w for w in rest if w not in ("axis", "value")), _LETTERS[match[1]] or None
+    return None, " ".join(words), None
+
+
+def _fits(form: str, words: list[str], joined: str) -> bool:
+    return any(re.fullmatch(form, text) for text in (joined, joined.replace(" ", ""), *words))
+
+
+def _unit_at_end(name: str) -> tuple[str, str | None]:
+    """Return name and unit of ``acc_x_mg``, ``t/s``, ``Time, s`` and ``Force N``."""
+    if match := re.fullmatch(r"(.*?\S)\s*[/,]\s*([^\s/,]+|m/s\S*|\(.+\))", name):
+        if _is_unit(match[2]) and not (match[2].isdigit() or match[2] == "-"):
+            return match[1], match[2]
+    lower = name.lower()
+    for ending in _ENDINGS:
+        if re.search(rf"[_ .-]{re.escape(ending)}$", lower):
+            return name[: -len(ending) - 1], ending.replace("_", "/") if "_" in ending else ending
+    head, _, last = re.sub(r"[ ._-](?=[^ ._-]*$)", "\0", name).partition("\0")
+    if not last or not _is_unit(last) or last in ("-", "1", "%") or last.isdigit():
+        return name, None
+    quantity = next((key for key, form in QUANTITIES.items() if _fits(form, words_of(head), " ".join(words_of(head)))), None)
+    quantity = quantity or _axis(words_of(head))[2]
+    if parse_seconds(last) is not None:
+        short = len(last) == 1
+        return (head, last) if CLOCK.fullmatch(" ".join(words_of(head))) or (not short and quantity is None and _axis(words_of(head))[0] is None) else (name, None)
+    alone = Heading(name, head, last, quantity).converted()[0]
+    fits = quantity is not None and alone in (UNITS_OF.get(quantity), "V")
+    return (head, last) if fits or (quantity is None and len(last) > 1 and alone != "1") else (name, None)
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        parse_unit(text)
+    except UnitError:
+        return parse_seconds(text) is not None
+    return True
