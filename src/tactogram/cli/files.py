@@ -25,7 +25,8 @@ def _convert(request: _ConvertRequest, show: Printer) -> int:
     if options.pop("check"):
         if request.target:
             raise UsageError("--check takes one file and writes none; omit B")
-        facts = jobs.check(request.source, format=request.format)
+        reading = request.reading | {"columns": request.columns}
+        facts = jobs.check(request.source, format=request.format, **reading)
         show(facts, _checked_text(facts))
         return 0 if facts["valid"] else 1
     if not request.target:
@@ -51,11 +52,17 @@ def _formats(show: Printer) -> None:
 
 
 def _checked_text(facts: Mapping[str, Any]) -> str:
+    rows = [
+        (use["heading"], " ".join(filter(None, (use["stream"], use["role"]))), use["unit"] or "", use["reason"] or "")
+        for use in facts.get("columns", [])
+    ]
+    table = [columns([("column", "read as", "unit", ""), *rows])] if rows else []
+    notes = [f"note: {note}" for note in facts.get("notes", [])]
     if facts["valid"]:
-        return f"{facts['file']}: valid ({facts['format']})"
+        return "\n".join([f"{facts['file']}: valid ({facts['format']})", *table, *notes])
     count = len(facts["problems"])
     head = f"{facts['file']}: not valid ({facts['format']}), {count} problem{'s' if count > 1 else ''}"
-    return "\n".join([head, *facts["problems"]])
+    return "\n".join([head, *facts["problems"], *table])
 
 
 DRAWN = "Drawn from brightness, bright as high: a design, no prediction of how the material feels."

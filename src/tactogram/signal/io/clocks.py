@@ -24,6 +24,8 @@ STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7
 _FRACTIONS = {"nanosec": "ns", "nanosecs": "ns", "nsec": "ns", "nsecs": "ns", "nanosecond": "ns", "nanoseconds": "ns", "ns": "ns"}
 _FRACTIONS |= {"usec": "us", "microsec": "us", "microseconds": "us", "us": "us", "msec": "ms", "milliseconds": "ms", "ms": "ms"}
 _FRACTIONS |= {"millis": "ms", "micros": "us", "millisec": "ms", "usecs": "us"}
+_NEAR = 0.1
+"""Relative difference between a stated rate and that of stamps in the right unit."""
 _MEASURED = 0.99
 """Share of steps that go forward in a clock."""
 
@@ -151,7 +153,7 @@ def choose_clock(
     return _with_unit(best, clocks[best], table, rate)
 
 
-def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None) -> Clock:
+def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None) -> Clock | None:
     name = table.headings[place]
     if unit is not None:
         return Clock(place, unit, parse_seconds(unit))
@@ -164,15 +166,18 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
             return Clock(place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since 1970")
     fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high]
+    counts = typical == 1 and float(np.std(steps)) == 0
     if rate is not None and typical > 0:
-        near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c in ("s", "ms", "us", "ns")}
-        fitting = [min(near, key=lambda c: near[c])]
-    if len(fitting) != 1 or (typical == 1 and float(np.std(steps)) == 0 and rate is None):
+        near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c, *_ in STEPS}
+        fitting = [c for c, off in near.items() if off < _NEAR]
+        if counts and not fitting:
+            return None
+    if len(fitting) != 1 or (counts and rate is None):
         likely = [c for c in ("s", "ms", "us", "ns") if 1 <= 1 / (typical * (parse_seconds(c) or 1) or 1) <= 1e6]
         listed = ", ".join(f"{1 / (typical * (parse_seconds(c) or 1)):g} Hz in {c}" for c in likely)
         raise DataError(
             f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
-            f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or leave it out, `time={NONE}` with a rate"
+            f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only counts"
         )
     unit = fitting[0]
     note = None if unit == "s" else f"{name} without unit taken as {unit}: {1 / (typical * (parse_seconds(unit) or 1)):g} Hz"

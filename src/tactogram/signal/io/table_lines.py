@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 MOST = 0.8
 """Share of the lines that must be alike."""
+SNIFFED = 200
+"""Lines that are looked at for it."""
 _STAMPED = re.compile(
     r"\[?((?:\d{4}[-/.]\d\d[-/.]\d\d[T ])?\d{1,2}:\d\d:\d\d(?:[.,:]\d+)?)\]?(?:\s*(?:->|>)\s*|:?[ \t]+)(?=[^\s,;])(.*)"
 )
@@ -22,8 +24,7 @@ _PAIR = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class NumberedLine:
+class NumberedLine(NamedTuple):
     """A line of a file, counted from 1."""
 
     number: int
@@ -33,9 +34,9 @@ class NumberedLine:
 def prefix_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], tuple[str, list[str]] | None]:
     """Return the lines without the time that a terminal put in front, and its heading and stamps if there are any."""
     for form, heading in ((_STAMPED, "time"), (_TICKED, "time [ms]")):
-        found = [form.fullmatch(line.text.strip()) for line in rows]
-        if sum(map(bool, found)) < MOST * len(rows):
+        if not _alike(rows, lambda text, form=form: bool(form.fullmatch(text.strip()))):
             continue
+        found = [form.fullmatch(line.text.strip()) for line in rows]
         kept = [(line, match) for line, match in zip(rows, found, strict=True) if match]
         return (
             [NumberedLine(line.number, match[match.lastindex or 0]) for line, match in kept],
@@ -47,17 +48,17 @@ def prefix_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], tuple[st
 def without_brackets(rows: list[NumberedLine]) -> list[NumberedLine]:
     """Return the lines without the brackets around them, as Python prints tuples and lists."""
     bracketed = re.compile(r"\s*[(\[](.*)[)\]]\s*")
-    found = [bracketed.fullmatch(line.text) for line in rows]
-    if sum(map(bool, found)) < MOST * len(rows):
+    if not _alike(rows, lambda text: bool(bracketed.fullmatch(text))):
         return rows
+    found = [bracketed.fullmatch(line.text) for line in rows]
     return [NumberedLine(line.number, match[1]) if match else line for line, match in zip(rows, found, strict=True)]
 
 
 def pairs_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], list[str]]:
     """Return lines of pairs (``x:0.1, y:0.2``) as their values between tabs, and the names with units."""
-    found = [_pairs(line.text) for line in rows]
-    if not rows or sum(map(bool, found)) < MOST * len(rows):
+    if not _alike(rows, lambda text: bool(_pairs(text))):
         return rows, []
+    found = [_pairs(line.text) for line in rows]
     names = Counter(tuple(name for name, _, _ in pairs) for pairs in found if pairs).most_common(1)[0][0]
     if len(set(names)) < len(names):
         return rows, []
@@ -72,6 +73,12 @@ def pairs_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], list[str]
     headings = [f"{name} [{unit or shared}]" if unit or shared else name for name, unit in zip(names, units, strict=True)]
     lines = [NumberedLine(line.number, "\t".join(value for _, value, _ in pairs)) for line, pairs in kept]
     return lines, headings
+
+
+def _alike(rows: Sequence[NumberedLine], test: Callable[[str], bool]) -> bool:
+    """Return whether most lines in the middle of a file pass a test."""
+    sample = rows[len(rows) // 2 :][:SNIFFED]
+    return sum(test(line.text) for line in sample) >= MOST * len(sample) > 0
 
 
 def _pairs(text: str) -> list[tuple[str, str, str]]:

@@ -23,11 +23,12 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import READABLE, decode_image, read_signal
 from tactogram.signal.io.archives import UnpackedSizeError, check_archive
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io.files import TEXTS
 from tactogram.signal.io.matlab import check_unpacked
 from tactogram.signal.io.picture import picture_size
 from tactogram.signal.io.riff import read_header
 from tactogram.study.study_file import Study
-from tactogram.text_files import decode_text, parse_toml
+from tactogram.text_files import decode_text, detected_text, parse_toml
 
 Kind = Literal["signal", "image", "table", "study", "haptic"]
 
@@ -59,7 +60,7 @@ HEADS: dict[str, tuple[bytes, ...]] = {
     ".lvm": (b"LabVIEW Measurement",),
 }
 """First bytes by suffix; all others are text, or pictures, which Pillow recognises."""
-_TEXT = (".csv", ".tsv", ".txt", ".toml", ".lvm")
+_TEXT = (*TEXTS, ".lvm")
 RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 """Names that Windows keeps for devices."""
 _saving = threading.Lock()
@@ -121,10 +122,10 @@ def read_uploaded_study(name: str, data: bytes) -> Study:
     return Study.of(values, where=name)
 
 
-def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind, **options: Any) -> Path:
+def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind, read: bool = True, **options: Any) -> Path:
     """Check an uploaded file, store it in a folder under a safe unused name, and return its path.
 
-    A signal is read with ``options`` as for `read_uploaded_signal`. The file is written under a temporary name and
+    A signal is ``read`` with ``options`` as for `read_uploaded_signal`, unless its columns are asked about later. The file is written under a temporary name and
     renamed; symbolic links are not followed. The folder is created if needed; the caller confines it to the workspace.
     """
     safe = check_upload(name, data, kind=kind)
@@ -132,7 +133,7 @@ def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind, **options: 
         decode_image(data, name=safe)
     elif kind == "study":
         read_uploaded_study(safe, data)
-    elif kind == "signal":
+    elif kind == "signal" and read:
         read_uploaded_signal(safe, data, **options)
     with _saving:
         path, count = folder / safe, 1
@@ -162,8 +163,10 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
         raise DataError(
             f"{safe}: content does not match the suffix: must begin with {HEADS[suffix][0]!r}, got {data[:4]!r}"
         )
-    if suffix in _TEXT:
+    if suffix == ".toml":
         decode_text(data, safe)
+    elif suffix in _TEXT:
+        detected_text(data, safe)
     if kind == "image":
         picture_size(data, name=safe)
     if suffix in (".npz", ".xlsx"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import mimetypes
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touc
 from tactogram.rendering.sound_map import sound_to_touch
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.signal.io import READABLE, WRITABLE, SignalFile, read_file, read_image, read_image_metadata, write_signal
+from tactogram.signal.io import READABLE, WRITABLE, SignalFile, read_columns, read_file, read_image, read_image_metadata, write_signal
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
 from tactogram.workflows.data.requests import ConversionRequest
@@ -178,25 +179,32 @@ def list_formats() -> dict[str, dict[str, str]]:
     }
 
 
-def check(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
+def check(path: Path | str, *, format: str | None = None, **reading: Any) -> dict[str, Any]:
     """Validate a file; return ``file``, ``format``, ``valid``, ``problems`` (a line each).
 
-    Of haptic files `tactogram.rendering.files.check_file` lists all problems; of others only the first is found.
+    Of haptic files `tactogram.rendering.files.check_file` lists all problems; of others, read as `read_file` does with
+    the same arguments, only the first is found, and the result also has ``columns`` of a table (``heading``, ``role``,
+    ``unit``, ``stream``, ``reason``) and ``notes``.
     """
     path = Path(path)
     suffix = path.suffix.lower()
     if format is not None or suffix not in READABLE or not path.is_file():
         return check_file(path, format=format)
-    problems = []
+    problems, found, notes = [], (), ()
     try:
-        read_file(path)
+        file = read_file(path, **reading)
+        found, notes = file.columns, file.notes
     except TactogramError as error:
         problems.append(str(error))
+        with suppress(TactogramError):
+            found = read_columns(path)
     return {
         "file": str(path),
         "format": suffix.removeprefix("."),
         "valid": not problems,
         "problems": problems,
+        "columns": [asdict(column) for column in found],
+        "notes": list(notes),
     }
 
 

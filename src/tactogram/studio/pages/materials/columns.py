@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from tactogram.datasets.file_parts import STREAM_OF_UNIT
 from tactogram.errors import ParameterError, UnitError
-from tactogram.signal.io.columns import time_unit_of
 from tactogram.signal.io.content import default_axes
 from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
+from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, heading, time_unit_of
 from tactogram.signal.units import parse_seconds, parse_unit, split_heading
 from tactogram.validation import validated
 
@@ -46,7 +45,7 @@ class ColumnChoices:
                     name: layout.unit or _known(split_heading(name)[1]) for name in layout.axes.values()
                 }
                 if layout.time is not None:
-                    units[layout.time] = layout.time_unit or _known(time_unit_of(layout.time))
+                    units[layout.time] = layout.time_unit or _known(time_unit_of(heading(layout.time)))
         return cls(
             headings,
             tuple(roles[name] for name in headings),
@@ -67,9 +66,9 @@ class ColumnChoices:
 
     def stated_unit(self, place: int) -> str:
         """Return the unit in a heading, which stays unless another is chosen; empty if there is none."""
-        heading = self.headings[place]
+        text = self.headings[place]
         timed = self.roles[place] == TIME
-        unit = time_unit_of(heading) if timed else split_heading(heading)[1]
+        unit = time_unit_of(heading(text)) if timed else heading(text).unit
         return _known(unit) if timed == (parse_seconds(unit or "") is not None) else ""
 
     def with_unit(self, place: int, unit: str) -> ColumnChoices:

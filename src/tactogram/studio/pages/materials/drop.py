@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -31,19 +32,15 @@ from tactogram.studio.signals.view import add_routes, signal_card
 from tactogram.studio.workspace.uploads import safe_name, save_upload
 from tactogram.workflows.data.stores import add_signal
 
-UNITS = ("", "m/s^2", "g", "m/s", "mm/s", "m", "mm", "N", "V", "1")
-REMEDIES = (
-    (
-        r"which (sheet|array)\? choose of (.+)",
-        r"has several \1s (\2); save the one to read as a file of its own",
-    ),
-    (r"; give the rate in Hz, e\.g\. `rate=1000`", "; enter the rate below"),
-    (r"; leave the rate out, then resample", "; empty the field Rate"),
-    (r"; leave the unit out", "; choose 'from the file' as the unit"),
-    (r"; choose those of one(?: as axes|, e\.g\. `axes=[^`]+`)", "; keep those of one unit in the file"),
-    (r"choose the columns to read", "remove the columns that hold no numbers"),
-)
-"""What readers advise, and what this page offers instead."""
+FIELDS = {
+    "unit": "Unit",
+    "rate": "Rate, Hz",
+    "axes": "Axes or columns",
+    "time": "Time stamps",
+    "part": "Part",
+    "sheet": "Sheet",
+}
+"""What the page asks of a file that does not state it, by the argument of `read_file`."""
 PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
 
 
@@ -52,11 +49,21 @@ def add(context: MaterialsContext) -> None:
     add_routes()
 
     @route("/materials/drop")
-    async def show(file: str = "", set: str = "", unit: str = "", rate: str = "", axes: str = "") -> None:
+    async def show(
+        file: str = "",
+        set: str = "",
+        unit: str = "",
+        rate: str = "",
+        axes: str = "",
+        time: str = "",
+        part: str = "",
+        sheet: str = "",
+    ) -> None:
+        given = {"unit": unit, "rate": rate, "axes": axes, "time": time, "part": part, "sheet": sheet}
         ui.add_head_html(HEAD)
         with page("Materials"):
             ui.link("All stores", "/materials").classes("small")
-            uploaded = _UploadedFile(context, file, set, unit, rate, axes)
+            uploaded = _UploadedFile(context, file, set, given)
             uploaded.draw_upload()
             if file:
                 with uploaded.analysis:
@@ -66,11 +73,10 @@ def add(context: MaterialsContext) -> None:
 class _UploadedFile:
     """An uploaded file, stored in the workspace until it is removed; its settings are part of the page's address."""
 
-    def __init__(
-        self, context: MaterialsContext, file: str, set_name: str, unit: str, rate: str, axes: str
-    ) -> None:
+    def __init__(self, context: MaterialsContext, file: str, set_name: str, given: Mapping[str, str]) -> None:
         self.context, self.file = context, file
-        self.query = {"file": file, "set": set_name, "unit": unit, "rate": _positive(rate), "axes": axes}
+        numbers = {name: _positive(given[name]) for name in ("rate", "part")}
+        self.query = {"file": file, "set": set_name, **given, **numbers}
         workspace = context.studio.workspace
         self.folder = workspace.studio_folder / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
@@ -87,11 +93,13 @@ class _UploadedFile:
     @property
     def reading(self) -> dict[str, Any]:
         """Arguments of `read_file` that the file itself may lack."""
-        rate, axes = self.query["rate"], self.query["axes"]
-        return {
-            "unit": self.query["unit"] or None,
-            "rate": float(rate) if rate else None,
-            "axes": tuple(name.strip() for name in axes.split(",") if name.strip()) or None,
+        texts = {name: self.query[name].strip() for name in FIELDS}
+        axes = tuple(name.strip() for name in texts["axes"].split(",") if name.strip())
+        found: dict[str, Any] = {name: text or None for name, text in texts.items()}
+        return found | {
+            "rate": float(texts["rate"]) if texts["rate"] else None,
+            "part": int(float(texts["part"])) if texts["part"] else None,
+            "axes": axes or None,
         }
 
     def go(self, **changes: Any) -> None:
@@ -167,6 +175,9 @@ class _UploadedFile:
         )
         if read.timing is not None and not read.timing.even:
             hint("Its uneven time stamps were converted to even spacing.")
+        others = [f"{name} ({', '.join(other.axes)}, {other.unit})" for name, other in read.others.items()]
+        for note in (*read.notes, *([f"also holds {', '.join(others)}"] if others else [])):
+            hint(f"{in_words_of_the_page(note)}.")
 
     def _matching_set(self, signal: Signal) -> str:
         """Return the first store with a stream of the signal's unit and domain, else the first."""
@@ -177,17 +188,17 @@ class _UploadedFile:
         return next(iter(self.sets), "")
 
     def _draw_reading(self, *, closed: bool = False) -> None:
-        """Draw the fields for unit, rate and axes, which many files lack."""
-        expansion = ui.expansion("Unit, rate and axes", value=not closed).classes("w-full").props("dense")
+        """Draw the fields for what many files lack, or leave open."""
+        expansion = ui.expansion("Unit, rate, axes …", value=not closed).classes("w-full").props("dense")
+        examples = {"unit": "m/s^2, g, N", "axes": "x,y,z", "time": "ticks [us], or none"}
         with expansion, ui.row().classes("items-end gap-3"):
-            options, chosen = {name: name or "from the file" for name in UNITS}, self.query["unit"]
-            unit = ui.select(options, label="Unit", value=chosen if chosen in UNITS else "").classes("w-40")
-            rate = NumberField("Rate, Hz", value=self.reading["rate"]).classes("w-36")
-            axes = ui.input("Axes", value=self.query["axes"], placeholder="x,y,z").classes("w-36")
+            fields = {
+                name: ui.input(title, value=self.query[name], placeholder=examples.get(name, "")).classes("w-36")
+                for name, title in FIELDS.items()
+            }
 
             def again() -> None:
-                text = "" if rate.value is None else f"{rate.value:g}"
-                self.go(unit=unit.value, rate=text, axes=axes.value or "")
+                self.go(**{name: field.value or "" for name, field in fields.items()})
 
             ui.button("Read again", on_click=again).props("outline")
             ui.button("Remove", on_click=report_errors(self._remove)).props("flat color=negative")
@@ -307,20 +318,20 @@ def _positive(text: str) -> str:
 
 
 def in_words_of_the_page(text: str) -> str:
-    """Return an error of reading that names only what this page offers."""
-    for pattern, remedy in REMEDIES:
-        text = re.sub(pattern, remedy, text)
-    return text
+    """Return an error or note on reading in which arguments are the fields of this page."""
+    return re.sub(
+        r"`(\w+)=([^`]+)`", lambda found: f"{FIELDS.get(found[1], found[1])}: {found[2]}", text
+    )
 
 
 def store_signal(folder: Path, name: str, data: bytes) -> Path:
-    """Store an uploaded signal under a safe, unused name; a table may lack its rate, which the page asks for."""
+    """Store an uploaded signal under a safe, unused name; a table may leave open what the page asks for."""
     try:
         return save_upload(folder, name, data, kind="signal")
     except TactogramError:
         if Path(safe_name(name)).suffix in SOUND:
             raise
-        return save_upload(folder, name, data, kind="signal", rate=1.0)
+        return save_upload(folder, name, data, kind="signal", read=False)
 
 
 def matching_stream(store: Store, signal: Signal) -> str:
