@@ -27,6 +27,13 @@ _LONG_INTEGER = re.compile(r"\d{19}")
 
 REPLACEMENT = "\ufffd"
 """Stands for a byte of a file name that is not UTF-8."""
+_CLUES = {
+    "cp932": re.compile("時間|加速度|速度|荷重|センサ|データ|[ぁ-ん]{2}"),
+    "gb18030": re.compile("时间|加速度|数据|传感器|角速度"),
+    "cp949": re.compile("시간|가속도|데이터|센서"),
+    "cp1251": re.compile("[Вв]рем|[Уу]скор|[Сс]ила"),
+}
+"""Words that tell the encoding of a heading, which is too short for statistics."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
@@ -71,8 +78,9 @@ def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
     except UnicodeDecodeError as error:
         if error.reason == "unexpected end of data" and error.end == len(raw):
             return raw.decode("utf-8-sig", "ignore"), "utf-8"
-    encoding = "cp1252"
-    if run := re.search(rb"[\x80-\xff]{3}", raw):
+    encoding = next((name for name, form in _CLUES.items() if form.search(raw.decode(name, "ignore"))), "cp1252")
+    run = re.search(rb"[\x80-\xff]{3}", raw) if encoding == "cp1252" else None
+    if run is not None:
         from charset_normalizer import from_bytes
 
         lines = raw[max(0, run.start() - 2048) : run.start() + 4096]

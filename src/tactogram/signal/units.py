@@ -37,11 +37,11 @@ _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600
 
 _WORDS = {
     # Whole words and plain variants, in lower case, by the spelling above.
-    "m/s^2": "mps2 mps^2 ms2 ms-2 ms^-2 m*s-2 m*s^-2 m/s2 m/s/s m/ss m_s2 meterspersecondsquared metrespersecondsquared "
+    "m/s^2": "meters/second^2 metres/second^2 meter/second^2 mps2 mps^2 ms2 ms-2 ms^-2 m*s-2 m*s^-2 m/s2 m/s/s m/ss m_s2 meterspersecondsquared metrespersecondsquared "
     "meterpersecondsquared m/secondsquared",
     "mm/s^2": "mm/s2 mm/s/s",
     "cm/s^2": "cm/s2 gal",
-    "g": "g's gs gn g0 g_0 gee gees gravity gravities gravitys g-force standardgravity",
+    "g": "g's gs gn g_n g0 g_0 gee gees gravity gravities gravitys g-force standardgravity",
     "mg": "milli-g millig mgee mg's milligs milligravity",
     "m/s": "mps meterspersecond metrespersecond",
     "mm/s": "mmps millimeterspersecond millimetrespersecond",
@@ -51,13 +51,15 @@ _WORDS = {
     "N": "n newton newtons",
     "mN": "mn millinewton millinewtons",
     "kN": "kn kilonewton kilonewtons",
-    "gf": "gram-force gramforce",
+    "gf": "gram-force gramforce grams-force p pond",
+    "kgf": "kp kilopond kilogram-force",
+    "lbf": "lb-force pound-force lb_f",
     "V": "v volt volts vdc",
-    "mV": "mv millivolt millivolts",
+    "mV": "mv millivolt millivolts mvolt mvolts",
     "uV": "uv microvolt microvolts",
     "Pa": "pa pascal pascals",
     "hPa": "hpa",
-    "kPa": "kpa",
+    "kPa": "kpa kilopascal kilopascals",
     "uT": "ut microtesla microteslas",
     "T": "tesla",
     "gauss": "gs gauss",
@@ -87,7 +89,7 @@ def parse_unit(text: str) -> tuple[str, float]:
     plain = _plain(text)
     unit = _SPELLINGS.get(plain) or _SPELLINGS.get(_BY_WORD.get(plain.lower(), ""))
     unit = unit or {"G": ("m/s^2", STANDARD_GRAVITY), "mG": ("m/s^2", 1e-3 * STANDARD_GRAVITY)}.get(plain)
-    if unit is None:
+    if unit is None and plain.isupper() and plain != "NM":  # not newton metres
         unit = _SPELLINGS.get(plain.lower())
     if unit is None:
         raise UnitError(

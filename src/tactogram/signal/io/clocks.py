@@ -50,13 +50,14 @@ def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None
                 clocks[i] = kind
         elif each.is_clock and _forward(column, 0.5 if table.named and not each.sensor.count(" ") else _MEASURED):
             clocks[i] = time_unit_of(each)
-    if not clocks and table.columns and table.columns[0].dtype != object:
-        first = table.columns[0]
-        steps = np.diff(first[np.isfinite(first)])
-        unnamed = not table.named or not found[0].name
-        ticks = float(np.mean(steps == 1)) > 0.9 if len(steps) else True  # noqa: PLR2004
-        if unnamed and len(table.columns) > 1 and len(steps) > 1 and _forward(first) and not ticks:
-            clocks[0] = None
+    if not clocks and len(table.columns) > 1 and (not table.named or not found[0].name):
+        for i, column in enumerate(table.columns[:3]):
+            steps = np.diff(column[np.isfinite(column)]) if column.dtype != object else np.array([])
+            if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:  # noqa: PLR2004
+                continue  # words, a counter, a constant
+            if _forward(column):
+                clocks[i] = None
+            break
     return clocks
 
 
@@ -165,7 +166,8 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     for candidate, low, high in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
             return Clock(place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since 1970")
-    fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high]
+    ticks = any(word.startswith("tick") for word in words_of(name))
+    fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high and not ticks]
     counts = typical == 1 and float(np.std(steps)) == 0
     if rate is not None and typical > 0:
         near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c, *_ in STEPS}
@@ -190,7 +192,10 @@ def _asked(table: RawTable, found: Sequence[Heading], rate: float | None) -> Non
         return
     for each, column in zip(found, table.columns, strict=True):
         if each.is_clock and each.axis is None and column.dtype != object and len(column) > 1 and float(np.ptp(column)) == 0:
-            raise DataError(f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}")
+            raise DataError(
+                f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}; give the "
+                "rate instead, e.g. `rate=1000`"
+            )
     for each, column in zip(found, table.columns, strict=True):
         if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:  # noqa: PLR2004
             continue

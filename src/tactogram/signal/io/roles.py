@@ -29,6 +29,10 @@ MAIN = (
 """Streams in the order in which they are taken for the signal; the empty one has no known quantity."""
 
 
+MOST_UNNAMED = 3
+"""Columns without headings that are taken for axes of one signal."""
+
+
 @dataclass(frozen=True)
 class StreamColumns:
     """Columns of one stream."""
@@ -160,6 +164,8 @@ def _place(name: str, table: RawTable, found: Sequence[Heading]) -> int | None:
     for candidates in (table.headings, [each.name for each in found]):
         if name in candidates:
             return candidates.index(name)
+    if name.isdigit() and 1 <= int(name) <= len(found):
+        return int(name) - 1
     letters = [i for i, each in enumerate(found) if each.axis == name]
     return letters[0] if len(letters) == 1 else None
 
@@ -170,11 +176,17 @@ def _found(table: RawTable, found: Sequence[Heading], at: int | None, others: di
         if i != at and i not in others and (what := _no_signal(each, column, table, i)):
             others[i] = what
     places = [i for i in range(len(found)) if i != at and i not in others]
-    if not places:
-        magnitudes = [i for i, what in others.items() if what == "magnitude"]
-        for i in magnitudes:
-            del others[i]
-        places = magnitudes
+    for spare in ("magnitude", "in "):
+        if not places:
+            places = [i for i, what in others.items() if what.startswith(spare)]
+            for i in places:
+                del others[i]
+    if not table.named and not table.groups and len(places) > MOST_UNNAMED:
+        listed = ",".join(table.headings[i] for i in places[:3])
+        raise DataError(
+            f"{table.path}: {len(places)} columns of numbers without headings ({table.headings[places[0]]} to "
+            f"{table.headings[places[-1]]}): which are axes of one signal? choose, e.g. `axes={listed}`"
+        )
     if not places:
         raise DataError(
             f"{table.path}: no column of samples besides the time, got {', '.join(table.headings)}; "
@@ -246,8 +258,13 @@ def _axes_of(
     for i in places:
         if found[i].axis:
             sensors.setdefault(found[i].sensor, []).append(i)
+    stated = {name: each for name, each in sensors.items() if found[each[0]].unit is not None}
+    if len(sensors) > 1 and len(stated) == 1:
+        others |= {i: "without unit, beside those with one" for name, each in sensors.items() if name not in stated for i in each}
+        sensors = stated
+        places = [i for i in places if i not in others]
     if len(sensors) > 1 and ask and not _one_set(sensors, found):
-        listed = " or ".join(", ".join(table.headings[i] for i in each) for each in sensors.values())
+        listed = " or ".join(", ".join(table.headings[i] for i in each) for each in [*sensors.values()][:4])
         first = ",".join(found[i].name for i in next(iter(sensors.values())))
         raise DataError(
             f"{table.path}: which {name.replace('_', ' ') or 'columns'}: {listed}? choose, e.g. `axes={first}`"
@@ -289,7 +306,10 @@ def _converted(
         listed = ", ".join(part.text for part in parts)
         raise DataError(f"{table.path}: columns are in different units: {listed}; choose those of one: `axes=NAME,NAME`")
     if len(set(axes)) < len(axes):
-        raise DataError(f"{table.path}: columns must have different names, got {', '.join(axes)}")
+        numbers = ",".join(str(i + 1) for i in places)
+        raise DataError(
+            f"{table.path}: columns must have different names, got {', '.join(axes)}; choose by number, `axes={numbers}`"
+        )
     return StreamColumns(
         name, tuple(places), tuple(axes), known.pop() if known else None, tuple(factor for _, factor in units)
     )

@@ -18,7 +18,7 @@ _STAMP = re.compile(
     r"""\s*(?:(?:[A-Za-z]{3},?\ +)?
     (?:(?P<a>\d{4}|\d{1,2})[-/. ]\ ?(?P<b>\d{1,2}|[A-Za-z]{3,9})[-/. ],?\ ?(?P<c>\d{4}|\d{1,2})
        |(?P<year>(?:19|20)\d\d)(?P<month>\d\d)(?P<day>\d\d))年?\.?(?=[T_\ ,;]|$)[T_\ ,;]*)?
-    (?:(?P<hour>\d{1,2})[:.h](?P<minute>\d{2})(?:[:.m](?P<second>\d{2}))?(?:[.,:](?P<fraction>\d{1,9}))?
+    (?:(?P<hour>\d{1,2})[:.h-](?P<minute>\d{2})(?:[:.m-](?P<second>\d{2}))?(?:[.,:_](?P<fraction>\d{1,9}))?
        \s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?)?\s*""",
     re.VERBOSE,
 )

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.signal.io.description import SignalDescription, decode
@@ -27,8 +28,9 @@ from tactogram.signal.io.table_head import (
     is_number,
     is_value,
     rate_in,
+    units_in,
 )
-from tactogram.signal.io.table_lines import NumberedLine, pairs_apart, prefix_apart, without_brackets
+from tactogram.signal.io.table_lines import NumberedLine, cleaned, is_ruler, pairs_apart, prefix_apart, without_brackets
 from tactogram.signal.signal import Signal
 from tactogram.text_files import detected_text
 
@@ -44,6 +46,8 @@ MOST_ODD = 0.05
 _SNIFFED_BYTES = 8192
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 """A cell among blanks; in a heading, the unit in brackets belongs to it."""
+_YAML = re.compile(r"\s*(?:[\w/]+:(?:\s+\S+)?|---|- \S+)\s*")
+_CALENDAR = re.compile(r"((?:19|20)\d\d)(0[1-9]|1[0-2])([0-2]\d|3[01])([01]\d|2[0-3])([0-5]\d)([0-5]\d)(\d{3}|)")
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 """A number with a comma that may be one of thousands."""
 _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:,\d{3})+\.\d+")
@@ -59,17 +63,26 @@ def table(path: Path, raw: bytes) -> RawTable:
     """
     if not raw:
         raise DataError(f"{path}: empty file")
+    notes = []
+    if raw.endswith(b"\0") and raw.count(0) < len(raw) // 4:
+        raw = raw.rstrip(b"\0")
+        notes.append("zero bytes at the end left out")
     text, encoding = detected_text(raw, path)
-    notes = [] if encoding.startswith("utf") else [f"text read as {encoding}, not UTF-8"]
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    notes += [] if encoding.startswith("utf") else [f"text read as {encoding}, not UTF-8"]
+    lines = cleaned(text).split("\n")
     filled = [NumberedLine(n, line) for n, line in enumerate(lines, 1) if line and not line.isspace()]
     separator = None
     if filled and (stated := re.fullmatch(r'"?sep=(.)"?\s*', filled[0].text)):
         separator, filled = stated[1], filled[1:]
     comments = [line.text for line in filled if line.text.startswith(COMMENTS)]
-    rows = [line for line in filled if not line.text.startswith(COMMENTS)]
+    rows = [line for line in filled if not line.text.startswith(COMMENTS) and not is_ruler(line.text)]
     if not rows:
         raise DataError(f"{path}: no rows")
+    if sum(bool(_YAML.fullmatch(line.text)) for line in rows[:SNIFFED_ROWS]) > 0.9 * len(rows[:SNIFFED_ROWS]):
+        raise DataError(
+            f"{path}: lines of 'name: value' over several rows (YAML, as `ros2 topic echo` prints): save a table instead, "
+            "with its option --csv"
+        )
     description = next((found for line in comments[:3] if (found := decode(line[1:].strip(), str(path)))), None)
     rows, stamps = prefix_apart(rows)
     rows = without_brackets(rows)
@@ -85,7 +98,8 @@ def table(path: Path, raw: bytes) -> RawTable:
     start = body_start(first, [_cells(line.text, separator, path) for line in sample], width)
     if start is None:
         raise DataError(f"{path}: {_no_numbers(first, width)}")
-    head = _head(first[:start], comments, width, separator, path)
+    above = [_spaced(line.text, cells, width) if separator == " " else cells for line, cells in zip(rows[:start], first, strict=False)]
+    head = _head(above, comments, width, separator, path)
     if not head.named and separator == "," and (short := next((r for r in first[:start] if 2 * len(r) == width), None)):
         raise DataError(
             f"{path}: row {rows[start].number}: expected {len(short)} columns, got {width}; write decimal points, not commas"
@@ -94,15 +108,19 @@ def table(path: Path, raw: bytes) -> RawTable:
         head = TableHead(tuple(names), (), named=True)
     body = _body(rows[start:], width, separator, path, notes, first[:start], ended=lines[-1].strip() == "")
     columns, spelled = _columns(body, width, separator, path)
+    facts = [*comments, *(line.text for line in rows[: start + SIDE_ROWS])]
     units = tuple(a or b for a, b in zip(head.units or (None,) * width, spelled, strict=True))
     kept = [i for i in range(width) if (head.headings[i] and head.named) or not _is_empty(columns[i])]
-    rate = increment_in(first[:start]) or rate_in([*comments, *(line.text for line in rows[: start + SIDE_ROWS])])
+    rate = increment_in(first[:start]) or rate_in(facts)
     numbers = [line.number for line in body]
     if not head.named and (fact := _start_and_rate(columns)):
         rate, columns, numbers = fact, [column[2:] for column in columns], numbers[2:]
         notes.append("the first two rows are the start and the rate, as Empatica's E4 writes them")
     headings, columns = [head.headings[i] for i in kept], [columns[i] for i in kept]
     units = tuple(units[i] for i in kept)
+    across, along = units_in(facts)
+    if along is not None and not any(units) and not any(re.search(r"[\[(]", text) for text in headings):
+        units = tuple(_side_unit(column, across, along) for column in columns)
     if stamps is not None:
         places = {line.number: stamp for line, stamp in zip(rows, stamps[1], strict=True)}
         headings, units = [stamps[0], *headings], (None, *units)
@@ -208,6 +226,21 @@ def _split(row: str, separator: str) -> list[str]:
     return [cell.strip() for cell in row.split(separator)]
 
 
+def _spaced(text: str, cells: list[str], width: int) -> list[str]:
+    """Return the cells of a line above columns of fixed width, whose headings may hold single blanks."""
+    apart = re.split(r"\s{2,}|\t", text.strip())
+    return apart if len(cells) != width and len(apart) == width else cells
+
+
+def _side_unit(column: Column, across: str | None, along: str) -> str | None:
+    """Return the unit of a column of an oscilloscope: that of the time if it goes evenly forward."""
+    steps = np.diff(column) if column.dtype != object else np.array([0.0])
+    even = len(steps) > 1 and (steps > 0).all() and float(np.ptp(steps)) <= 0.1 * float(steps.mean())  # noqa: PLR2004
+    if even and (steps == 1).all():
+        return None  # a counter
+    return across if even else along
+
+
 def _cells(row: str, separator: str, path: Path) -> list[str]:
     try:
         return _split(row, separator)
@@ -239,20 +272,25 @@ def _body(
     """Return the lines that hold a row each; others are left out with a note, or too many of them an error."""
     kept: list[NumberedLine] = []
     odd: list[tuple[NumberedLine, int]] = []
-    repeated = 0
+    repeated, remarks = 0, []
     heads = {tuple(row) for row in above}
     plain = separator != " " and not any('"' in line.text for line in rows)
     for line in rows:
         count = line.text.count(separator) + 1 if plain else len(_cells(line.text, separator, path))
         if count == width or (count == width + 1 and line.text.rstrip(" ").endswith(separator)):
             kept.append(line)
-        elif tuple(_cells(line.text, separator, path)) in heads:
+        elif tuple(cells := _cells(line.text, separator, path)) in heads:
             repeated += 1
+        elif len(cells) > width and not any(is_value(cell) for cell in cells[width:]) and all(map(is_value, cells[:width])):
+            kept.append(NumberedLine(line.number, separator.join(cells[:width])))
+            remarks.append(line.number)
         else:
             odd.append((line, count))
     for line in [line for line in kept if line.text[:1].isalpha() and tuple(_cells(line.text, separator, path)) in heads]:
         kept.remove(line)
         repeated += 1
+    if remarks:
+        notes.append(f"remarks behind the numbers of {len(remarks)} rows left out, the first is row {remarks[0]}")
     if repeated:
         notes.append(f"headings stand again {repeated} times among the rows: the logger was started again there")
     if odd and odd[-1][0] is rows[-1]:
@@ -285,9 +323,9 @@ def _columns(
 
     sample = [cell for line in body[:SNIFFED_ROWS] for cell in _cells(line.text, separator, path)]
     decimal = "."
-    if separator != "," and any(DECIMAL_COMMA.fullmatch(cell) for cell in sample):
+    if any(DECIMAL_COMMA.fullmatch(cell) for cell in sample):
         decimal = "." if any("." in cell and is_number(cell) for cell in sample) else ","
-    grouped = separator != "," and any(_THOUSANDS.fullmatch(cell) for cell in sample)
+    grouped = any(_THOUSANDS.fullmatch(cell) for cell in sample)
     text = "\n".join(line.text.rstrip(" " if separator == "\t" else None) for line in body)
     try:
         frame = pd.read_csv(
@@ -310,7 +348,10 @@ def _columns(
     units: list[str | None] = []
     for i in range(width):
         values = frame[i]
-        if values.dtype.kind in "fiub":
+        if values.dtype.kind == "i" and (dated := _calendar_digits(values.to_numpy())) is not None:
+            columns.append(dated)
+            units.append(None)
+        elif values.dtype.kind in "fiub":
             columns.append(values.to_numpy(dtype=np.float64))
             units.append(None)
         else:
@@ -318,6 +359,16 @@ def _columns(
             columns.append(column)
             units.append(unit)
     return columns, units
+
+
+def _calendar_digits(values: NDArray[np.int64]) -> Column | None:
+    """Return whole numbers that spell date and time (``20260102102345000``) as stamps."""
+    digits = {14: 0, 17: 3}.get(len(str(int(values[0]))) if len(values) else 0)
+    if digits is None or not all(_CALENDAR.fullmatch(str(value)) for value in values[:20]):
+        return None
+    column = np.empty(len(values), dtype=object)
+    column[:] = [_CALENDAR.sub(r"\1-\2-\3 \4:\5:\6.\g<7>0", str(value)) for value in values]
+    return column
 
 
 def _with_unit(cells: Sequence[str | None]) -> tuple[Column, str | None]:

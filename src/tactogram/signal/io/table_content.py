@@ -24,6 +24,8 @@ MOST_HOLES = 0.05
 """Share of steps above which holes are no holes, but the times between blocks."""
 MOST_OFF = 0.05
 """Relative difference of a stated rate and the time stamps that is worth a note."""
+MARKERS = (-9999.0, -999.0, -99999.0, 9999.0, 99999.0, -999.25)
+"""Numbers that programs write where they have none."""
 LONG_AGO_S = 1e8
 """Time stamps beyond it are relative to the first, so that float64 keeps their microseconds."""
 
@@ -67,13 +69,17 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
     intervals = cut([replace(content, labels={}) for content in contents])
     if len(intervals) <= 1 and part in (None, 1):
         return tuple(contents)
-    path = contents[0].place(-1, 0)
     if part is None:
         first, second = intervals[:2]
         stop, start = first.contents[0].times, second.contents[0].times
         assert stop is not None and start is not None  # noqa: S101
         step = start[0] - stop[-1]
         what = f"time goes back by {-step:.4g} s" if step < 0 else f"{step:.4g} s without samples"
+        if len(intervals) > MOST_HOLES * len(contents[0].rows) + 2:
+            raise DataError(
+                f"time goes back or stands for long at {len(intervals) - 1} rows: these are not in the order of time; sort them, or "
+                "read them as they are, `time=none` with a rate"
+            )
         longest = max(range(len(intervals)), key=lambda i: len(intervals[i].contents[0].rows)) + 1
         raise DataError(
             f"rows {first.rows[1]} to {second.rows[0]}: {what}; at most 3 missing samples are interpolated: choose one of "
@@ -81,7 +87,6 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
         )
     if not 1 <= part <= len(intervals):
         raise DataError(f"part must be 1 to {len(intervals)}, got {part}")
-    del path
     return intervals[part - 1].contents
 
 
@@ -89,12 +94,20 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     rows = table.rows if len(table.rows) else range(len(table))
     where = f"{table.path}: row {{}}, column "
     numbers = [_numbers(table, i, rows) for i in stream.places]
+    own = table.description is not None
+    notes = [*table.notes, *roles.notes]
+    if not own and (marker := _marker(numbers)) is not None:
+        numbers = [np.where(values == marker, np.nan, values) for values in numbers]
+        notes.append(f"{marker:g} taken for missing samples")
     samples = np.stack([values * factor for values, factor in zip(numbers, stream.factors, strict=True)])
     times = None if roles.time is None else _times(table, roles.time, roles.seconds, rows, where)
     labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
-    notes = [*table.notes, *roles.notes]
     kept: NDArray[np.int64] | None = None
-    if times is not None and table.description is None:
+    if times is not None and len(times) < 2:  # noqa: PLR2004
+        raise DataError(f"{table.path}: one row of numbers is no signal")
+    if times is not None and not own:
+        if np.isnan(times[:-1]).mean() > MOST_HOLES:  # stamps of the first sample of each block alone
+            times = _filled(times)
         kept = np.flatnonzero(~(np.isnan(samples).any(axis=0) | np.isnan(times)))
         if not len(kept):
             kept = np.arange(len(times))
@@ -103,8 +116,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
         times, note = _trusted(times, table, rate)
         notes += [note] if note else []
     numbered: Sequence[int] = rows if kept is None else [rows[i] for i in kept]
-    own = times is None or table.description is not None
-    known = table.rate if own else None
+    known = table.rate if times is None or own else None
     if times is not None and table.rate is not None and _on_grid(times, table.rate):
         times, known = None, table.rate
     if note := _without_unit(stream, samples):
@@ -174,6 +186,12 @@ def _trusted(
 
     Without a rate a `DataError` names the likely one.
     """
+    if len(times) > 1 and np.ptp(times) == 0:
+        if rate is None and table.rate is None:
+            raise DataError(
+                f"{table.path}: time stands still: all {len(times)} stamps are the same; give the rate instead, e.g. `rate=1000`"
+            )
+        return None, "time stamps are all the same: not used"
     if len(times) < 4 or not times[-1] > times[0] or np.ptp(times) > MOST_SPAN:  # noqa: PLR2004
         return times, None
     steps = np.diff(times)
@@ -205,11 +223,28 @@ def _on_grid(times: NDArray[np.float64], rate: float) -> bool:
 
 
 def _without_unit(stream: StreamColumns, samples: NDArray[np.float64]) -> str | None:
-    """Return a note on accelerations without a unit whose mean over the axes looks like gravity."""
-    if stream.unit is not None or stream.name not in ("acceleration", "linear_acceleration") or not samples.size:
+    """Return a note on samples without a unit; that of accelerations whose mean looks like gravity."""
+    if stream.unit is not None or not samples.size or stream.name == "friction":
         return None
-    mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum()))
+    mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
     for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
-        if abs(mean / one - 1) < 0.15:  # noqa: PLR2004
-            return f"no unit stated; the mean of {mean:.3g} looks like gravity in {unit}: `unit={unit}`"
-    return "no unit stated: read as plain numbers; `unit=g` or `unit=m/s^2` says it"
+        if len(samples) == 3 and abs(mean / one - 1) < 0.15:  # noqa: PLR2004
+            return f"no unit stated: read as plain numbers; their mean of {mean:.3g} is that of gravity in {unit}: `unit={unit}`"
+    whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10  # noqa: PLR2004
+    return f"no unit stated: read as {'counts' if whole else 'plain numbers'}; say it, e.g. `unit=g`"
+
+
+def _marker(columns: Sequence[NDArray[np.float64]]) -> float | None:
+    """Return the number that stands for missing samples, far beyond all others, as -9999."""
+    for marker in MARKERS:
+        found = [values == marker for values in columns]
+        if any(each.any() for each in found):
+            rest = max(float(np.nanmax(np.abs(v[~each]), initial=0.0)) for v, each in zip(columns, found, strict=True))
+            return marker if rest < abs(marker) / 10 else None
+    return None
+
+
+def _filled(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return time stamps with each missing one as the one before."""
+    last = np.maximum.accumulate(np.where(np.isnan(times), 0, np.arange(len(times))))
+    return times[last]

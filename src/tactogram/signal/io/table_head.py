@@ -13,7 +13,8 @@ from tactogram.signal.units import parse_seconds, parse_unit
 
 MISSING = frozenset(
     ["", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "--", "-", "---", "ovf", "#value!", "#num!", "#div/0!"]
-    + ["-nan", "nan(ind)", "-1.#ind", "1.#qnan", "."]
+    + ["-nan", "nan(ind)", "-1.#ind", "1.#qnan", ".", "inf", "-inf", "+inf", "∞", "-∞", "+∞", "infinity", "-infinity"]
+    + ["ol", "over", "overload", "overflow", "overrange"]
 )
 """Cells that hold no number, in lower case."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
@@ -23,7 +24,7 @@ HEAD_ROWS = 4
 _KINDS = frozenset(["cal", "raw", "uncal", "real", "float", "double", "int", "analog", "none", "value"])
 _RATE = re.compile(
     r"""\b(?P<what>(?:sampl(?:e|ing|es)|data|acquisition|logging|output)?[ _-]*(?:rate|freq(?:uency)?|interval|period|increment)
-    |fs|dt|delta_?x|at|samples?[ _/]+(?:per|/)[ _]*s(?:ec(?:ond)?)?)\b
+    |x-axis[ ]delta|fs|dt|delta_?x|at|samples?[ _/]+(?:per|/)[ _]*s(?:ec(?:ond)?)?)\b
     [^\d\n]{0,24}?(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(?P<unit>[a-zµμ]*)""",
     re.IGNORECASE | re.VERBOSE,
 )
@@ -77,7 +78,8 @@ def body_start(rows: Sequence[Sequence[object]], sample: Sequence[Sequence[objec
     data = [bool(numeric) and is_data(row) for row in rows]
     for i, found in enumerate(data):
         following = data[i : i + 4]
-        if found and sum(following) >= min(len(following), 3):
+        section = i + 1 < len(rows) and len(rows[i + 1]) == 1 < width and str(rows[i + 1][0]).endswith(":")
+        if found and not section and sum(following) >= min(len(following), 3):
             return i
     return None
 
@@ -85,12 +87,20 @@ def body_start(rows: Sequence[Sequence[object]], sample: Sequence[Sequence[objec
 def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
     """Return headings and units from the rows above the numbers, the last of which are nearest to them."""
     texts = [[str("" if cell is None else cell).strip() for cell in row] for row in above]
+    labelled = {row[0].lower().strip(" =:"): tuple(row[1:width]) for row in texts if len(row) >= width and row[0].endswith("=")}
+    if (names := labelled.get("channeltitle")) is not None:  # LabChart
+        return TableHead(("time", *names), (None, *(unit or None for unit in labelled.get("unitname", ("",) * len(names)))), named=True)
     rows: list[list[str]] = []
-    for row in reversed(texts[-HEAD_ROWS:]):
-        fitted = _fitted(row, width, over=bool(rows))
-        if fitted is None or not _heads(fitted):
+    lengths: set[int] = set()
+    for row in reversed(texts[-2 * HEAD_ROWS :]):
+        filled = [text for text in row if text]
+        if width > 1 and len(filled) == 1 and not filled[0][0].isalnum():
+            continue  # the name of a section, such as *DATA
+        fitted = _fitted(row, width, over=bool(rows) and len(row) not in lengths)
+        if fitted is None or not _heads(fitted) or len(rows) == HEAD_ROWS:
             break
         rows.insert(0, fitted)
+        lengths.add(len(row))
     units: tuple[str | None, ...] = ()
     if len(rows) > 1 and _are_units(rows[-1]):
         units = tuple(_bare(text) or None for text in rows.pop())
@@ -108,7 +118,8 @@ def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
 def rate_in(lines: Sequence[str]) -> float | None:
     """Return the rate in Hz that lines above a table state, by a rate or by an interval; None if there is none, or two."""
     found = set()
-    for line in lines:
+    joined = [f"{line} {following}" if line.strip().endswith(":") else line for line, following in zip(lines, [*lines[1:], ""], strict=True)]
+    for line in joined:
         for match in _RATE.finditer(line):
             number, unit = float(match["number"].replace(",", ".")), match["unit"].lower()
             slow = re.search(r"interval|period|increment|dt|delta", match["what"], re.IGNORECASE)
@@ -118,6 +129,16 @@ def rate_in(lines: Sequence[str]) -> float | None:
             elif not slow and unit in _HERTZ and number > 0 and (unit or match["what"].lower() != "at"):
                 found.add(number * _HERTZ[unit])
     return found.pop() if len(found) == 1 else None
+
+
+def units_in(lines: Sequence[str]) -> tuple[str | None, str | None]:
+    """Return the units of time stamps and samples in lines such as ``Horizontal Units,s`` and ``Vertical Units,V``."""
+    found: list[str | None] = []
+    for axis in (r"horizontal|x-axis|h", r"vertical|y-axis|v"):
+        form = re.compile(rf"[\"'#\s]*(?:{axis})[ _-]*units?\b[\"':=\s]*[,;:\t=]?[\"'\s]*([^\",;\t\s]+)", re.IGNORECASE)
+        units = [match[1] for line in lines if (match := form.match(line)) and _is_unit(match[1])]
+        found.append(units[0] if units else None)
+    return found[0], found[1]
 
 
 def increment_in(above: Sequence[Sequence[object]]) -> float | None:
@@ -138,9 +159,11 @@ def _fitted(row: list[str], width: int, *, over: bool) -> list[str] | None:
         row = row[1:]
     if len(row) == width - 1 and width > 1:
         return ["", *row] if all(row) else [*row, ""]
-    if over and 1 < len(row) < width:
+    if over and (row[:1] == [] or any(text.endswith(":") for text in row)):
+        return None
+    if over and 1 < len(row) < width and "" in row[:-1]:
         row = row + [""] * (width - len(row))
-    return row[:width] if len(row) >= width else None
+    return row[:width] if len(row) == width or (len(row) > width and not over) else None
 
 
 def _heads(row: list[str]) -> bool:

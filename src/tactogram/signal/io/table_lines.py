@@ -9,12 +9,16 @@ from typing import NamedTuple
 
 MOST = 0.8
 """Share of the lines that must be alike."""
+_CLEANED = 20_000
+_RULER = re.compile(r"[\s|+=:-]+")
 SNIFFED = 200
 """Lines that are looked at for it."""
+_TIME = r"(?:\d{4}[-/.]\d\d[-/.]\d\d[T ])?\d{1,2}:\d\d:\d\d(?:[.,:]\d+)?"
 _STAMPED = re.compile(
-    r"\[?((?:\d{4}[-/.]\d\d[-/.]\d\d[T ])?\d{1,2}:\d\d:\d\d(?:[.,:]\d+)?)\]?(?:\s*(?:->|>)\s*|:?[ \t]+)(?=[^\s,;])(.*)"
+    rf"(?:\[(?:[A-Z][a-z]{{2}} [A-Z][a-z]{{2}} +\d+ )?({_TIME})(?: \d{{4}})?\]:?\s*|({_TIME})(?:\s*->\s*|\s*>\s*|: +))(?=[^\s,;])(.*)"
 )
 """``10:23:45.123 -> 1,2`` (Arduino), ``[2026-01-02 10:23:45.123] 1,2`` (Tera Term, CoolTerm)."""
+_PLAIN = re.compile(rf"({_TIME}) +(?=[^\s,;])(.*)")
 _TICKED = re.compile(r"[IWED] \((\d+)\) [\w.-]+: ()(.*)")
 """``I (1234) imu: 1,2`` (ESP-IDF), in ms."""
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan"
@@ -24,6 +28,14 @@ _PAIR = re.compile(
 )
 
 
+_FIRST = re.compile(rf"({_NUMBER})[\s,;|\t]+(?=[A-Za-z])")
+"""A time before the pairs."""
+
+
+_FIRST = re.compile(rf"({_NUMBER})[\s,;|\t]+(?=[A-Za-z])")
+"""A time before the pairs."""
+
+
 class NumberedLine(NamedTuple):
     """A line of a file, counted from 1."""
 
@@ -31,16 +43,30 @@ class NumberedLine(NamedTuple):
     text: str
 
 
+def cleaned(text: str) -> str:
+    """Return a text with plain characters for signs, grouped digits and exponents, as far as most lines have them."""
+    text = text.replace("\r\n", "\n").replace("\r", "\n").replace("\u2212", "-")
+    middle = text[len(text) // 2 :][:_CLEANED]
+    if re.search("\\d[\u00a0\u2009\u202f'\u2019]\\d{3}(?!\\d)", middle):
+        text = re.sub("(?<=\\d)[\u00a0\u2009\u202f'\u2019](?=\\d{3}(?!\\d))", "", text)
+    if re.search(r"\d[dD][-+]\d\d", middle):  # Fortran
+        text = re.sub(r"(?<=\d)[dD](?=[-+]\d\d)", "e", text)
+    if re.search(r"\*[0-9A-F]{2}$", middle, re.MULTILINE):  # checksums as of NMEA 0183
+        text = re.sub(r"\*[0-9A-F]{2}$", "", text, flags=re.MULTILINE)
+    return text
+
+
 def prefix_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], tuple[str, list[str]] | None]:
     """Return the lines without the time that a terminal put in front, and its heading and stamps if there are any."""
-    for form, heading in ((_STAMPED, "time"), (_TICKED, "time [ms]")):
+    headless = bool(rows) and bool(_PLAIN.fullmatch(rows[0].text.strip()))
+    for form, heading in ((_STAMPED, "time"), (_TICKED, "time [ms]"), *([(_PLAIN, "time")] if headless else [])):
         if not _alike(rows, lambda text, form=form: bool(form.fullmatch(text.strip()))):
             continue
         found = [form.fullmatch(line.text.strip()) for line in rows]
         kept = [(line, match) for line, match in zip(rows, found, strict=True) if match]
         return (
-            [NumberedLine(line.number, match[match.lastindex or 0]) for line, match in kept],
-            (heading, [match[1] for _, match in kept]),
+            [NumberedLine(line.number, match[form.groups]) for line, match in kept],
+            (heading, [match[1] or match[2] for _, match in kept]),
         )
     return rows, None
 
@@ -85,10 +111,17 @@ def _pairs(text: str) -> list[tuple[str, str, str]]:
     """Return name, value and unit of each pair if a line consists of them."""
     text = text.strip().strip("{}").strip()
     found, at = [], 0
+    if first := _FIRST.match(text):
+        found, at = [("", first[1], "")], first.end()
     while at < len(text):
         match = _PAIR.match(text, at)
         if match is None:
             return [] if text[at:].strip(" ,;|\t") else found
         found.append((match[1].strip(), match[2], match[3]))
         at = match.end()
-    return found
+    return found if len(found) > 1 or (found and found[0][0]) else []
+
+
+def is_ruler(text: str) -> bool:
+    """Return whether a line divides a table, as ``----+----``."""
+    return bool(_RULER.fullmatch(text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 from tactogram.errors import UnitError
@@ -11,7 +12,7 @@ from tactogram.signal.units import STANDARD_GRAVITY, parse_seconds, parse_unit, 
 CLOCK = re.compile(
     r"t|time|times|timestamp|timestamps|zeit\w*|uhrzeit|temps|tiempo|tempo|tijd|tid|czas|čas|cas|время|zaman|waktu|tempus|"
     r"時間|時刻|经过时间|时间|時間戳|시간|elapsed|elapsedtime|seconds|secs?|millis|micros|ms|us|msec|usec|epoch?|epoc|clock|ticks?|"
-    r"date|datetime|datum|fecha|x value|sampletimefine|hostname? ?timestamp|unix|utc|stamp|seconds elapsed|temps écoulé"
+    r"date|datetime|datum|fecha|sampletimefine|hostname? ?timestamp|unix|utc|stamp|seconds elapsed|temps écoulé"
 )
 """A name in lower case, or a word of one, of a column of time stamps."""
 COUNTER = re.compile(
@@ -70,6 +71,8 @@ _LETTERS = {
     "gr": "gravity", "imu": "",
 }  # fmt: skip
 """What stands before the letter of an axis in one word: ``ax``, ``gFx``, ``accX``."""
+ENVIRONMENT = ("temperature", "humidity", "battery", "light", "heart rate")
+"""Those of `OTHERS` that no unit makes a signal of touch."""
 _ENDINGS = ("mm_s^2", "m_s^2", "m_s2", "mps2", "ms2", "m_s", "mm_s", "deg_s", "rad_s", "dps", "mdps")  # fmt: skip
 _AXIS_WORD = re.compile(rf"({'|'.join(sorted(_LETTERS, key=len, reverse=True))})(\d*)([xyz])")
 _CAMEL = re.compile(
@@ -130,29 +133,48 @@ class Heading:
 
 def heading(text: str, unit: str | None = None) -> Heading:
     """Return what a heading says, with the unit beside it if the file has one there."""
-    name, inside = split_heading(text)
-    if inside is not None and not _is_unit(inside) and not inside.isdigit() and unit is None:
-        name, inside = (text.strip(), None) if len(inside.split()) > 1 or not inside else (name, inside)
-    name, spelled = name.rstrip(" /,:"), unit or inside
-    if spelled is None:
-        name, spelled = _unit_at_end(name)
+    plain = unicodedata.normalize("NFKC", text.replace("⁻", "^-").replace("²", "^2").replace("^-^", "^-")).strip()
+    name, spelled = _name_and_unit(plain)
+    spelled = unit or spelled
     words = words_of(name)
+    if len(words) > 1 and COUNTER.fullmatch(words[-1]) and (spelled or "N").upper() == "N":
+        return Heading(text, name, None, sensor=" ".join(words))
     joined = " ".join(words)
-    axis, sensor, quantity = _axis(words)
+    axis, sensor, letters = _axis(words)
     other = next((kind for kind, form in OTHERS.items() if _fits(form, words, joined)), None)
     named = next((key for key, form in QUANTITIES.items() if _fits(form, words, joined)), None)
-    quantity = quantity if quantity and _AXIS_WORD.fullmatch("".join(words)) else named or quantity
-    found = Heading(text, name, spelled, quantity, axis, sensor, other)
-    si, _ = found.converted()
-    if si is not None and si != "1" and (quantity is None or (quantity in UNITS_OF and UNITS_OF[quantity] != si)):
-        quantity = STREAM_OF_UNIT[si] if not (quantity in ("sound", "force", "pressure") and si == "V") else quantity
-    if other == "magnitude" and (quantity is None or axis is not None):
-        other = None if axis is not None else other
-    if other is not None and other != "magnitude" and (axis is not None or (quantity is not None and si not in (None, "1"))):
+    quantity = letters if letters and _AXIS_WORD.fullmatch("".join(words)) else named or letters
+    if quantity == "acceleration" and sensor == "gf" and spelled is None:
+        spelled = "g"  # gFx: g-force
+    si, _ = Heading(text, name, spelled, quantity).converted()
+    if other in ENVIRONMENT and axis is None:
+        return Heading(text, name, spelled, None, None, sensor, other)
+    if si is not None and si != "1" and UNITS_OF.get(quantity or "", "") != si:
+        quantity = quantity if si == "V" and quantity in ("sound", "force", "pressure") else STREAM_OF_UNIT[si]
+    if other is not None and (axis is not None or (other != "magnitude" and quantity is not None and si not in (None, "1"))):
         other = None
     if spelled is not None and parse_seconds(spelled) is not None:
         quantity = None
     return Heading(text, name, spelled, quantity, axis, sensor, other)
+
+
+def _name_and_unit(text: str) -> tuple[str, str | None]:
+    """Return the name in a heading and the unit in brackets, wherever these stand, or at its end."""
+    for found in re.finditer(r"[\[(]\s*((?:[^()\[\]]|\([^()]*\))*?)\s*[\])]", text):
+        name = f"{text[: found.start()]} {text[found.end() :]}".strip(" /,:")
+        if name and _is_unit(found[1]) and not found[1].isdigit():
+            return name, found[1]
+    name, inside = split_heading(text)
+    if inside is not None:
+        known = _unit_at_end(name.rstrip(" /,:"))
+        if known[1] is not None or re.search(r"[:/]", inside):
+            return known
+        if not inside:
+            return name.rstrip(" /,:"), None
+        if re.search(r"[°%]|^[a-zA-Zµ]{1,4}$", inside) and inside.lower() not in ("x", "y", "z", "txt", "n", "r"):
+            return name.rstrip(" /,:"), inside
+        return f"{name} {inside}", None
+    return _unit_at_end(text.rstrip(" /,:"))
 
 
 def words_of(name: str) -> list[str]:
@@ -164,7 +186,9 @@ def time_unit_of(found: Heading) -> str | None:
     """Return the unit of time that a heading names: ``Time (ms)``, ``t_us``, ``seconds elapsed``, ``millis``."""
     if found.unit is not None and parse_seconds(found.unit) is not None:
         return found.unit
-    for word in found.words:
+    if found.words == ["sample", "time", "fine"]:  # Xsens and Movella
+        return "us"
+    for word in ("".join(found.words), *found.words):
         if word not in ("s", "min", "h") and parse_seconds(word) is not None:
             return word
     return None
@@ -192,6 +216,9 @@ def _fits(form: str, words: list[str], joined: str) -> bool:
 
 def _unit_at_end(name: str) -> tuple[str, str | None]:
     """Return name and unit of ``acc_x_mg``, ``t/s``, ``Time, s`` and ``Force N``."""
+    blank, _, last = name.rpartition(" ")
+    if blank and len(last) > 1 and "/" in last and _is_unit(last):
+        return blank.rstrip(" ,"), last
     if match := re.fullmatch(r"(.*?\S)\s*[/,]\s*([^\s/,]+|m/s\S*|\(.+\))", name):
         if _is_unit(match[2]) and not (match[2].isdigit() or match[2] == "-"):
             return match[1], match[2]
