@@ -93,6 +93,8 @@ def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
     rows: list[list[str]] = []
     lengths: set[int] = set()
     for row in reversed(texts[-2 * HEAD_ROWS :]):
+        while len(row) > width and not row[-1]:
+            row = row[:-1]
         filled = [text for text in row if text]
         if width > 1 and len(filled) == 1 and not filled[0][0].isalnum():
             continue  # the name of a section, such as *DATA
@@ -153,8 +155,6 @@ def increment_in(above: Sequence[Sequence[object]]) -> float | None:
 def _fitted(row: list[str], width: int, *, over: bool) -> list[str] | None:
     """Return a row of headings with as many cells as the numbers: one less if rows are named, more or, ``over`` others,
     fewer if these are empty."""
-    while len(row) > width and not row[-1]:
-        row = row[:-1]
     if len(row) == width + 1 and row[0].lower().rstrip(":") in ("header", "headers", "columns", "fields"):
         row = row[1:]
     if len(row) == width - 1 and width > 1:
