@@ -151,7 +151,9 @@ def _against(answer: Right | Ask | Refused, path: Path, options: Mapping[str, An
     except (TactogramError, TypeError) as error:
         return _error(answer, path, str(error), options)
     if not isinstance(answer, Right):
-        return Verdict("WRONG", False, f"read without asking, expected an error like {answer.error!r}; {_outline(read)}")
+        return Verdict(
+            "WRONG", False, f"read without asking, expected an error like {answer.error!r}; {_outline(read)}"
+        )
     differs = differences(answer, read)
     return Verdict("WRONG" if differs else "right", not differs, differs)
 
@@ -192,7 +194,9 @@ def differences(right: Right, read: Any) -> str:
     named = isinstance(right.peaks, Mapping)
     wanted = [*right.peaks.values()] if isinstance(right.peaks, Mapping) else [*right.peaks]
     axes = tuple(right.peaks) if named else f"{len(wanted)} axes"
-    expect("axes", axes, signal.axes, tuple(signal.axes) == axes if named else len(signal.axes) == len(wanted))
+    expect(
+        "axes", axes, signal.axes, tuple(signal.axes) == axes if named else len(signal.axes) == len(wanted)
+    )
     peaks = np.abs(signal.samples).max(axis=1)
     if len(peaks) == len(wanted):
         close = np.allclose(peaks, wanted, rtol=PEAK_ERROR)
