@@ -51,7 +51,7 @@ INSTRUMENTS = (
         VOLTS, one("vibration|voltage", "1", rate=RATE, note="unit")),
     case("lecroy", "teledynelecroy.com, WaveRunner ASCII: three rows of semicolon or comma cells, then Time,Ampl",
         "LECROYWR625Zi,61392,Waveform\nSegments,1,SegmentSize,100\nSegment,TrigTime,TimeSinceSegment1\n"
-        "#1,02-Jan-2026 10:23:45,0\n" + table("Time,Ampl", E_S, E_X),
+        "#1,02-Jan-2026 10:23:45,0                 \n" + table("Time,Ampl", E_S, E_X),
         one("vibration|voltage", "1", rate=RATE, note="unit"), VOLTS, file="C1Trace00000.txt"),
     case("picoscope_two_units",
         "picotech.com, PicoScope 6/7 CSV: units in a row of brackets, one channel in V, one in mV, blank line",

@@ -22,10 +22,14 @@ CATMAN = ("catmanEasy AP\t\r\nDATEI\ttake1.asc\r\nStart: 02.01.2026 10:23:45\t\r
 LVM = "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t,\n"
 LVM += "Multi_Headings\tNo\nX_Columns\tOne\nTime_Pref\tRelative\nOperator\tlab\nDate\t2026/01/02\nTime\t10:23:45,0\n"
 LVM += "***End_of_Header***\t\n\t\nChannels\t3\t\t\t\t\nSamples\t100\t100\t100\t\n"
-LVM += "Date\t2026/01/02\t2026/01/02\t2026/01/02\t\nTime\t10:23:45\t10:23:45\t10:23:45\t\nY_Unit_Label\tg\tg\tg\t\nX_Dimension\tTime\tTime\tTime\t\n"
+LVM += "Date\t2026/01/02\t2026/01/02\t2026/01/02\t\nTime\t10:23:45\t10:23:45\t10:23:45\t\n"
+LVM += "Y_Unit_Label\tg\tg\tg\t\nX_Dimension\tTime\tTime\tTime\t\n"
 LVM += "X0\t0,0E+0\t0,0E+0\t0,0E+0\t\nDelta_X\t0,001000\t0,001000\t0,001000\t\n***End_of_Header***\t\t\t\t\n"
 
 LABORATORY = (
+    case("labview_lvm_no_x", "ni.com, the same: X_Columns No, the time is X0 and Delta_X, the first column empty",
+        LVM.replace("X_Columns\tOne", "X_Columns\tNo") + "X_Value\tAccX\tAccY\tAccZ\tComment\n" + rows("", fixed(X, 6),
+        fixed(Y, 6), fixed(Z, 6), sep="\t", decimal=",", tail="\t"), acceleration(G, rate=RATE), file="take.lvm"),
     case("labview_lvm_one_x",
         "ni.com, specification of the LabVIEW measurement file: X_Columns One, decimal comma, a Comment column", LVM
         + "X_Value\tAccX\tAccY\tAccZ\tComment\n"
@@ -56,15 +60,20 @@ LABORATORY = (
         'value:\t0\n' "X-Axis delta:\t0.001\nZ-Axis size:\t1\n" + rows(1 + K, S, X, sep="\t"),
         one("acceleration", "m/s^2", rate=RATE), one("vibration|acceleration", "1", rate=RATE, note="unit"),
         encoding="cp1252", file="pulse.txt"),
-    case("kistler_bioware", "kistler.com, BioWare text export: preamble, abs time (s), Fx and Ax in two rows",
+    case("kistler_bioware",
+        "kistler.com, BioWare text export: Ax and Ay are the centre of pressure in m, |Ft| is the magnitude",
         "\t\nforce plate\t\nacquisition rate\t1000\n\n" + table(
-        "abs time (s)\tFx\tFy\tFz\tMx\tMy\tMz\n\tN\tN\tN\tN·m\tN·m\tN·m", S, X, Y, Z, SLOW, SLOW, SLOW, sep="\t"),
-        measured("force", "N", X, Y, Z, rate=RATE, left_out=["Mx"]), file="bioware.txt"),
+        "abs time (s)\tFx\tFy\tFz\t|Ft|\tAx\tAy\n\tN\tN\tN\tN\tm\tm",
+        S, X, Y, Z, 1 + X * X, 0.1 * SLOW, 0.1 * SLOW, sep="\t"),
+        measured("force", "N", X, Y, Z, rate=RATE, left_out=["|Ft|"]), file="bioware.txt"),
+    case("charge_amplifier", "kistler.com and pcb.com, charge output: pC is no unit of a signal",
+        table("Time (s),Charge (pC)", T, X),
+        Ask("pC|unit", {"columns": ("Charge",), "unit": "1"}, one(".*", "1")), one(".*", "1", note="pC")),
     case("ati_force_torque",
         "ati-ia.com, Net F/T demo data collection: status, sequence, forces and torques, time with AM/PM in quotes",
         table("Status (hex),RDT Sequence,F/T Sequence,Fx (N),Fy (N),Fz (N),Tx (Nm),Ty (Nm),Tz (Nm),Time",
         *("0x0", 1 + K, 800 + K, X, Y, Z, SLOW, SLOW, SLOW, stamps("%I:%M:%S.%f %p"))),
-        measured("force", "N", X, Y, Z, left_out=["Status", "RDT Sequence", "Tx"])),
+        measured("force", "N", X, Y, Z, absent=["position"], left_out=["Status", "RDT Sequence"])),
     case("optoforce", "onrobot.com, OptoForce data visualisation: sensor number and ms, counts", table(
         "Time [ms];S1 Fx;S1 Fy;S1 Fz;S1 Status", 10 * K, *([round(1000 * v) for v in c] for c in (X, Y, Z)), 0,
         sep=";"), measured("force", "1", 1000 * X, 1000 * Y, 1000 * Z, note="unit", left_out=["Status"])),

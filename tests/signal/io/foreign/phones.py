@@ -7,7 +7,8 @@ import numpy as np
 # fmt: off
 # isort: off
 from tests.signal.io.foreign.case import (
-    EPOCH, SLOW, Ask, G, K, N, Refused, Right, T, X, Y, Z, acceleration, case, fixed, plain, rows, stamps, table,
+    EPOCH, SLOW, Ask, G, K, N, Refused, Right, T, X, Y, Z, acceleration, case, fixed, measured, one, plain, rows,
+    stamps, table,
 )
 # isort: on
 
@@ -81,6 +82,16 @@ PHONES = (
         '"Time (s)","Linear Acceleration x (m/s^2)","Linear Acceleration y (m/s^2)",'
         '"Linear Acceleration z (m/s^2)","Absolute acceleration (m/s^2)"', *SCIENTIFIC), Right(
         "acceleration|linear_acceleration", "m/s^2", acceleration().peaks, left_out=["Absolute acceleration"])),
+    case("phyphox_gyroscope", PHYPHOX, table(
+        '"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)","Gyroscope z (rad/s)","Absolute (rad/s)"', T, X, Y, Z,
+        NORM),
+        measured("angular_rate", "rad/s", X, Y, Z, left_out=["Absolute"])),
+    case("phyphox_audio", PHYPHOX + ": audio scope", table('"Time (ms)","Recording (a.u.)"', fixed(K / 48, 6), X),
+        one("sound|vibration", "1", rate=48_000)),
+    *(case(f"unit_{name}", "IO-VNBD data set and its readers: AndroSensor's unit after a wrong encoding",
+        table("TIME SINCE START (ms)," + ",".join(f" ACCELEROMETER {a} ({unit})" for a in "XYZ"), 10 * K, X, Y, Z),
+        acceleration(), plain("acceleration"))
+        for name, unit in (("mojibake", "m/sÂ²"), ("lost_exponent", "m/s\ufffd"))),
     case("phyphox_excel_97", PHYPHOX + ": its Excel export is the binary .xls of 1997",
         bytes.fromhex("D0CF11E0A1B11AE1") + bytes(4096), Refused(r"\.xlsx|CSV"), file="Acceleration.xls"),
     case("physics_toolbox_g_force", "vieyrasoftware.net, Physics Toolbox Sensor Suite: g-force recorder",
@@ -95,6 +106,7 @@ PHONES = (
         0.1 * X, 0.1 * Y, 0.1 * SLOW, SLOW, SLOW, SLOW, 1013.2, 20 + SLOW, SLOW, SLOW, 90 + SLOW),
         *(SLOW, SLOW, 52.5, 13.4, 120.0, 40 + SLOW), tail=","), Ask("gFx.* or .*ax|which",
         {"axes": ("gFx", "gFy", "gFz")}, plain("acceleration", note="", left_out=["Azimuth"])),
+        acceleration(G, left_out=["Azimuth", "Latitude"]),
         plain("acceleration", others={"linear_acceleration": "m/s^2"}, left_out=["Azimuth", "Latitude"])),
     case("sensor_logger_file",
         SENSOR_LOGGER + ": a file for each sensor, axes from z to x, no unit but in its documentation",
