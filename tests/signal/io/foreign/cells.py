@@ -3,7 +3,24 @@
 # fmt: off
 # isort: off
 from tests.signal.io.foreign.case import (
-    PEAKS, SLOW, Ask, G, K, Refused, Right, T, X, Y, Z, acceleration, case, fixed, measured, one, plain, rows,
+    PEAKS,
+    SLOW,
+    Ask,
+    G,
+    K,
+    Refused,
+    Right,
+    T,
+    X,
+    Y,
+    Z,
+    acceleration,
+    case,
+    fixed,
+    measured,
+    one,
+    plain,
+    rows,
     table,
 )
 # isort: on
@@ -34,6 +51,9 @@ SI = {"acceleration": "m/s^2", "force": "N", "voltage": "V", "position": "m", "a
 SI["velocity"] = "m/s"
 
 
+AXES = ["ax", "a_x", "Ax", "acc_x", "AccX", "accX", "ACCX", "Acc.X", "accel.x", "X_Accel", "x-acc", "XACC", "accx", "AccelX", "Acc-X", "accelerometerX", "accelerometerAccelerationX", "AccelerationX", "acceleration_x", "linear_acceleration.x", "imu/acc/x", "IMU.Acc_X", "acc_x_value", "Beschl_x", "AccélérationX", "加速度X", "acc[x]", "imu_ax", "sensor1_acc_x", "Accelerometer_x_raw", "AxRaw", "userAcceleration.x", "a(x)", "acc:x", "A-X"]
+
+
 def spelled() -> list[tuple[str, str, str, float]]:
     """Return a name, stream, heading and factor of each spelling."""
     found = []
@@ -51,6 +71,18 @@ def spelled() -> list[tuple[str, str, str, float]]:
     return found
 
 
+def _axis(name: str, axis: str) -> str:
+    """Return the heading of x for another axis: the last x in it, in its case, is the axis."""
+    at = (
+        max(name.rfind("x"), name.rfind("X"))
+        if not name.lower().startswith(("x", "ax", "achse", "axis"))
+        else name.lower().find("x")
+    )
+    at = name.rfind("x") if name == "axis_x" else name.rfind("X") if name in ("Achse X", "AxRaw") else at
+    at = 1 if name == "AxRaw" else at
+    return name[:at] + (axis.upper() if name[at] == "X" else axis) + name[at + 1 :]
+
+
 def with_cells(cell: str, *places: int) -> list[str]:
     return [cell if k in places else f"{X[k]:.4f}" for k in K]
 
@@ -59,6 +91,51 @@ BODY = rows(T, X, Y, Z).splitlines(keepends=True)
 HEADING = "t [s],x [g],y [g],z [g]\n"
 
 CELLS = (
+    *(case(f"axis_{number}_{''.join(filter(str.isalpha, name))}", MANY + ": " + name,
+        table("t;" + ";".join(_axis(name, a) for a in "xyz"), T, X, Y, Z, sep=";"),
+        plain("acceleration|linear_acceleration")) for number, name in enumerate(AXES)),
+    *(case(f"axis_plain_{name.strip()}", MANY + ": " + name,
+        table("t;" + ";".join(_axis(name, a) for a in "xyz"), T, X, Y, Z, sep=";"), plain())
+        for name in ("x", "X", "X-Axis", "axis_x", "Achse X", "x_value", "Ch_X", " x ")),
+    *(case(f"lines_{name}", source, (HEADING + "".join(BODY)).replace("\n", end), RIGHT) for name, source, end in [
+        ("cr", "old Macintosh programs", "\r"), ("cr_cr_lf", "text written twice as text on Windows", "\r\r\n"),
+        ("empty_between", "terminals that get both ends", "\n\n"), ("lf_cr", "boards that print \\n\\r", "\n\r")]),
+    case("decimal_comma_alone", "numbers only with a decimal comma, which might be two columns",
+        rows(fixed(X, 4), decimal=","), one("vibration", "1"),
+        Ask("comma|column", {"columns": ("1",)}, one(".*", "1")), rate=100),
+    case("decimal_comma_tabs_bare", "German LabVIEW: tabs, decimal comma, no heading",
+        rows(fixed(T, 3), fixed(X, 4), fixed(Y, 4), fixed(Z, 4), sep="\t", decimal=","), plain(), file="messung.txt"),
+    case("message_in_the_middle", "boards that print warnings between the rows",
+        HEADING + "".join(BODY[:30]) + "WARN: FIFO overflow\n" + "".join(BODY[30:]), RIGHT, Refused("row 32")),
+    case("garbled_row", "serial ports that lose bytes: a row is too short",
+        HEADING + "".join(BODY[:30]) + "0.30,0.1\n" + "".join(BODY[31:]), RIGHT, Refused("row 32")),
+    case("merged_row", "serial ports that lose an end of line: two rows in one",
+        HEADING + "".join(BODY).replace("\n0.4,", "0.4,"), RIGHT, Refused("row 41")),
+    case("long_preamble", "instruments with a hundred settings",
+        "".join(f"Setting {k}: {k * k}\n" for k in K) + "\n" + HEADING + "".join(BODY), RIGHT),
+    case("shimmer_three_rows", "shimmersensing.com, older exports: name, CAL, unit",
+        "Shimmer_Timestamp\tShimmer_Accelerometer X\t" "Shimmer_Accelerometer Y\tShimmer_Accelerometer "
+        "Z\nCAL\tCAL\tCAL\tCAL\nms\tm/(sec^2)*\tm/(sec^2)*\tm/(sec^2)*\n" + rows(10.0 * K, X, Y, Z, sep="\t"),
+        acceleration()),
+    case("column_of_nan", "a channel that was not connected", table("t [s],x [g],y [g],z [g]", T, X, "NaN", Z),
+        Right("acceleration", "m/s^2", {"x": G * PEAKS["x"], "z": G * PEAKS["z"]}, left_out=["y [g]"])),
+    case("contact_flag", "contact and material of each row", table("t [s],x [g],y [g],z [g],contact,class", T, X, Y,
+        Z, ["TRUE" if k > 40 else "FALSE" for k in K], K // 40), acceleration(G, left_out=["contact", "class"])),
+    case("number_of_the_sensor_first", "gateways: number of the sensor, milliseconds, values, no heading",
+        rows(3, 10 * K, X, Y, Z), plain()),
+    case("rising_force", "a force that rises evenly is neither clock nor counter",
+        table("time [s],force [N]", T, 0.1 * K), one("force", "N", 9.9)),
+    case("rising_position_alone", "a stage at constant speed, the only column", table("position [mm]", K),
+        one("position", "m", 0.099), rate=100),
+    case("sensors_as_groups", "spreadsheets: sensors written once above their axes",
+        "Time [s],Sensor 1,,,Sensor 2,,\n,x [g],y [g],z [g],"
+        "x [g],y [g],z [g]\n" + rows(T, X, Y, Z, 2 * X, 2 * Y, 2 * Z),
+        Ask("which|Sensor", {"axes": ("2", "3", "4")}, RIGHT)),
+    case("torque_is_no_length", "six-axis sensors: Nm is newton metre, not nanometre",
+        table("t [s],Tx [Nm],Ty [Nm],Tz [Nm],Fz [N]", T, X, Y, Z, X), one("force", "N", absent=["position"])),
+    case("gravity_apart", "phones: acceleration without gravity beside gravity", table(
+        "t,userAcceleration.x,userAcceleration.y,userAcceleration.z,gravity.x,gravity.y,gravity.z", T, X, Y, Z, SLOW,
+        SLOW, SLOW), plain("acceleration|linear_acceleration", left_out=["gravity"])),
     *(case(name, MANY + ": " + heading, table(f"Time (s);{heading}", T, X, sep=";"),
         one(stream, SI[stream], factor * PEAKS["x"])) for name, stream, heading, factor in spelled()),
     *(case(f"missing_{name}", MANY, table("t [s],x [g],y [g],z [g]", T, with_cells(cell, 40, 41, 70), Y, Z), RIGHT,

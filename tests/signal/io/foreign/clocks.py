@@ -3,7 +3,21 @@
 # fmt: off
 # isort: off
 from tests.signal.io.foreign.case import (
-    EPOCH, Ask, G, K, N, Right, T, X, Y, Z, acceleration, case, fixed, stamps, table,
+    EPOCH,
+    Ask,
+    G,
+    K,
+    N,
+    Right,
+    T,
+    X,
+    Y,
+    Z,
+    acceleration,
+    case,
+    fixed,
+    stamps,
+    table,
 )
 # isort: on
 
@@ -17,7 +31,20 @@ FORMS = {"dotted_date_comma": ("%Y.%m.%d %H:%M:%S,%L", ";", "Datum"),
     "german": ("%d.%m.%Y %H:%M:%S,%L", ";", "Datum Uhrzeit"), "colon_milliseconds": ("%H:%M:%S:%L", ",", "Time"),
     "compact": ("%Y%m%d%H%M%S%L", ",", "timestamp"), "compact_t": ("%Y%m%dT%H%M%S.%f", ",", "timestamp"),
     "iso_zone": ("%Y-%m-%dT%H:%M:%S.%f+09:00", ",", "time"), "iso_z": ("%Y-%m-%dT%H:%M:%S.%LZ", ",", "ts"),
-    "underscores": ("%Y-%m-%d_%H-%M-%S_%L", ",", "timestamp"), "month_name": ("%d %b %Y %H:%M:%S.%L", ",", "When")}
+    "underscores": ("%Y-%m-%d_%H-%M-%S_%L", ",", "timestamp"), "month_name": ("%d %b %Y %H:%M:%S.%L", ",", "When"),
+    "iso_comma": ("%Y-%m-%dT%H:%M:%S,%L", ";", "Zeitpunkt"), "slashes": ("%Y/%m/%d %H:%M:%S.%L", ",", "日時"),
+    "japanese": ("%Y年%m月%d日 %H時%M分%S.%L秒", ",", "日時"), "ctime": ("%a %b %d %H:%M:%S.%L %Y", ",", "time"),
+    "month_first_quoted": ('"%b %d, %Y, %I:%M:%S.%L %p"', ",", "Time"),
+    "net": ("%Y-%m-%dT%H:%M:%S.%f0+01:00", ",", "Time"), "nanoseconds": ("%Y-%m-%d %H:%M:%S.%f789", ",", "time"),
+    "utc_name": ("%Y-%m-%d %H:%M:%S.%L UTC", ",", "time")}
+NAMES = {
+    1: ["t", "time", "Time (s)", "Timestamp", "t/s", "t in s", "Zeit / s", "time_s", "Time, s", "elapsed_s",
+        "seconds", "Temps écoulé (s)", "経過時間[s]", "时间(s)", "X_Value", "Relative Time", "Elapsed Time(s)",
+        "TIME_STAMP", "x [s]"],
+    1e3: ["millis", "ms", "t_ms", "Zeit_ms", "Time since start in ms ", "time (msec)", "Time(mS)", "timestamp [ms]"],
+    1e6: ["micros", "time_us", "t [µs]", "usec", "Time (microseconds)"],
+    1e9: ["ts_ns", "timestamp (ns)"],
+}
 SIZES = {"s": 1.0, "ms": 1e3, "us": 1e6}
 BLOCKS = fixed(0.2 * (K // 20) + 0.19, 2)
 
@@ -25,9 +52,23 @@ CLOCKS = (
     *(case(f"stamp_{name}", SPREADSHEETS,
         table(f"{heading}{sep}{XYZ}".replace(",", sep), stamps(form), *ALL, sep=sep), RIGHT)
         for name, (form, sep, heading) in FORMS.items()),
+    *(case(f"clock_{scale:g}_{number}", SPREADSHEETS + ": " + name, table(
+        f"{name};{XYZ}".replace(",x", ";x").replace(",y", ";y").replace(",z", ";z"), fixed(scale * T, 2), *ALL,
+        sep=";"), RIGHT) for scale, names in NAMES.items() for number, name in enumerate(names)),
     *(case(f"epoch_{unit}_by_size", "loggers that say timestamp and mean since 1970",
         table(f"timestamp,{XYZ}", fixed((EPOCH + T) * factor, 3 if unit == "s" else 0), *ALL), RIGHT)
         for unit, factor in SIZES.items()),
+    case("interval_column", "sketches that print the time since the last row",
+        table(f"dt_ms,{XYZ}", 10 + (K % 5 == 0), *ALL), Ask("rate|interval|dt", {"rate": 100}, RIGHT),
+        acceleration(G, rate=100 / 1.02)),
+    case("not_padded", "sketches that print hours, minutes and seconds without zeros",
+        table(f"time,{XYZ}", [f"9:5:{3 + k // 100}.{10 * (k % 100):03d}" for k in K], *ALL), RIGHT),
+    case("epoch_rounded_by_excel", "support.microsoft.com: CSV opened and saved again, 13 digits become 1.76735E+12",
+        table(f"timestamp,{XYZ}", "1.76735E+12", *ALL), Ask("rate", {"rate": 100}, RIGHT),
+        Ask("rate|time", {"time": "none", "rate": 100}, RIGHT)),
+    case("clock_rounded_by_excel", "support.microsoft.com: the same with clock times, which become 23:45.1",
+        table(f"time,{XYZ}", [f"{23}:{45 + k // 100}.{k // 10 % 10}" for k in K], *ALL),
+        Ask("rate", {"rate": 100}, RIGHT)),
     case("date_and_time_apart", SPREADSHEETS,
         table("Date;Time;x [g];y [g];z [g]", stamps("%d.%m.%Y"), stamps("%H:%M:%S,%L"), *ALL, sep=";"), RIGHT),
     case("time_and_milliseconds_apart", "loggers with a real-time clock: HH:MM:SS and a column of milliseconds",
