@@ -51,7 +51,13 @@ SI = {"acceleration": "m/s^2", "force": "N", "voltage": "V", "position": "m", "a
 SI["velocity"] = "m/s"
 
 
-AXES = ["ax", "a_x", "Ax", "acc_x", "AccX", "accX", "ACCX", "Acc.X", "accel.x", "X_Accel", "x-acc", "XACC", "accx", "AccelX", "Acc-X", "accelerometerX", "accelerometerAccelerationX", "AccelerationX", "acceleration_x", "linear_acceleration.x", "imu/acc/x", "IMU.Acc_X", "acc_x_value", "Beschl_x", "AccélérationX", "加速度X", "acc[x]", "imu_ax", "sensor1_acc_x", "Accelerometer_x_raw", "AxRaw", "userAcceleration.x", "a(x)", "acc:x", "A-X"]
+AXES = [
+    "a{x}", "a_{x}", "A{x}", "acc_{x}", "Acc{X}", "acc{X}", "ACC{X}", "Acc.{X}", "accel.{x}", "{X}_Accel",
+    "{x}-acc", "{X}ACC", "acc{x}", "Accel{X}", "Acc-{X}", "accelerometer{X}", "accelerometerAcceleration{X}",
+    "Acceleration{X}", "acceleration_{x}", "linear_acceleration.{x}", "imu/acc/{x}", "IMU.Acc_{X}", "acc_{x}_value",
+    "Beschl_{x}", "Accélération{X}", "加速度{X}", "acc[{x}]", "imu_a{x}", "sensor1_acc_{x}", "Accelerometer_{x}_raw",
+    "A{x}Raw", "userAcceleration.{x}", "a({x})", "acc:{x}", "A-{X}",
+]
 
 
 def spelled() -> list[tuple[str, str, str, float]]:
@@ -71,16 +77,9 @@ def spelled() -> list[tuple[str, str, str, float]]:
     return found
 
 
-def _axis(name: str, axis: str) -> str:
-    """Return the heading of x for another axis: the last x in it, in its case, is the axis."""
-    at = (
-        max(name.rfind("x"), name.rfind("X"))
-        if not name.lower().startswith(("x", "ax", "achse", "axis"))
-        else name.lower().find("x")
-    )
-    at = name.rfind("x") if name == "axis_x" else name.rfind("X") if name in ("Achse X", "AxRaw") else at
-    at = 1 if name == "AxRaw" else at
-    return name[:at] + (axis.upper() if name[at] == "X" else axis) + name[at + 1 :]
+def axes(name: str) -> str:
+    """Return headings of the time and of three axes, which stand in the name as {x} or {X}."""
+    return ";".join(["t", *(name.format(x=axis, X=axis.upper()) for axis in "xyz")])
 
 
 def with_cells(cell: str, *places: int) -> list[str]:
@@ -91,12 +90,13 @@ BODY = rows(T, X, Y, Z).splitlines(keepends=True)
 HEADING = "t [s],x [g],y [g],z [g]\n"
 
 CELLS = (
-    *(case(f"axis_{number}_{''.join(filter(str.isalpha, name))}", MANY + ": " + name,
-        table("t;" + ";".join(_axis(name, a) for a in "xyz"), T, X, Y, Z, sep=";"),
+    *(case(f"axis_{number}", MANY + ": " + name,
+        table(axes(name), T, X, Y, Z, sep=";"),
         plain("acceleration|linear_acceleration")) for number, name in enumerate(AXES)),
-    *(case(f"axis_plain_{name.strip()}", MANY + ": " + name,
-        table("t;" + ";".join(_axis(name, a) for a in "xyz"), T, X, Y, Z, sep=";"), plain())
-        for name in ("x", "X", "X-Axis", "axis_x", "Achse X", "x_value", "Ch_X", " x ")),
+    *(case(f"axis_plain_{number}", MANY + ": " + name,
+        table(axes(name), T, X, Y, Z, sep=";"), plain())
+        for number, name in
+        enumerate(("{x}", "{X}", "{X}-Axis", "axis_{x}", "Achse {X}", "{x}_value", "Ch_{X}", " {x} "))),
     *(case(f"lines_{name}", source, (HEADING + "".join(BODY)).replace("\n", end), RIGHT) for name, source, end in [
         ("cr", "old Macintosh programs", "\r"), ("cr_cr_lf", "text written twice as text on Windows", "\r\r\n"),
         ("empty_between", "terminals that get both ends", "\n\n"), ("lf_cr", "boards that print \\n\\r", "\n\r")]),
@@ -130,7 +130,7 @@ CELLS = (
     case("sensors_as_groups", "spreadsheets: sensors written once above their axes",
         "Time [s],Sensor 1,,,Sensor 2,,\n,x [g],y [g],z [g],"
         "x [g],y [g],z [g]\n" + rows(T, X, Y, Z, 2 * X, 2 * Y, 2 * Z),
-        Ask("which|Sensor", {"axes": ("2", "3", "4")}, RIGHT)),
+        Ask("which|Sensor|choose", {"axes": ("2", "3", "4")}, RIGHT)),
     case("torque_is_no_length", "six-axis sensors: Nm is newton metre, not nanometre",
         table("t [s],Tx [Nm],Ty [Nm],Tz [Nm],Fz [N]", T, X, Y, Z, X), one("force", "N", absent=["position"])),
     case("gravity_apart", "phones: acceleration without gravity beside gravity", table(
