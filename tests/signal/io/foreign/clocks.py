@@ -59,7 +59,7 @@ CLOCKS = (
         table(f"timestamp,{XYZ}", fixed((EPOCH + T) * factor, 3 if unit == "s" else 0), *ALL), RIGHT)
         for unit, factor in SIZES.items()),
     case("interval_column", "sketches that print the time since the last row",
-        table(f"dt_ms,{XYZ}", 10 + (K % 5 == 0), *ALL), Ask("rate|interval|dt", {"rate": 100}, RIGHT),
+        table(f"dt_ms,{XYZ}", 10 + (K % 5 == 0), *ALL), Ask("time|dt", {"time": "none", "rate": 100}, RIGHT),
         acceleration(G, rate=100 / 1.02)),
     case("not_padded", "sketches that print hours, minutes and seconds without zeros",
         table(f"time,{XYZ}", [f"9:5:{3 + k // 100}.{10 * (k % 100):03d}" for k in K], *ALL), RIGHT),
