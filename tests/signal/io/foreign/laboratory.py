@@ -5,8 +5,26 @@ import numpy as np
 # fmt: off
 # isort: off
 from tests.signal.io.foreign.case import (
-    EPOCH, PEAKS, SLOW, Ask, G, K, Right, T, X, Y, Z, acceleration, case, fixed, measured, one, plain, rows,
-    stamps, table,
+    EPOCH,
+    PEAKS,
+    SLOW,
+    Ask,
+    G,
+    K,
+    Right,
+    T,
+    X,
+    Y,
+    Z,
+    acceleration,
+    case,
+    fixed,
+    measured,
+    one,
+    plain,
+    rows,
+    stamps,
+    table,
 )
 # isort: on
 
@@ -28,8 +46,9 @@ LVM += "X0\t0,0E+0\t0,0E+0\t0,0E+0\t\nDelta_X\t0,001000\t0,001000\t0,001000\t\n*
 
 LABORATORY = (
     case("labview_lvm_no_x", "ni.com, the same: X_Columns No, the time is X0 and Delta_X, the first column empty",
-        LVM.replace("X_Columns\tOne", "X_Columns\tNo") + "X_Value\tAccX\tAccY\tAccZ\tComment\n" + rows("", fixed(X, 6),
-        fixed(Y, 6), fixed(Z, 6), sep="\t", decimal=",", tail="\t"), acceleration(G, rate=RATE), file="take.lvm"),
+        LVM.replace("X_Columns\tOne", "X_Columns\tNo") + "X_Value\tAccX\tAccY\tAccZ\tComment\n"
+        + rows("", fixed(X, 6), fixed(Y, 6), fixed(Z, 6), sep="\t", decimal=",", tail="\t"),
+        acceleration(G, rate=RATE), file="take.lvm"),
     case("labview_lvm_one_x",
         "ni.com, specification of the LabVIEW measurement file: X_Columns One, decimal comma, a Comment column", LVM
         + "X_Value\tAccX\tAccY\tAccZ\tComment\n"
@@ -57,22 +76,24 @@ LABORATORY = (
         sep="\t", decimal=","), acceleration(rate=RATE), encoding="cp1252", file="imc.txt"),
     case("bruel_kjaer_pulse", "bksv.com, PULSE LabShop ASCII: index, time and values, preamble with delta",
         'Header Size:\t8\nVersion:\t15\n"Title1:\tTime"\nX-Axis unit:\ts\nY-Axis unit:\tm/s²\nX-Axis first '
-        'value:\t0\n' "X-Axis delta:\t0.001\nZ-Axis size:\t1\n" + rows(1 + K, S, X, sep="\t"),
+        "value:\t0\n" "X-Axis delta:\t0.001\nZ-Axis size:\t1\n" + rows(1 + K, S, X, sep="\t"),
         one("acceleration", "m/s^2", rate=RATE), one("vibration|acceleration", "1", rate=RATE, note="unit"),
         encoding="cp1252", file="pulse.txt"),
     case("kistler_bioware",
         "kistler.com, BioWare text export: Ax and Ay are the centre of pressure in m, |Ft| is the magnitude",
         "\t\nforce plate\t\nacquisition rate\t1000\n\n" + table(
-        "abs time (s)\tFx\tFy\tFz\t|Ft|\tAx\tAy\n\tN\tN\tN\tN\tm\tm",
-        S, X, Y, Z, 1 + X * X, 0.1 * SLOW, 0.1 * SLOW, sep="\t"),
-        measured("force", "N", X, Y, Z, rate=RATE, left_out=["|Ft|"]), file="bioware.txt"),
+        "abs time (s)\tFx\tFy\tFz\t|Ft|\tAx\tAy\n\tN\tN\tN\tN\tm\tm", S, X, Y, Z, 1 + X * X, 0.1 * SLOW, 0.1 * SLOW,
+        sep="\t"), measured("force", "N", X, Y, Z, rate=RATE, left_out=["|Ft|"]), file="bioware.txt"),
     case("charge_amplifier", "kistler.com and pcb.com, charge output: pC is no unit of a signal",
-        table("Time (s),Charge (pC)", T, X),
-        Ask("pC|unit", {"columns": ("Charge",), "unit": "1"}, one(".*", "1")), one(".*", "1", note="pC")),
+        table("Time (s),Charge (pC)", T, X), Ask("pC|unit", {"columns": ("Charge",), "unit": "1"}, one(".*", "1")),
+        one(".*", "1", note="pC")),
     case("ati_force_torque",
-        "ati-ia.com, Net F/T demo data collection: status, sequence, forces and torques, time with AM/PM in quotes",
-        table("Status (hex),RDT Sequence,F/T Sequence,Fx (N),Fy (N),Fz (N),Tx (Nm),Ty (Nm),Tz (Nm),Time",
-        *("0x0", 1 + K, 800 + K, X, Y, Z, SLOW, SLOW, SLOW, stamps("%I:%M:%S.%f %p"))),
+        "ati-ia.com, Net F/T demo data collection: units in the preamble, status, two sequences, time with AM",
+        "Start Time:, 01/02/2026 10:23:45 AM\nRDT Sample Rate:, 100\nForce Units:, N\nCounts per Unit Force:, "
+        "1\nTorque Units:, " "Nm\nCounts per Unit Torque:, 1\n" + table(
+        "Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time", "0x0", 1 + K, 800 + K, X, Y, Z,
+        SLOW, SLOW, SLOW, stamps("%I:%M:%S.%f %p"), sep=", "), measured(
+        "force", "1", X, Y, Z, note="unit", absent=["position"], left_out=["Status", "RDT Sequence", "Tx"]),
         measured("force", "N", X, Y, Z, absent=["position"], left_out=["Status", "RDT Sequence"])),
     case("optoforce", "onrobot.com, OptoForce data visualisation: sensor number and ms, counts", table(
         "Time [ms];S1 Fx;S1 Fy;S1 Fz;S1 Status", 10 * K, *([round(1000 * v) for v in c] for c in (X, Y, Z)), 0,
@@ -124,9 +145,10 @@ LABORATORY = (
         '"Time,s","Activity","Accel Sensor 1 Ax,mG","Accel Sensor 1 Ay,mG","Accel Sensor 1 Az,mG"', fixed(T, 4),
         "rubbing", 1000 * X, 1000 * Y, 1000 * Z), acceleration(G, left_out=["Activity"])),
     case("vicon_nexus_devices",
-        "docs.vicon.com, Nexus ASCII: section, rate, group row, names, units, Frame and Sub Frame, then trajectories",
-        "Devices\n1000\n,,Force plate - Force,,,Force plate - Moment,,\nFrame,Sub Frame,Fx,Fy,Fz,Mx,My,Mz\n,,N,N,N,"
-        "N.mm,N.mm,N.mm\n" + rows(1 + K // 10, K % 10, X, Y, Z, SLOW, SLOW, SLOW),
+        "docs.vicon.com, Nexus ASCII: section, rate, groups, names, units, Frame and Sub Frame, CoP",
+        "Devices\n1000\n,,Kistler - Force,,,Kistler - Moment,,,Kistler - CoP,,,\nFrame,Sub Frame,Fx,Fy,Fz,Mx,My,Mz,"
+        "Cx,Cy,Cz\n" ",,N,N,N,mm.N,mm.N,mm.N,mm,mm,mm\n"
+        + rows(1 + K // 10, K % 10, X, Y, Z, SLOW, SLOW, SLOW, SLOW, SLOW, 0.0),
         measured("force", "N", X, Y, Z, rate=RATE, left_out=["Frame", "Mx"]),
         Ask("rate", {"rate": RATE}, measured("force", "N", X, Y, Z, rate=RATE, left_out=["Frame", "Mx"]))),
     case("optitrack_group_rows",
