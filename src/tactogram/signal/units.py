@@ -112,7 +112,7 @@ def split_heading(heading: str) -> tuple[str, str | None]:
 
 def _plain(text: str) -> str:
     """Return a unit without blanks, brackets and other ways to write the same characters."""
-    text = text.strip().translate(_CHARACTERS).replace("⁻^2", "^-2").replace("**", "^").replace(" ", "")
+    text = text.strip().rstrip("*").translate(_CHARACTERS).replace("⁻^2", "^-2").replace("**", "^").replace(" ", "")
     text = re.sub(r"sec(?=\b|\^|\d|$)(?!ond)", "s", text) if "/" in text else text
     text = re.sub(r"/\((.*)\)", r"/\1", text).strip("[]()")
     return re.sub(r"(?<=/s)2$|(?<=/s)\^\(2\)$", "^2", text)

@@ -50,6 +50,9 @@ def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None
                 clocks[i] = kind
         elif each.is_clock and _forward(column, 0.5 if table.named and not each.sensor.count(" ") else _MEASURED):
             clocks[i] = time_unit_of(each)
+    values = [i for i, each in enumerate(found) if each.words == ["x", "value"]]
+    if not clocks and values and not any(each.words == ["y", "value"] for each in found):  # LabVIEW
+        clocks |= {i: None for i in values if table.columns[i].dtype != object and _forward(table.columns[i])}
     if not clocks and len(table.columns) > 1 and (not table.named or not found[0].name):
         for i, column in enumerate(table.columns[:3]):
             steps = np.diff(column[np.isfinite(column)]) if column.dtype != object else np.array([])

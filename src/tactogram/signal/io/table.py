@@ -215,7 +215,12 @@ def _separator(rows: Sequence[str]) -> str:
         quality = alike / len(cells) * (0.2 + values / max(len(filled), 1)) * (1.0 if count > 1 else 0.7)
         return round(quality, 2), -SEPARATORS.index(separator)
 
-    return max(SEPARATORS, key=fit)
+    best = max(SEPARATORS, key=fit)
+    if best == "," and all(DECIMAL_COMMA.fullmatch(row.strip()) for row in rows):
+        parts = [row.strip().partition(",") for row in rows]
+        if any(whole == "-0" or (len(part) > 1 and part[0] == "0") for whole, _, part in parts):
+            return " "  # one column of numbers with decimal commas
+    return best
 
 
 def _split(row: str, separator: str) -> list[str]:

@@ -119,7 +119,10 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     known = table.rate if times is None or own else None
     if times is not None and table.rate is not None and _on_grid(times, table.rate):
         times, known = None, table.rate
-    if note := _without_unit(stream, samples):
+    spelled = {use.unit for use in roles.uses if use.role in stream.axes and use.unit}
+    if stream.unit is None and spelled:
+        notes.append(f"unit {', '.join(sorted(spelled))} is not known: read as plain numbers, unit 1")
+    elif note := _without_unit(stream, samples):
         notes.append(note)
 
     def place(axis: int, sample: int) -> str:

@@ -75,6 +75,7 @@ ENVIRONMENT = ("temperature", "humidity", "battery", "light", "heart rate")
 """Those of `OTHERS` that no unit makes a signal of touch."""
 _ENDINGS = ("mm_s^2", "m_s^2", "m_s2", "mps2", "ms2", "m_s", "mm_s", "deg_s", "rad_s", "dps", "mdps")  # fmt: skip
 _AXIS_WORD = re.compile(rf"({'|'.join(sorted(_LETTERS, key=len, reverse=True))})(\d*)([xyz])")
+_AXIS_FIRST = re.compile(r"([xyz])(acc|accel|gyr|gyro|mag|pos|vel)")
 _CAMEL = re.compile(
     r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[a-z])(?=\d)"
     r"|(?<=[A-Za-z])(?=[\u3040-\u9fff\uac00-\ud7af])|(?<=[\u3040-\u9fff\uac00-\ud7af])(?=[A-Za-z])"
@@ -204,6 +205,8 @@ def _axis(words: list[str]) -> tuple[str | None, str, str | None]:
             prefix = _LETTERS.get(rest[0]) if len(rest) == 1 else None
             return word, " ".join(rest), prefix or None
     for i, word in enumerate(words):
+        if match := _AXIS_FIRST.fullmatch(word):
+            return match[1], " ".join([*words[:i], match[2], *words[i + 1 :]]), _LETTERS[match[2]]
         if match := _AXIS_WORD.fullmatch(word):
             rest = [*words[:i], match[1] + match[2], *words[i + 1 :]]
             return match[3], " ".join(w for w in rest if w not in ("axis", "value")), _LETTERS[match[1]] or None
@@ -216,6 +219,7 @@ def _fits(form: str, words: list[str], joined: str) -> bool:
 
 def _unit_at_end(name: str) -> tuple[str, str | None]:
     """Return name and unit of ``acc_x_mg``, ``t/s``, ``Time, s`` and ``Force N``."""
+    name = re.sub(r" in (?=\S+$)", " ", name)
     blank, _, last = name.rpartition(" ")
     if blank and len(last) > 1 and "/" in last and _is_unit(last):
         return blank.rstrip(" ,"), last
