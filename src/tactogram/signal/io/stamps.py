@@ -17,7 +17,7 @@ _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct",
 _STAMP = re.compile(
     r"""\s*(?:(?:[A-Za-z]{3},?\ +)?
     (?:(?P<a>\d{4}|\d{1,2})[-/. ]\ ?(?P<b>\d{1,2}|[A-Za-z]{3,9})[-/. ],?\ ?(?P<c>\d{4}|\d{1,2})
-       |(?P<word>[A-Za-z]{3,9})\ +(?P<wordday>\d{1,2}),?(?:\ (?P<wordyear>\d{4}))?
+       |(?P<word>(?i:jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec)[a-z]{0,6})\ +(?P<wordday>\d{1,2}),?(?:\ (?P<wordyear>\d{4}))?
        |(?P<year>(?:19|20)\d\d)(?P<month>\d\d)(?P<day>\d\d))(?=[T_\ ,;]|$)[T_\ ,;]*)?
     (?:(?P<hour>\d{1,2})[:.h-](?P<minute>\d{1,2})(?:[:.m-](?P<second>\d{1,2}))?(?:[.,:_](?P<fraction>\d{1,9}))?
        \s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?(?:\ (?P<lastyear>\d{4}))?)?\s*""",
