@@ -110,7 +110,14 @@ def read_file(
     """
     path = _existing(path)
     contents = _contents(
-        path, columns=columns, axes=axes, time=time, rate=rate, sheet=sheet, layouts=layouts, full_scale=full_scale
+        path,
+        columns=columns,
+        axes=axes,
+        time=time,
+        rate=rate,
+        sheet=sheet,
+        layouts=layouts,
+        full_scale=full_scale,
     )
     try:
         first, *others = only_part(contents, part)
@@ -160,7 +167,13 @@ def complete(
     metadata = _metadata(content.description or content.comment)
     stream = content.stream if content.stream else STREAM_OF_UNIT[signal.unit]
     return SignalFile(
-        signal, metadata, content.times, _uses(content, signal.axes), content.layout, stream, notes=content.notes
+        signal,
+        metadata,
+        content.times,
+        _uses(content, signal.axes),
+        content.layout,
+        stream,
+        notes=content.notes,
     )
 
 

@@ -69,7 +69,9 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
         date, seconds, zone = part
         kinds.add((date is not None, zone is not None))
         if len(kinds) > 1:
-            raise DataError(f"{where.format(rows[i])}: expected a time stamp like the first, got {cells[i]!r}")
+            raise DataError(
+                f"{where.format(rows[i])}: expected a time stamp like the first, got {cells[i]!r}"
+            )
         days = 0
         if date is not None:
             year, second, third = date
@@ -93,7 +95,14 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
 def _match(text: str) -> re.Match[str] | None:
     text = _COMPACT.sub(r"\1:\2:\3", text.strip())
     if "年" in text:
-        text = re.sub("年|月", "-", text).replace("日", " ").replace("時", ":").replace("分", ":").replace("秒", "").strip()
+        text = (
+            re.sub("年|月", "-", text)
+            .replace("日", " ")
+            .replace("時", ":")
+            .replace("分", ":")
+            .replace("秒", "")
+            .strip()
+        )
     return None if not text or _is_number(text) else _STAMP.fullmatch(text)
 
 
@@ -149,16 +158,22 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
     if found["hour"]:
         hour, minute, second = (int(found[name] or 0) for name in ("hour", "minute", "second"))
         fraction = float(f"0.{found['fraction'] or 0}")
-        if found["second"] is None and found["fraction"]:  # minutes, seconds and a fraction, as Excel shows them
+        if (
+            found["second"] is None and found["fraction"]
+        ):  # minutes, seconds and a fraction, as Excel shows them
             hour, minute, second = 0, hour, minute
         if half := found["half"]:
             hour = hour % 12 + (12 if half[0] in "pP" else 0)
-        if hour > 24 or minute > 59 or second > 60:  # noqa: PLR2004
+        if hour > 24 or minute > 59 or second > 60:
             return None
         seconds = 3600.0 * hour + 60 * minute + second + fraction
     zone = found["zone"]
     offset: float | None = None
     if zone is not None:
         digits = re.sub(r"\D", "", zone)
-        offset = (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:])) if digits else 0.0
+        offset = (
+            (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:]))
+            if digits
+            else 0.0
+        )
     return date, seconds, offset

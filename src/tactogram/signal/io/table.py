@@ -30,7 +30,14 @@ from tactogram.signal.io.table_head import (
     rate_in,
     units_in,
 )
-from tactogram.signal.io.table_lines import NumberedLine, cleaned, is_ruler, pairs_apart, prefix_apart, without_brackets
+from tactogram.signal.io.table_lines import (
+    NumberedLine,
+    cleaned,
+    is_ruler,
+    pairs_apart,
+    prefix_apart,
+    without_brackets,
+)
 from tactogram.signal.signal import Signal
 from tactogram.text_files import detected_text
 
@@ -47,7 +54,9 @@ _SNIFFED_BYTES = 8192
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 """A cell among blanks; in a heading, the unit in brackets belongs to it."""
 _YAML = re.compile(r"\s*(?:[\w/]+:(?:\s+\S+)?|---|- \S+)\s*")
-_CALENDAR = re.compile(r"((?:19|20)\d\d)(0[1-9]|1[0-2])([0-2]\d|3[01])([01]\d|2[0-3])([0-5]\d)([0-5]\d)(\d{3}|)")
+_CALENDAR = re.compile(
+    r"((?:19|20)\d\d)(0[1-9]|1[0-2])([0-2]\d|3[01])([01]\d|2[0-3])([0-5]\d)([0-5]\d)(\d{3}|)"
+)
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 """A number with a comma that may be one of thousands."""
 _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:,\d{3})+\.\d+")
@@ -83,13 +92,17 @@ def table(path: Path, raw: bytes) -> RawTable:
             f"{path}: lines of 'name: value' over several rows (YAML, as `ros2 topic echo` prints): save a table instead, "
             "with its option --csv"
         )
-    description = next((found for line in comments[:3] if (found := decode(line[1:].strip(), str(path)))), None)
+    description = next(
+        (found for line in comments[:3] if (found := decode(line[1:].strip(), str(path)))), None
+    )
     rows, stamps = prefix_apart(rows)
     rows = without_brackets(rows)
     rows, names = pairs_apart(rows)
     sample = rows[len(rows) // 2 :][:SNIFFED_ROWS]
     separator = separator or ("\t" if names else _separator([line.text for line in sample]))
-    counts = Counter(len(_cells(line.text, separator, path)) for line in sample if line is not rows[-1] or len(sample) < 3)
+    counts = Counter(
+        len(_cells(line.text, separator, path)) for line in sample if line is not rows[-1] or len(sample) < 3
+    )
     width = counts.most_common(1)[0][0]
     first = [_cells(line.text, separator, path) for line in rows[: 5 * SNIFFED_ROWS]]
     ended_alike = separator != " " and all(line.text.rstrip(" ").endswith(separator) for line in sample)
@@ -98,9 +111,16 @@ def table(path: Path, raw: bytes) -> RawTable:
     start = body_start(first, [_cells(line.text, separator, path) for line in sample], width)
     if start is None:
         raise DataError(f"{path}: {_no_numbers(first, width)}")
-    above = [_spaced(line.text, cells, width) if separator == " " else cells for line, cells in zip(rows[:start], first, strict=False)]
+    above = [
+        _spaced(line.text, cells, width) if separator == " " else cells
+        for line, cells in zip(rows[:start], first, strict=False)
+    ]
     head = _head(above, comments, width, separator, path)
-    if not head.named and separator == "," and (short := next((r for r in first[:start] if 2 * len(r) == width), None)):
+    if (
+        not head.named
+        and separator == ","
+        and (short := next((r for r in first[:start] if 2 * len(r) == width), None))
+    ):
         raise DataError(
             f"{path}: row {rows[start].number}: expected {len(short)} columns, got {width}; write decimal points, not commas"
         )
@@ -240,7 +260,7 @@ def _spaced(text: str, cells: list[str], width: int) -> list[str]:
 def _side_unit(column: Column, across: str | None, along: str) -> str | None:
     """Return the unit of a column of an oscilloscope: that of the time if it goes evenly forward."""
     steps = np.diff(column) if column.dtype != object else np.array([0.0])
-    even = len(steps) > 1 and (steps > 0).all() and float(np.ptp(steps)) <= 0.1 * float(steps.mean())  # noqa: PLR2004
+    even = len(steps) > 1 and (steps > 0).all() and float(np.ptp(steps)) <= 0.1 * float(steps.mean())
     if even and (steps == 1).all():
         return None  # a counter
     return across if even else along
@@ -271,8 +291,14 @@ def _head(
 
 
 def _body(
-    rows: list[NumberedLine], width: int, separator: str, path: Path, notes: list[str], above: Sequence[Sequence[str]],
-    *, ended: bool,
+    rows: list[NumberedLine],
+    width: int,
+    separator: str,
+    path: Path,
+    notes: list[str],
+    above: Sequence[Sequence[str]],
+    *,
+    ended: bool,
 ) -> list[NumberedLine]:
     """Return the lines that hold a row each; others are left out with a note, or too many of them an error."""
     kept: list[NumberedLine] = []
@@ -286,30 +312,46 @@ def _body(
             kept.append(line)
         elif tuple(cells := _cells(line.text, separator, path)) in heads:
             repeated += 1
-        elif len(cells) > width and not any(is_value(cell) for cell in cells[width:]) and all(map(is_value, cells[:width])):
+        elif (
+            len(cells) > width
+            and not any(is_value(cell) for cell in cells[width:])
+            and all(map(is_value, cells[:width]))
+        ):
             kept.append(NumberedLine(line.number, separator.join(cells[:width])))
             remarks.append(line.number)
         else:
             odd.append((line, count))
-    for line in [line for line in kept if line.text[:1].isalpha() and tuple(_cells(line.text, separator, path)) in heads]:
+    for line in [
+        line
+        for line in kept
+        if line.text[:1].isalpha() and tuple(_cells(line.text, separator, path)) in heads
+    ]:
         kept.remove(line)
         repeated += 1
     if remarks:
-        notes.append(f"remarks behind the numbers of {len(remarks)} rows left out, the first is row {remarks[0]}")
+        notes.append(
+            f"remarks behind the numbers of {len(remarks)} rows left out, the first is row {remarks[0]}"
+        )
     if repeated:
-        notes.append(f"headings stand again {repeated} times among the rows: the logger was started again there")
+        notes.append(
+            f"headings stand again {repeated} times among the rows: the logger was started again there"
+        )
     if odd and odd[-1][0] is rows[-1]:
         notes.append(f"last line (row {odd.pop()[0].number}) is cut off: left out")
     elif kept and kept[-1] is rows[-1] and not ended and _cut(kept, separator, path):
         notes.append(f"last line (row {kept.pop().number}) is cut off: left out")
     chatter = [line for line, count in odd if not any(map(is_value, _cells(line.text, separator, path)))]
-    if (wrong := next((each for each in odd if each[0] not in chatter), None)) or len(chatter) > MOST_ODD * len(rows):
+    if (wrong := next((each for each in odd if each[0] not in chatter), None)) or len(
+        chatter
+    ) > MOST_ODD * len(rows):
         line, count = wrong or odd[0]
         comma = separator == "," and count == 2 * width
         hint = "; write decimal points, not commas" if comma else ""
         raise DataError(f"{path}: row {line.number}: expected {width} columns, got {count}{hint}")
     if chatter:
-        notes.append(f"{len(chatter)} lines without numbers among the rows left out, the first is row {chatter[0].number}")
+        notes.append(
+            f"{len(chatter)} lines without numbers among the rows left out, the first is row {chatter[0].number}"
+        )
     return kept
 
 
@@ -317,7 +359,9 @@ def _cut(rows: Sequence[NumberedLine], separator: str, path: Path) -> bool:
     """Return whether the last row lacks the end of its last number: an empty one, or fewer decimals than all others."""
     last = [_cells(line.text, separator, path)[-1] for line in rows[-20:]]
     decimals = {len(cell.partition(".")[2]) for cell in last[:-1]}
-    return not last[-1] or (len(decimals) == 1 and len(last) > 10 and len(last[-1].partition(".")[2]) < min(decimals))
+    return not last[-1] or (
+        len(decimals) == 1 and len(last) > 10 and len(last[-1].partition(".")[2]) < min(decimals)
+    )
 
 
 def _columns(
@@ -343,7 +387,9 @@ def _columns(
             thousands="," if grouped else None,
             skipinitialspace=True,
             keep_default_na=False,
-            na_values=sorted({form for cell in MISSING for form in (cell, cell.upper(), cell.title(), "NaN")}),
+            na_values=sorted(
+                {form for cell in MISSING for form in (cell, cell.upper(), cell.title(), "NaN")}
+            ),
             skip_blank_lines=False,
             low_memory=False,
         )
@@ -409,7 +455,11 @@ def _is_empty(column: Column) -> bool:
 
 def _start_and_rate(columns: Sequence[Column]) -> float | None:
     """Return the rate if all columns begin with the same seconds since 1970, and the same rate below."""
-    heads = {(float(column[0]), float(column[1])) for column in columns if column.dtype != object and len(column) > 2}
+    heads = {
+        (float(column[0]), float(column[1]))
+        for column in columns
+        if column.dtype != object and len(column) > 2
+    }
     if len(heads) == 1 and len(columns) > 0:
         [(start, rate)] = heads
         if start > 1e9 and 1 <= rate <= 1e5:

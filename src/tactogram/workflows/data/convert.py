@@ -18,7 +18,16 @@ from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touc
 from tactogram.rendering.sound_map import sound_to_touch
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
-from tactogram.signal.io import READABLE, WRITABLE, SignalFile, read_columns, read_file, read_image, read_image_metadata, write_signal
+from tactogram.signal.io import (
+    READABLE,
+    WRITABLE,
+    SignalFile,
+    read_columns,
+    read_file,
+    read_image,
+    read_image_metadata,
+    write_signal,
+)
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
 from tactogram.workflows.data.requests import ConversionRequest
@@ -281,7 +290,9 @@ def _read(source: Path, options: dict[str, Any]) -> _Given:
         if timing is not None:
             metadata["timing"] = timing
         return _Given(file.signal, metadata, timing=timing, notes=_notes(file))
-    useless = [name for name in ("unit", "columns", "time", "sheet", "part", "full_scale") if options.get(name)]
+    useless = [
+        name for name in ("unit", "columns", "time", "sheet", "part", "full_scale") if options.get(name)
+    ]
     if useless:
         raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
     haptic = read_haptic(source, rate=options["rate"])
