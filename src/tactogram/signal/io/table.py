@@ -17,6 +17,7 @@ from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_columns import converted, is_empty, start_and_rate, text_columns
 from tactogram.signal.io.table_head import (
+    HEAD_ROWS,
     TableHead,
     body_start,
     head_of,

@@ -73,7 +73,8 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
         first, second = intervals[:2]
         stop, start = first.contents[0].times, second.contents[0].times
         assert stop is not None and start is not None  # noqa: S101
-        step = start[0] - stop[-1]
+        with np.errstate(over="ignore"):
+            step = start[0] - stop[-1]
         what = f"time goes back by {-step:.4g} s" if step < 0 else f"{step:.4g} s without samples"
         if len(intervals) > MOST_HOLES * len(contents[0].rows) + 2:
             raise DataError(
@@ -103,7 +104,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     times = None if roles.time is None else _times(table, roles.time, roles.seconds, rows, where)
     labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
     kept: NDArray[np.int64] | None = None
-    if times is not None and len(times) < 2:
+    if not own and times is not None and len(times) < 2:
         raise DataError(f"{table.path}: one row of numbers is no signal")
     if times is not None and not own:
         if np.isnan(times[:-1]).mean() > MOST_HOLES:  # stamps of the first sample of each block alone
