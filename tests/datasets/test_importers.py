@@ -514,6 +514,9 @@ class TestFolder:
 
     def test_a_file_without_a_material_is_refused(self, tmp_path):
         self.write(tmp_path / "f", "a.wav")
+        with pytest.raises(DataError, match="no folder names the material; state it with recordings.csv"):
+            imported("folder", tmp_path / "f", tmp_path)
+        self.write(tmp_path / "f", "cork/b.wav", 1)
         with pytest.raises(DataError, match=r"a.wav: must be in a folder named after its material"):
             imported("folder", tmp_path / "f", tmp_path)
 
@@ -551,7 +554,8 @@ class TestFolder:
         assert main([*words, "--preview"]) == main([*words, "--out", str(tmp_path / "s")]) == int(stops)
         assert (tmp_path / "s").exists() != stops
         said = capsys.readouterr()
-        assert "skipped: cork/take0.tdms: suffix must be one of .wav" in said.out
+        first = "2 files: suffix" if stops else "cork/take0.tdms: suffix"
+        assert f"skipped: {first} must be one of .wav" in said.out
         assert ("in all 2 of 6 files cannot be read: " in said.err) == stops
         assert main([*words, "--out", str(tmp_path / "s"), "--skip-bad"]) == 0
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from tactogram.datasets.importer import LeftOut
 from tactogram.datasets.importing import ImportSink, find_set
+from tactogram.datasets.kinds import by_kind
 from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import item_of
@@ -44,8 +45,10 @@ def preview_dataset(
     dict
         ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number), ``several_rates_hz``
         (by stream, where there are several), ``skipped`` (``source``, ``reason``; a part of a file has ``#`` in
-        ``source``), ``skipped_files`` (number of those that are skipped whole), ``needs_skip_bad`` (whether the import
-        would stop without ``skip_bad``) and ``layouts``, most files first. Each layout has ``files`` (number),
+        ``source``), ``problems`` and ``notes`` (as `import_dataset`), ``skipped_files`` (number of those that are
+        skipped whole), ``needs_skip_bad`` (whether the import would stop without ``skip_bad``), ``question`` (what it
+        would ask about the paths; empty if nothing), ``proposed_path`` (a pattern of them that says more than the
+        material; empty if there is none) and ``layouts``, most files first. Each layout has ``files`` (number),
         ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``, ``rate``, ``material``, ``session``,
         ``subject``, ``trial``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``mapped`` (whether a
         mapping decided), ``skipped`` (number), ``materials`` (number of recordings by name), ``streams`` (by name:
@@ -76,6 +79,10 @@ def preview_dataset(
         "several_rates_hz": sink.rates.several,
         "layouts": [group.facts() for group in groups],
         "skipped": target.skipped,
+        "problems": by_kind((each["source"], each["reason"]) for each in target.skipped),
+        "notes": found.notes + by_kind(sink.notes),
+        "question": found.paths.question,
+        "proposed_path": found.paths.proposed,
         "skipped_files": len(whole),
         "needs_skip_bad": found.lacks_much or sink.needed_skip,
     }

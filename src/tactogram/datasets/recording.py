@@ -63,6 +63,7 @@ class FileReading:
     mapped: bool  # whether a mapping decided about the columns
     timing: SamplingTiming | None  # of the time stamps, if there are any
     rate_estimated: bool  # whether the rate follows from the time stamps alone
+    notes: tuple[str, ...] = ()  # one line each, on what was left out or assumed
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -26,10 +26,16 @@ class RawTable:
     path: Path
     headings: tuple[str, ...]  # as in the file; "1", "2", … if it has none
     columns: tuple[Column, ...]
-    units: tuple[str | None, ...] = ()  # as the file spells them apart from the headings; empty if it does not
-    groups: tuple[str, ...] = ()  # array, structure, sensor or sheet that each column belongs to; empty if none
+    units: tuple[
+        str | None, ...
+    ] = ()  # as the file spells them apart from the headings; empty if it does not
+    groups: tuple[
+        str, ...
+    ] = ()  # array, structure, sensor or sheet that each column belongs to; empty if none
     named: bool = True  # whether the headings are the file's
-    rows: Sequence[int] = ()  # number of each row in the file, as an editor or spreadsheet counts; empty: from 0
+    rows: Sequence[
+        int
+    ] = ()  # number of each row in the file, as an editor or spreadsheet counts; empty: from 0
     rate: float | None = None  # Hz, if the file states one
     rate_name: str | None = None  # array or attribute that states it
     description: SignalDescription | None = None  # if this package wrote the file
