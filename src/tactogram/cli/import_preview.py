@@ -50,13 +50,7 @@ def _layout(number: int, layout: Mapping[str, Any]) -> str:
     rows = [(f"  {use['heading']}", use["role"], use["unit"] or "") for use in layout["columns"]]
     lines += [columns(rows)] if rows else []
     for name, stream in layout["streams"].items():
-        stated = (
-            stream["unit"] != "1"
-            or not layout["columns"]
-            or any(use["unit"] == "1" for use in layout["columns"])
-        )
-        hint = "" if stated else " (no known unit in the headings; --set unit=g or another states it)"
-        lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}{hint}")
+        lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}")
     if layout["seconds"]:
         lines.append(f"  {_timing(layout)}")
         lines += [_labels(use["heading"], layout) for use in layout["columns"] if use["role"] == MATERIAL]

@@ -11,6 +11,7 @@ from tactogram.datasets.kinds import in_one_line
 
 _MAPPING = "`--preview --save-mapping mapping.toml`"
 REMEDIES = (
+    (r"`path=([^`]+)`", r"`--set path=\1`"),
     (
         r"which array\? choose of (.+)",
         rf"has several arrays (\1); choose in the mapping that {_MAPPING} writes",

@@ -22,6 +22,7 @@ from tactogram.signal.io import SignalFile, complete, read_content
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.labels import LONGEST_STEP, Interval, cut
 from tactogram.signal.io.layout import IGNORED, MATERIAL, ColumnUse, TableLayout
+from tactogram.signal.signal import UNITS
 from tactogram.signal.units import parse_unit
 
 LEAST_ROWS = 32
@@ -104,6 +105,11 @@ def read_parts(
         found.append(_part(sources, interval, number, info, name))
     if not any(isinstance(part, FilePart) or part.broken for part in found):
         raise DataError(f"{paths[0]}: {_useless(heading, intervals, labels=bool(labels))}")
+    if not labels:
+        first = next(part for part in found if isinstance(part, FilePart) or part.broken)
+        if isinstance(first, FilePart):
+            reading = replace(first.reading, notes=(*first.reading.notes, HOLES))
+            found[found.index(first)] = replace(first, reading=reading)
     if unlabelled:
         reason = f"{name}: {unlabelled} row{'s' * (unlabelled != 1)} without a label in column {heading!r}"
         found.append(LeftOut("unlabelled", reason))
@@ -192,8 +198,7 @@ def _part(
     except TactogramError as error:
         reason = str(error).removeprefix(f"{sources[0].path}: ")
         return LeftOut(str(number), f"{name}: {where}: {reason}", broken=True)
-    notes = part.reading.notes if interval.labels else (*part.reading.notes, HOLES)
-    return replace(part, reading=replace(part.reading, notes=notes), labels=interval.labels, number=number)
+    return replace(part, labels=interval.labels, number=number)
 
 
 def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
@@ -219,10 +224,7 @@ def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
         if file.times is not None:
             begins[source.path.name] = float(file.times[0])
     first = next(iter(files.values()))
-    late = {name: start - min(begins.values()) for name, start in begins.items()}
-    notes += [
-        f"{name} begins {1e3 * by:.4g} ms late" for name, by in late.items() if by * first.signal.rate > 1
-    ]
+    notes += _without_unit(files) + _late(begins, first.signal)
     timing = first.timing
     return FilePart(
         streams,
@@ -242,12 +244,44 @@ def _unit_for(source: _Source, units: str | None) -> str | None:
     """Return the one of several units, separated by commas, that a file may have; alone it is for any quantity."""
     if units is None:
         return None
-    expected = QUANTITIES.get(source.quantity or "", (None,))[0]
+    expected = _expected(source.quantity)
     named = [unit.strip() for unit in units.split(",")]
     if len(named) == 1 and expected is None:
         return named[0]
     fitting = [unit for unit in named if parse_unit(unit)[0] == (expected or source.content.unit)]
     return fitting[0] if fitting else None
+
+
+def _expected(quantity: str | None) -> str | None:
+    """Return the unit of a quantity; None if it may have several, or is not known."""
+    return QUANTITIES.get((quantity or "").removeprefix("uncalibrated_"), (None,))[0]
+
+
+def _without_unit(files: Mapping[str, SignalFile]) -> list[str]:
+    """Return a note on the streams of tables whose unit no heading states, with the option that states it."""
+    without = {
+        stream: _expected(stream) or "g"
+        for stream, file in files.items()
+        if file.signal.unit == "1"
+        and _expected(stream) != "1"
+        and file.columns
+        and not any(use.unit == "1" for use in file.columns)
+    }
+    known = ",".join(dict.fromkeys(unit for unit in without.values() if unit in UNITS or unit == "g"))
+    option = f"; `unit={known}` states it" if known else ""
+    return [f"no unit stated for {', '.join(without)}{option}"] * bool(without)
+
+
+def _late(begins: Mapping[str, float], first: Signal) -> list[str]:
+    """Return a note on each file whose first stamp is later than another's."""
+    late = {name: start - min(begins.values()) for name, start in begins.items()}
+    return [
+        f"{name} begins {1e3 * by:.4g} ms late"
+        if by < first.extent
+        else f"{name}: its clock is another; taken to begin with the other files of the take"
+        for name, by in late.items()
+        if by * first.rate > 1
+    ]
 
 
 def _named(source: _Source, file: SignalFile, stream: str | None) -> tuple[str, tuple[str, ...]]:
@@ -259,10 +293,8 @@ def _named(source: _Source, file: SignalFile, stream: str | None) -> tuple[str, 
     by_unit = getattr(file, "stream", None) or STREAM_OF_UNIT[unit]
     if quantity is None:
         return by_unit, ()
-    expected = QUANTITIES.get(quantity.removeprefix("uncalibrated_"), (None,))[0]
-    if unit in (expected, "1") or expected is None:
-        unknown = unit == "1" and expected not in ("1", None)
-        return quantity, (f"{quantity}: no unit stated; `unit={expected}` states it",) * unknown
+    if unit in (_expected(quantity), "1") or _expected(quantity) is None:
+        return quantity, ()
     return by_unit, (f"{source.path.name}: read as {by_unit}, for its unit is {unit}",)
 
 

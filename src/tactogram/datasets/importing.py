@@ -222,8 +222,8 @@ class ImportSink:
         self.target, self.skip_bad = target, skip_bad
         self.rates = CommonRates() if rates is None else rates
         self.needed_skip = False
-        self.notes: list[tuple[str, str]] = []
-        """Sources and notes of the recordings passed on."""
+        self.notes: dict[tuple[str, str], None] = {}
+        """Items and notes of the recordings passed on."""
         self._photographs: dict[Path, Photograph | None] = {}
 
     def add_all(
@@ -269,7 +269,7 @@ class ImportSink:
                 take(f"{item.name}#{recording.part}", recording.reason)
                 continue
             if recording.reading is not None:
-                self.notes += [(recording.source, note) for note in recording.reading.notes]
+                self.notes |= dict.fromkeys((item.name, note) for note in recording.reading.notes)
             shown = item.info.get("material", recording.material) == recording.material
             try:
                 self.target.add(self.rates.united(recording), photograph if shown else None)

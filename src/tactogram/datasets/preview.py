@@ -73,7 +73,7 @@ def preview_dataset(
     return {
         "set": set_name,
         "path": str(path),
-        "files": len(found.items) + len(found.left_out),
+        "files": sum(len(item.paths) for item in found.items) + len(found.left_out),
         "photographs": len(target.photographs),
         "duplicates": target.duplicates,
         "several_rates_hz": sink.rates.several,

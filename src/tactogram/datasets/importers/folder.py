@@ -122,7 +122,7 @@ def find(
             stated = _fields(pattern, take)
             if stated is None:
                 info["mismatch"] = (
-                    f"{name}: must be named as `path={pattern.text}` says; correct it, or move it away"
+                    f"{name}: must be named as path={pattern.text} says; correct it, or move it away"
                 )
             else:
                 info = stated | info | {"labels": stated["labels"] | info.get("labels", {})}
@@ -135,7 +135,9 @@ def find(
             rule = MATERIAL_FROM[material_from or "folder"]
             info["material"] = info.get("material") or rule(PurePosixPath(name))
         named = info.get("material") or info.get("labels", {}).get("item")
-        if not named and (path or material_from or any("/" in signal for signal in signals)):  # else it is asked
+        if not named and (
+            path or material_from or any("/" in signal for signal in signals)
+        ):  # else it is asked
             info["problem"] = (
                 f"{name}: must be in a folder named after its material, or have it in {TABLE}, or in its own name "
                 "with `path={material}_{take}`"
