@@ -26,8 +26,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactogram.datasets.cells import number_columns
 from tactogram.datasets.importer import ImportedPhotograph, ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
@@ -97,7 +97,7 @@ def read(item: ImportItem) -> list[Recording]:
     streams, history = {}, []
     tables = [path for path in item.paths if path.suffix.lower() == ".txt"]
     if tables:
-        columns = [_numbers(path) for path in tables]
+        columns = [number_columns(path)[0] for path in tables]
         if len({len(column) for column in columns}) > 1:
             lengths = ", ".join(f"{path.name} {len(c)}" for path, c in zip(tables, columns, strict=True))
             raise DataError(f"{item.name}: axes must be equally long, got {lengths}")
@@ -154,18 +154,3 @@ def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
 
 def _sibling(path: Path, axis: str, other: str) -> Path:
     return path.with_name(re.sub(f"_Movement_{axis}_", f"_Movement_{other}_", path.name, flags=re.IGNORECASE))
-
-
-def _numbers(path: Path) -> NDArray[np.float64]:
-    """Return the numbers in a file, one per line."""
-    values = []
-    with path.open(encoding="ascii", errors="replace") as file:
-        for row, line in enumerate(file, 1):
-            try:
-                if line.strip():
-                    values.append(float(line))
-            except ValueError:
-                raise DataError(f"{path}: row {row} must be one number, got {line.strip()[:40]!r}") from None
-    if not values:
-        raise DataError(f"{path}: no samples")
-    return np.array(values)
