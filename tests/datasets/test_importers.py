@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 import openpyxl
+import pandas
 import pytest
 import soundfile
 from PIL import Image as Pillow
@@ -87,7 +88,7 @@ class TestLmt108:
             ),
             (
                 {f"G1A_Movement_{a}_test1.txt": "1\n\nx y\n" for a in "XYZ"},
-                r"X_test1.txt: row 3 must be one number",
+                "X_test1.txt: row 3, column 1: must be a finite number, got 'x y'",
             ),
             (
                 {f"{d}/G1A_Movement_{a}_test1.txt": "1\n" for a in "XYZ" for d in "ab"},
@@ -181,7 +182,7 @@ class TestCluster:
         position = store.signal(info.id, "position")
         assert (position.unit, position.rate, position.axes) == ("m", 100.0, ("x", "y"))
         assert np.diff(position.samples[0]).mean() * 100 == pytest.approx(0.04, rel=1e-2)
-        assert "acceleration, force: stamps show 6000." in info.history[0]
+        assert "acceleration: stamps show 6000." in info.history[0]
 
     def test_resampling_does_what_nearest_index_does_not(self, tmp_path):
         write_stroke(tmp_path, "0_0_20_500_0", jitter=0.3)
@@ -217,6 +218,18 @@ class TestCluster:
         assert {i.material for i in store.index} == {"felt (2)", "felt (10)"}
         assert store.index[1].source == "texture_dataset/sensor_data/accel/2/2_315_60_1000_1.csv"
 
+    def test_the_copy_in_parquet_and_flac_is_read(self, tmp_path):
+        write_stroke(tmp_path, "0_0_20_500_0", seconds=0.05)
+        [before] = cluster.read(cluster.find(tmp_path)[0])
+        for path in (tmp_path / "sensor_data").rglob("*.csv"):
+            pandas.read_csv(path).to_parquet(path.with_suffix(".parquet"))
+            path.unlink()
+        write_sound(tmp_path / "sensor_data" / "audio" / "0_0_20_500_0.flac", 3)
+        [recording] = cluster.read(cluster.find(tmp_path)[0])
+        assert set(recording.streams) == {*before.streams, "sound"}
+        for name, signal in before.streams.items():
+            np.testing.assert_array_equal(recording.streams[name].samples, signal.samples)
+
     def test_streams_that_are_not_there_at_all_are_left_out(self, tmp_path):
         write_stroke(tmp_path / "c", "0_0_20_500_0", kinds=("force",), seconds=0.05)
         [recording] = cluster.read(cluster.find(tmp_path / "c")[0])
@@ -227,15 +240,27 @@ class TestCluster:
         [
             ("accel/0_0_20_500_1.csv", "time,X,Y,Z\n0,1,2,3\n", r"force/0_0_20_500_1.csv: missing"),
             ("accel/readme.csv", "x\n", "name must be TEXTURE_DIRECTION|force/readme.csv: missing"),
-            ("force/0_0_20_500_0.csv", "time,X\n0,1\n0.1,1\n", "needs columns time,force of numbers"),
-            ("force/0_0_20_500_0.csv", "time,force\n0,1\n0.1,x\n", "needs columns time,force of numbers"),
-            ("force/0_0_20_500_0.csv", "time,force\n0,1\n0.1\n0.2,3\n", "Expected 2 columns, got 1"),
+            (
+                "force/0_0_20_500_0.csv",
+                "time,X\n0,1\n0.1,1\n",
+                "needs columns time,force, lacks force, has time,X",
+            ),
+            (
+                "force/0_0_20_500_0.csv",
+                "time,force\n0,1\n0.1,x\n",
+                "row 3, column force: must be a finite number",
+            ),
+            (
+                "force/0_0_20_500_0.csv",
+                "time,force\n0,1\n0.1\n0.2,3\n",
+                "row 3, column force: must be a finite",
+            ),
             (
                 "force/0_0_20_500_0.csv",
                 "time,force\n0,1\n0.1,nan\n",
-                "row 3, column force: must be finite, got nan",
+                "row 3, column force: must be a finite number, got 'nan'",
             ),
-            ("force/0_0_20_500_0.csv", "time,force\n0,1\n", "at least two rows"),
+            ("force/0_0_20_500_0.csv", "time,force\n0,1\n", "must have 2 or more rows"),
             ("force/0_0_20_500_0.csv", "time,force\n0,1\n0.2,1\n0.1,1\n", "time goes backwards"),
         ],
     )
@@ -256,14 +281,15 @@ class TestBiotacSlide:
         + [f"ele{i}" for i in range(1, 20)]
     )
 
-    def test_raw_tables_are_read_where_there_are_no_arrays(self, tmp_path):
+    @pytest.mark.parametrize("folder", ["raw_csv", "raw_data/mat2"])  # the second one as published
+    def test_raw_tables_are_read_where_there_are_no_arrays(self, tmp_path, folder):
         frames = np.arange(3 * 44).reshape(3, 44)
         rows = "".join(f"{i / 100},{','.join(map(str, row))},\n" for i, row in enumerate(frames))
-        (tmp_path / "raw_csv").mkdir()
-        for name in ("mat2_10_bio.csv", "mat2_9_bio.csv"):
-            (tmp_path / "raw_csv" / name).write_text(f"{self.HEAD}\n{rows}")
+        (tmp_path / folder).mkdir(parents=True)
+        for name in ("mat2_10_bio.csv", "mat2_9_bio.csv", "mat2_9_jv.csv"):
+            (tmp_path / folder / name).write_text(f"{self.HEAD}\n{rows}")
         items = biotac_slide.find(tmp_path)
-        assert [item.name for item in items] == ["raw_csv/mat2_9_bio.csv", "raw_csv/mat2_10_bio.csv"]
+        assert [item.name for item in items] == [f"{folder}/mat2_9_bio.csv", f"{folder}/mat2_10_bio.csv"]
         [recording] = biotac_slide.read(items[1])
         assert recording.labels["recording"] == "10"
         np.testing.assert_array_equal(recording.streams["pac"].samples[0], frames[:, 3:25].reshape(-1))
@@ -274,10 +300,10 @@ class TestBiotacSlide:
     @pytest.mark.parametrize(
         ("text", "says"),
         [
-            ("timestamp,pac1\n0,1\n", "row 1 must name the columns"),
-            (HEAD + "\n", "no frames"),
-            (HEAD + "\n1,2\n", "row 2 must have 45 values, got 2"),
-            (HEAD + "\n" + ",".join(["x"] * 45) + "\n", "row 2: could not convert"),
+            ("timestamp,pac1\n0,1\n", "needs columns tdc,tac,pdc,pac1,pac2,pac3,…, lacks tdc,tac,pdc,pac2"),
+            (HEAD + "\n", "must have 1 or more rows of samples"),
+            (HEAD + "\n1,2\n", "row 2, column tac: must be a finite number"),
+            (HEAD + "\n" + ",".join(["x"] * 45) + "\n", "row 2, column tdc: must be a finite number"),
         ],
     )
     def test_what_is_wrong_is_said(self, tmp_path, text, says):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -47,12 +47,11 @@ def number_columns(
         raise DataError(f"{path}: not a readable table: {one_line(error)}") from error
     if lacking := [name for name in names or () if name not in table]:
         raise DataError(
-            f"{path}: needs columns {','.join(names or ())}, lacks {','.join(lacking)}, has "
-            f"{','.join(map(str, table.columns[:8]))}"
+            f"{path}: needs columns {_listed(names or ())}, lacks {_listed(lacking)}, has {_listed(table.columns)}"
         )
     chosen = table if names is None else table[list(names)]
     if len(chosen) < least:
-        raise DataError(f"{path}: must have at least {least} rows of samples, got {len(chosen)}")
+        raise DataError(f"{path}: must have {least} or more rows of samples, got {len(chosen)}")
     values = np.array([pd.to_numeric(chosen[name], errors="coerce") for name in chosen], np.float64)
     bad = np.argwhere(~np.isfinite(values.T))
     if len(bad):
@@ -65,3 +64,8 @@ def number_columns(
             f"{path}: {where}: must be a finite number, got {str(chosen.iloc[row, column])[:40]!r}"
         )
     return values
+
+
+def _listed(names: Iterable[object]) -> str:
+    texts = [str(name) for name in names]
+    return ",".join(texts[:6]) + ",…" * (len(texts) > 6)

@@ -31,7 +31,7 @@ KINDS: Mapping[str, tuple[str, str]] = {
     "part": ("parts of a split", r"train(?:ing)?|test(?:ing)?|val(?:id|idation)?"),
     "": (
         "folders of files",
-        r"data|raw|raw[ _-]?data|csv|wav|recordings?|measurements?|exports?|logs?|dataset",
+        r"(?:raw|multi|sensor)?[ _-]?data(?:set)?|raw|csv|wav|xlsx|recordings?|measurements?|exports?|logs?|signals?",
     ),
 }
 """Fields of a pattern that names may be, each with a word for them and the expression of all of them."""

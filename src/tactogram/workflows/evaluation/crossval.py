@@ -166,16 +166,20 @@ def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:
     """Return the splits of a cross-validation and a sentence that describes them."""
     request, recipe, store = setup.request, setup.recipe, setup.store
     folds, split, label, by = request.folds, request.split, request.label, cast(By, request.by)
-    if split in ("all", "blocks"):
-        raise ParameterError(f"`split` {split} is for one training; use last=N, or `folds`")
+    if split == "all":
+        raise ParameterError("`split` all keeps nothing for testing; use last=N, or `folds`")
+    if split == "blocks":
+        raise ParameterError("`split` blocks is for one training; `folds` test on every block")
     if split:
         parts = make_split(setup.index, split=split, by=by, seed=recipe.seed, label=label)
         return [parts], f"tested on the {split.replace('=', ' ')} recordings of each material, by recording"
     index = labelled(setup.index, label)
-    fewest = min(Counter(info.material for info in index).values())
+    scarcest, fewest = min(Counter(info.material for info in index).items(), key=lambda pair: pair[1])
     if by != "recording" or fewest >= folds:
         return kfold(index, folds, by=by, seed=recipe.seed), f"{folds} folds by {by}"
-    splits = block_splits(store, index, recipe, setup.config, blocks=folds)
+    instead = f"use {fewest} folds" if fewest >= 2 else "record more of it, or exclude it with `where`"
+    remedy = f"{scarcest} has {fewest} of the {folds} recordings that folds of recordings need: {instead}"
+    splits = block_splits(store, index, recipe, setup.config, blocks=folds, remedy=remedy)
     between = f", {splits[0].gap_s:.2g} s (one window) left out between" if splits[0].gap_s else ""
     return splits, f"{folds} contiguous blocks of each recording{between}; each block counts as a recording"
 

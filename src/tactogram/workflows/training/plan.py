@@ -105,19 +105,21 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int,
 
 
 def block_splits(
-    store: Store, index: Sequence[RecordingInfo], recipe: Recipe, config: BaseModel, *, blocks: int
+    store: Store,
+    index: Sequence[RecordingInfo],
+    recipe: Recipe,
+    config: BaseModel,
+    *,
+    blocks: int,
+    remedy: str = "record longer, or use `split=all`",
 ) -> list[Split]:
     """Return a split for each of ``blocks`` contiguous parts of every recording, one window apart from the others."""
     stream = recipe.prepare.stream_of(tuple(store.streams))
     seconds = {info.id: store.length(info.id, stream) / store.rate(info.id, stream) for info in index}
     gap = window_of(config) / recipe.prepare.rate_of(store.rate(index[0].id, stream))
-    if min(seconds.values()) / blocks < 3 * gap:
-        scarcest, fewest = min(Counter(info.material for info in index).items(), key=lambda pair: pair[1])
-        instead = f"use {fewest} folds" if fewest >= 2 else "record more of it, or exclude it with `where`"
+    if (shortest := min(seconds.values())) < 3 * gap * blocks:
         raise ParameterError(
-            f"{blocks} contiguous blocks of a recording need at least {3 * blocks * gap:.3g} s, got "
-            f"{min(seconds.values()):.3g} s, and folds as many recordings of every class; {scarcest} has {fewest}: "
-            f"{instead}"
+            f"{blocks} blocks of a recording need at least {3 * gap * blocks:.3g} s, got {shortest:.3g} s; {remedy}"
         )
     return contiguous_blocks(index, seconds, blocks=blocks, gap_s=gap)
 
