@@ -12,13 +12,11 @@ from scipy import signal as scipy_signal
 
 from tactogram.cli import main
 from tactogram.datasets import Ratings, add_ratings, item_of, open_store
-from tactogram.datasets.importers import biotac_slide, cluster, folder, lmt108, vibviz
+from tactogram.datasets.importers import biotac_slide, cluster, folder, vibviz
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-
-LMT_NAMES = ["G1AluminiumMesh", "G9Jeans"]
 
 
 def write_sound(path, seed, *, rate=44100, seconds=0.02, channels=1, subtype="PCM_16"):
@@ -63,24 +61,10 @@ class TestLmt108:
         assert store.signal(info.id, "sound").rate == 44100
         assert any("the files do not say" in line for line in info.history)
 
-    def test_an_index_goes_before_names(self, tmp_path):
-        source = tmp_path / "lmt"
-        for n in range(2):
-            write_sound(source / "flac" / f"{n}.flac", n)
-        rows = "".join(f"flac/{n}.flac,{name},G{n},7\n" for n, name in enumerate(LMT_NAMES))
-        (source / "index.csv").write_text("file,material,group,recording\n" + rows)
-        _, store = imported("lmt108", source, tmp_path)
-        assert [(i.material, i.labels["recording"]) for i in store.index] == [(n, "7") for n in LMT_NAMES]
-
     @pytest.mark.parametrize(
         ("files", "says"),
         [
-            ({"index.csv": "file,material\nx.wav,cork\n"}, "row 2 lacks recording"),
-            (
-                {"index.csv": "file,material,recording\nx.wav,cork,1\n"},
-                r"x.wav: missing, though x.wav needs it",
-            ),
-            ({"readme.txt": "x"}, "must hold index.csv or files named like"),
+            ({"readme.txt": "x"}, "must hold files named like G1Material"),
             ({f"G1A_Movement_{a}_test1.txt": "1\n" for a in "XY"}, r"Movement_Z_test1.txt: missing"),
             (
                 {f"G1A_Movement_{a}_test1.txt": "1\n" * n for a, n in (("X", 2), ("Y", 2), ("Z", 3))},
@@ -112,21 +96,14 @@ class TestLmt108:
             rows = list(csv.DictReader(file))
         assert report["recordings"] == len(rows) == 160
         assert len({i.material for i in store.index}) == 20
-        for row, info in zip(rows, store.index, strict=True):
-            assert (info.source, info.material) == (row["file"], row["material"])
+        found = {info.source: info for info in store.index}
+        for row in rows:
+            info = found[row["file"]]
+            assert (info.material, info.labels["recording"]) == (row["material"], row["recording"])
             assert store.length(info.id, "sound") == int(row["samples"])
         expected = soundfile.read(source / rows[77]["file"], dtype="float32")[0]
-        np.testing.assert_array_equal(store.signal(store.index[77].id, "sound").samples[0], expected)
-
-    @pytest.mark.real_data
-    def test_real_names_give_what_the_index_gives(self, real_data):
-        source = real_data("lmt108_sound")
-        [named] = [i for i in lmt108.find(source / "wav") if "Bamboo" in i.name]
-        [listed] = [i for i in lmt108.find(source) if i.name.endswith("G4Bamboo_Sound_Movement_train1.flac")]
-        one, two = lmt108.read(named)[0], lmt108.read(listed)[0]
-        assert one.material == two.material
-        assert one.labels == two.labels
-        assert one.id == two.id
+        sound = store.signal(found[rows[77]["file"]].id, "sound")
+        np.testing.assert_array_equal(sound.samples[0], expected)
 
 
 def write_stroke(source, stem, *, seconds=0.5, jitter=0.15, seed=0, kinds=("accel", "force", "position")):

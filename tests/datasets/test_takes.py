@@ -7,6 +7,7 @@ import soundfile
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.datasets.kinds import by_kind, in_one_line
+from tactogram.datasets.mapping import read_mapping
 from tactogram.datasets.takes import takes
 from tactogram.errors import DataError
 from tactogram.workflows.data.stores import import_store
@@ -126,3 +127,13 @@ def test_what_is_said_of_many_files_is_one_line():
         "12 files: row 0: expected a number, got 'x0' (cork/0.csv, cork/1.csv, cork/2.csv, …)"
     )
     assert in_one_line(by_kind(said[:1])[0]) == said[0][1]
+
+
+def test_a_mapping_of_the_files_of_a_take_is_one_of_each_file(tmp_path):
+    write(tmp_path / "f" / "cork" / "1_acc.csv", "t [s],x [g],y [g]", [[t, k, 2 * k] for t, k in ramp(100)])
+    write(tmp_path / "f" / "cork" / "1_force.csv", "t [s],f [mN]", ramp(100))
+    plain = import_store("folder", tmp_path / "f", preview=True, save_mapping=tmp_path / "m.toml")
+    found = [(layout.columns, layout.stream) for layout in read_mapping(tmp_path / "m.toml").layout]
+    assert found == [(("t [s]", "x [g]", "y [g]"), "acceleration"), (("t [s]", "f [mN]"), "force")]
+    mapped = import_store("folder", tmp_path / "f", preview=True, mapping=tmp_path / "m.toml")
+    assert mapped["layouts"][0]["streams"] == plain["layouts"][0]["streams"]

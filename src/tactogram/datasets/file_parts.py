@@ -225,16 +225,17 @@ def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
             begins[source.path.name] = float(file.times[0])
     first = next(iter(files.values()))
     notes += _without_unit(files) + _late(begins, first.signal)
-    timing = first.timing
+    timing, tables = first.timing, _uses(sources, files)
     return FilePart(
         streams,
         FileReading(
-            columns=_uses(sources, files),
+            columns=tuple(use for uses in tables for use in uses),
             mapped=first.layout is not None,
             timing=timing,
             rate_estimated=timing is not None
             and (info.get("rate") or (first.layout and first.layout.rate)) is None,
             notes=tuple(notes),
+            tables=tuple(map(len, tables)) if len(tables) > 1 else (),
         ),
         first.metadata,
     )
@@ -298,19 +299,21 @@ def _named(source: _Source, file: SignalFile, stream: str | None) -> tuple[str, 
     return by_unit, (f"{source.path.name}: read as {by_unit}, for its unit is {unit}",)
 
 
-def _uses(sources: Sequence[_Source], files: Mapping[str, SignalFile]) -> tuple[ColumnUse, ...]:
-    """Return what each column was read as; of several streams, the axes have their stream's name in front."""
+def _uses(sources: Sequence[_Source], files: Mapping[str, SignalFile]) -> list[list[ColumnUse]]:
+    """Return what the columns of each file were read as; of several streams, axes have their stream's name in front."""
     found: dict[Path, list[ColumnUse]] = {}
     for source, (stream, file) in zip(sources, files.items(), strict=True):
-        uses = list(file.columns)
-        if len(files) > 1:
-            axes = file.signal.axes
-            uses = [replace(use, role=f"{stream}: {use.role}") if use.role in axes else use for use in uses]
+        uses = [
+            replace(use, role=f"{stream}: {use.role}")
+            if len(files) > 1 and use.role in file.signal.axes
+            else use
+            for use in file.columns
+        ]
         before = found.get(source.path, uses)
         found[source.path] = [
             new if old.role == IGNORED else old for old, new in zip(before, uses, strict=True)
         ]
-    return tuple(use for uses in found.values() for use in uses)
+    return list(found.values())
 
 
 def _useless(heading: str | None, intervals: Sequence[Interval], *, labels: bool) -> str:

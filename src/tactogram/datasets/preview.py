@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -50,10 +51,11 @@ def preview_dataset(
         would ask about the paths; empty if nothing), ``proposed_path`` (a pattern of them that says more than the
         material; empty if there is none) and ``layouts``, most files first. Each layout has ``files`` (number),
         ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``, ``rate``, ``material``, ``session``,
-        ``subject``, ``trial``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``mapped`` (whether a
-        mapping decided), ``skipped`` (number), ``materials`` (number of recordings by name), ``streams`` (by name:
-        ``unit``, ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (their range, or null),
-        ``jitter_s`` (largest, rms), ``interpolated`` (samples), ``largest_gap_s`` and ``seconds`` (shortest, longest).
+        ``subject``, ``trial``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``tables`` (number of
+        columns of each file, of takes of several), ``mapped`` (whether a mapping decided), ``skipped`` (number),
+        ``materials`` (number of recordings by name), ``streams`` (by name: ``unit``, ``axes``), ``rates_hz`` (of the
+        store), ``estimated_rates_hz`` (their range, or null), ``jitter_s`` (largest, rms), ``interpolated``
+        (samples), ``largest_gap_s`` and ``seconds`` (shortest, longest).
 
     Raises
     ------
@@ -119,8 +121,7 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
     """
     given = layouts_by_columns(layouts)
     proposed: dict[tuple[str, ...], list[TableLayout]] = {}
-    for facts in preview["layouts"]:
-        uses = [ColumnUse(**column) for column in facts["columns"]]
+    for uses, stream in _tables(preview):
         axes = {
             use.role: use.heading for use in uses if use.role not in (TIME, RATE, IGNORED, UNCLEAR, *LABELS)
         }
@@ -136,12 +137,24 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
             "columns": headings,
             "axes": axes,
             "unit": _known(units.pop()) if len(units) == 1 else None,
+            "stream": stream,
             "time": time and time.heading,
             **{use.role: use.heading for use in uses if use.role in LABELS},
             "time_unit": time.unit if time and parse_seconds(time.unit or "") else None,
         }
         proposed[headings] = [TableLayout.model_validate(values)]
     return [layout for alike in proposed.values() for layout in alike]
+
+
+def _tables(preview: Mapping[str, Any]) -> Iterator[tuple[list[ColumnUse], str | None]]:
+    """Yield what the columns of each table of each layout are read as, and their stream if the roles name one."""
+    for facts in preview["layouts"]:
+        uses = iter([ColumnUse(**column) for column in facts["columns"]])
+        for count in facts["tables"] or [len(facts["columns"])]:
+            table = list(islice(uses, count))
+            streams = {use.role.rpartition(": ")[0] for use in table} - {""}
+            named = streams.pop() if len(streams) == 1 else None
+            yield [replace(use, role=use.role.removeprefix(f"{named}: ")) for use in table], named
 
 
 def _known(unit: str | None) -> str | None:
@@ -158,6 +171,7 @@ class _Group:
 
     example: str
     columns: tuple[ColumnUse, ...]
+    tables: tuple[int, ...] = ()
     mapped: bool = False
     files: set[str] = field(default_factory=set)
     skipped: int = 0
@@ -188,6 +202,7 @@ class _Group:
         return {
             "files": len(self.files),
             "example": self.example,
+            "tables": list(self.tables),
             "columns": [asdict(column) for column in self.columns],
             "mapped": self.mapped,
             "skipped": self.skipped,
@@ -229,7 +244,8 @@ class _PreviewTarget:
             self.photographs.add(photograph.key)
         columns = recording.reading.columns if recording.reading else ()
         key = columns or _signals_key(recording.streams)
-        group = self.groups.setdefault(key, _Group(recording.source, columns))
+        tables = recording.reading.tables if recording.reading else ()
+        group = self.groups.setdefault(key, _Group(recording.source, columns, tables))
         group.mapped |= recording.reading is not None and recording.reading.mapped
         group.add(recording)
 
