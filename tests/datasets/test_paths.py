@@ -94,13 +94,21 @@ def product(*levels):
         (product(["cork", "tin"], ["slow", "fast"], ["1", "2"]), "{material}/{pace}/{take}", ""),
         (product(["cork"], ["day1", "day2"], ["1", "2"]), "{material}/day{session}/{take}", ""),
         (product(["cork"], ["good", "b"]), "", ""),
+        (product(["Anna", "Ben"], ["cork", "tin"], ["1", "2"]), "", "both may be the materials"),
+        (
+            product(["Anna", "Ben"], ["cork_1", "tin_1"]),
+            "",
+            "path={subject}/{material}_{take}` or `path={material}/",
+        ),
+        (product(["cork", "tin"], ["log", "lab"]), "", ""),
+        (["cork 2026-01-02 10-11-12", "tin 2026-01-02 10-12-13"], "{material}_{take}", "named with dates"),
         (["cork/2", "cork/10", "jeans/day1/a"], "", ""),
         (["cork_1", "cork_2", "sand_paper_1"], "{material}_{take}", "no folder names the material"),
         (["P1_cork_4cms_1", "P2_tin_4cms_1"], "{subject}_{material}_{speed}_{take}", "no folder names"),
     ],
 )
 def test_what_varies_in_the_paths_is_proposed_and_doubtful_materials_are_asked_about(takes, proposed, asked):
-    materials = [name.partition("/")[0] for name in takes if "/" in name]
+    materials = [name.partition("/")[0] for name in takes if "/" in name or "-" in name]
     reading = read_paths(takes, materials)
     assert (reading.proposed, asked in reading.question) == (proposed, True)
     assert bool(asked) == bool(reading.question)

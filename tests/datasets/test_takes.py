@@ -71,6 +71,19 @@ def test_a_phones_files_are_one_recording_per_take(tmp_path, capsys):
     assert "note: 2 files: no unit stated for angular_rate" in said
 
 
+def test_folders_of_quantities_are_no_materials(tmp_path, capsys):
+    for name in ("cork_1", "tin_1"):
+        write(tmp_path / "f" / "acc" / f"{name}.csv", "t [s],x [g]", ramp(100 + len(name)))
+        write(tmp_path / "f" / "force" / f"{name}.csv", "t [s],f [N]", ramp(100 + len(name)))
+    words = ["data", "import", "folder", str(tmp_path / "f"), "--out", str(tmp_path / "s")]
+    assert main(words) == 1
+    assert "no folder names the material; state it with `" in capsys.readouterr().err
+    assert main([*words, "--set", "path={material}_{take}"]) == 0
+    store = open_store(tmp_path / "s")
+    assert [info.material for info in store.index] == ["cork", "tin"]
+    assert set(store.streams) == {"acceleration", "force"}
+
+
 def test_a_sound_beside_a_table_is_a_stream_of_it(tmp_path):
     write(tmp_path / "f" / "cork" / "1.csv", "t [s],x [g]", ramp(100))
     soundfile.write(tmp_path / "f" / "cork" / "1.wav", np.sin(np.arange(800)) / 2, 8000)

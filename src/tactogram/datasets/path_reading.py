@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tactogram.datasets.path_pattern import DATE, DIRECTIONS, FORCES, NUMBER, SPEEDS
 
@@ -61,10 +61,13 @@ class _Words:
 
     names: tuple[str, ...]  # in order, each once
     after: str = ""  # separator before the next word
+    stated: str = ""  # field, whatever the names suggest
 
     @property
     def field(self) -> str | None:
         """Return the field of `KINDS` that all of them may be, else the material; None if all are one word."""
+        if self.stated:
+            return self.stated
         kind = next((field for field in KINDS if named_like(self.names, field)), None)
         return kind if kind is not None or len(self.names) == 1 else "material"
 
@@ -94,18 +97,34 @@ def read_paths(takes: Sequence[str], materials: Sequence[str]) -> PathReading:
     # Names of files that are one word are of takes; folders, and words beside a take, may be materials.
     deeper = [word for words in levels[1:] for word in words if len(words) > 1 or words is not levels[-1]]
     doubt = _doubt(asked, deeper, [word for words in levels[1:] for word in words])
+    if not doubt and (place := _crossed(rows, levels)):
+        below, *others = levels[place]
+        ways = [
+            "/".join(
+                [
+                    f"{{{first}}}",
+                    *(_pattern([words])[0] for words in levels[1:place]),
+                    _pattern([[replace(below, stated=then), *others], *levels[place + 1 :]])[0],
+                ]
+            )
+            for first, then in (("subject", "material"), ("material", "condition"))
+        ]
+        return PathReading(
+            "",
+            f"{_listed(asked)} or {_listed(below.names)}: both may be the materials; state it with `path={ways[0]}` or "
+            f"`path={ways[1]}`",
+        )
     if not doubt:
-        pattern, fields = _pattern([[_Words(("",))], *levels[1:]])
+        pattern, fields = _pattern([[_Words((), stated="material")], *levels[1:]])
         return PathReading(pattern if len(fields) > 1 and len(rows) == len(takes) else "")
     pattern, fields = _pattern(levels)
     remedy = f"`path={pattern}`" if "material" in fields else "recordings.csv, or a folder for each material"
     if not asked:
         each = "" if "material" in fields else ", or `path={material}` if each file is of another"
         return PathReading(pattern, f"{doubt}; state it with {remedy}{each}")
-    listed = ", ".join(asked[:3]) + ", …" * (len(asked) > 3)
     return PathReading(
         pattern if "material" in fields else "",
-        f"{doubt}: {listed}; state what the paths name with {remedy}, or keep these with `path={AS_THEY_ARE}`",
+        f"{doubt}: {_listed(asked)}; state what the paths name with {remedy}, or keep these with `path={AS_THEY_ARE}`",
     )
 
 
@@ -122,6 +141,8 @@ def _doubt(materials: Sequence[str], folders: Sequence[_Words], deeper: Sequence
     varied = [words for words in folders if words.field == "material"]
     kind = next((field for field in KINDS if named_like(materials, field)), None)
     if kind is None:
+        if all(re.fullmatch(rf".+[_ -]{DATE}", name) for name in materials):
+            return f"{count}, named with dates"
         if len(materials) == 1 and varied:
             return f"{count}, though names below it differ ({', '.join(varied[0].names[:3])})"
         return ""
@@ -133,12 +154,30 @@ def _doubt(materials: Sequence[str], folders: Sequence[_Words], deeper: Sequence
     return f"{count}, named like {KINDS[kind][0]}"
 
 
+def _crossed(rows: Sequence[Sequence[str]], levels: Sequence[Sequence[_Words]]) -> int | None:
+    """Return the level whose words are the same below each first folder, so that both may be materials; else None."""
+    for place, words in enumerate(levels[1:], 1):
+        if words[0].field != "material" or (words is levels[-1] and len(words) == 1):
+            continue
+        below: dict[str, set[str]] = {}
+        for row in rows:
+            name = row[place] if len(words) == 1 else re.sub(r"[_ -]*\d+$", "", row[place])
+            below.setdefault(row[0], set()).add(name)
+        if len(below) > 1 and len({frozenset(names) for names in below.values()}) == 1:
+            return place
+    return None
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:3]) + ", …" * (len(names) > 3)
+
+
 def _split(column: Sequence[str]) -> list[_Words]:
     """Return the names of a level, or the words of which each of them consists if one of these is of a kind."""
     whole = _Words(tuple(dict.fromkeys(column)))
     if whole.field not in (None, "material"):
         return [whole]
-    for pattern in (None, r"(.+)([_ -]+)([^_ -]+)", r"(.*[^\d_ -])()(\d+)"):
+    for pattern in (rf"(.+?)([_ -]+)({DATE})", None, r"(.+)([_ -]+)([^_ -]+)", r"(.*[^\d_ -])()(\d+)"):
         if pattern is None:
             split = [re.split(r"([_ -]+)", name) for name in column]
         else:
@@ -155,14 +194,14 @@ def _split(column: Sequence[str]) -> list[_Words]:
 
 
 def _pattern(levels: Sequence[Sequence[_Words]]) -> tuple[str, tuple[str, ...]]:
-    """Return the pattern of the levels, and its fields; an empty name stands for the material.
+    """Return the pattern of the levels, and its fields.
 
     Of several words that may be the material it is the first one. A number or date before another one is a session.
     """
     flat = [word for words in levels for word in words]
     fields: dict[int, str] = {}
     for place, word in enumerate(flat):
-        field = "material" if word.names == ("",) else word.field
+        field = word.field
         if field == "take" and any(later.field == "take" for later in flat[place + 1 :]):
             field = "session"
         if field and field not in fields.values():

@@ -1,9 +1,9 @@
 """A plain folder: one folder per material with signal files in it, and an optional table of metadata.
 
-``MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}``, also deeper; the first folder names the material. The option
-``path`` says what else folders and names hold (`PathPattern`), such as ``{subject}/{material}/{speed}mms/take{take}``,
-or ``material_from`` (`MATERIAL_FROM`) what names the material; without either, materials that look like people, speeds,
-takes and so on are asked about. Files of one take are streams of one recording (`tactogram.datasets.takes`).
+``MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}``, also deeper; the first folder names the material, unless ``path``
+(`PathPattern`) or ``material_from`` (`MATERIAL_FROM`) says otherwise. Without either, first folders that look like
+people, speeds, takes and so on are asked about. Files of one take are streams of one recording
+(`tactogram.datasets.takes`); labels in a table and holes divide it (`tactogram.datasets.file_parts`).
 
 A picture with the name of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the
 other pictures in a material's folder, a single one is the photograph of all its recordings without one; several are
@@ -14,21 +14,11 @@ Items that are rated but have no material, such as display signals or images, li
 names (``items=signals,images``): each file's name without suffix becomes the label ``item`` of a signal, or the
 material of a picture. A row of ``recordings.csv`` may set another ``item``.
 
-An optional ``recordings.csv`` has a column ``file`` (relative path) and any of ``material``, ``speed_mm_s``,
-``force_n``, ``direction_deg``, ``contactor``, ``session``, ``subject``, ``image`` (relative path),
-``image_width_mm``, ``simulated`` (yes or no); ``unit``, ``rate`` (Hz) and ``axes`` (``x y z``), where the file does
-not state them; ``stream`` (by default after the unit: m/s^2 is ``acceleration``, 1 is ``vibration``); ``rating_WORD``.
-Other columns become labels; ``recording``, a number, gives the order in time. A row whose file is missing is an
-error; a file without a row is not. A file whose metadata marks it as simulated stays simulated.
-
-A table is cut where samples are missing for longer than is interpolated. One with a column of words or codes headed
-``material``, ``surface``, ``texture``, ``label``, ``class`` or ``activity`` is also cut where the label changes or time
-goes back: each part is a recording of that material, unless the file's row or ``path`` states one. Beside it, columns
-``session``, ``subject`` or ``participant``, and ``trial`` or ``take`` (the label ``trial``) also cut.
-
-The options ``unit`` (several, separated by commas, for streams of several quantities), ``rate``, ``axes`` (``x,y,z``)
-and ``stream`` apply to all files; a row takes precedence. The option ``mapping`` says what the columns of tables with
-certain headings hold.
+An optional ``recordings.csv`` has a column ``file`` (relative path) and any of `NUMBERS`, `TEXTS` and `READING`,
+``simulated`` (yes or no) and ``rating_WORD``. Other columns become labels; ``recording``, a number, gives the order in
+time. A row whose file is missing is an error; a file without a row is not. A file whose metadata marks it as simulated
+stays simulated. The options ``unit`` (several, separated by commas, for streams of several quantities), ``rate``,
+``axes`` (``x,y,z``), ``stream`` and ``mapping`` apply to all files; a row takes precedence.
 """
 
 from __future__ import annotations
@@ -133,7 +123,7 @@ def find(
             info.setdefault("material", None)
         elif pattern is None:
             rule = MATERIAL_FROM[material_from or "folder"]
-            info["material"] = info.get("material") or rule(PurePosixPath(name))
+            info["material"] = info.get("material") or rule(PurePosixPath(_place(take)))
         named = info.get("material") or info.get("labels", {}).get("item")
         if not named and (
             path or material_from or any("/" in signal for signal in signals)
@@ -175,12 +165,12 @@ def paths(
     ]
     if path or material_from or not unnamed:
         return PathReading(notes=notes)
-    names = [take.files[0][0] for take in unnamed]
+    places = [_place(take) for take in unnamed]
     reading = read_paths(
-        [take.name for take in unnamed], [name.split("/")[0] for name in names if "/" in name]
+        [take.name for take in unnamed], [place.split("/")[0] for place in places if "/" in place]
     )
     layouts = () if mapping is None else mapping.layout
-    if reading.question and has_labels(signals[names[0]], layouts):
+    if reading.question and has_labels(signals[unnamed[0].files[0][0]], layouts):
         return PathReading(notes=notes)
     return PathReading(reading.proposed, reading.question and f"{folder}: {reading.question}", notes)
 
@@ -235,6 +225,12 @@ def _pattern(path: str, material_from: str) -> PathPattern | None:
             "path must be omitted with `material_from`, which is a short spelling of patterns"
         )
     return PathPattern(str(path)) if path else None
+
+
+def _place(take: Take) -> str:
+    """Return the path of a take's first file, without a folder that names its quantity."""
+    name = take.files[0][0]
+    return name if name.startswith(take.name) else take.name
 
 
 def _fields(pattern: PathPattern, take: Take) -> dict[str, Any] | None:
