@@ -1,8 +1,8 @@
 """A plain folder: one folder per material with signal files in it, and an optional table of metadata.
 
-``MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}``, also deeper; the first folder names the material, unless ``path``
-(`PathPattern`) or ``material_from`` (`MATERIAL_FROM`) says otherwise. Without either, first folders that look like
-people, speeds, takes and so on are asked about. Files of one take are streams of one recording
+``MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}``, also deeper. The first folder names the material, unless
+``path`` (`PathPattern`) or ``material_from`` (`MATERIAL_FROM`) says otherwise; without either, first folders that look
+like people, speeds, takes and so on are asked about. Files of one take are streams of one recording
 (`tactogram.datasets.takes`); labels in a table and holes divide it (`tactogram.datasets.file_parts`).
 
 A picture with the name of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the
