@@ -37,7 +37,7 @@ def number_columns(
     try:
         match path.suffix.lower():
             case ".xlsx":
-                table = pd.read_excel(path, header=head)
+                table = pd.read_excel(path, header=head, engine="openpyxl")
             case ".parquet":
                 table = pd.read_parquet(path)
             case _:

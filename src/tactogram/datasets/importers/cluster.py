@@ -152,7 +152,7 @@ def _texture_names(path: Path) -> dict[str, str]:
     if not path.is_file():
         return {}
     try:
-        table = pd.read_excel(path, dtype=str)
+        table = pd.read_excel(path, dtype=str, engine="openpyxl")
     except Exception as error:  # whatever the zip or the XML holds
         raise DataError(f"{path}: not a readable list of textures: {error}") from error
     titles = {title: str(title).lower().replace("_", " ") for title in table}
