@@ -145,7 +145,7 @@ def friction_over(
 
 def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return displacement in mm and friction coefficient, float64, shape (time,)."""
-    names = [split_heading(heading)[0] for heading in table.headings(path)]
+    names = [split_heading(heading)[0] for heading in table.table(path, path.read_bytes()).headings]
     if names == [str(i + 1) for i in range(len(names))]:
         if len(names) not in (2, 5):
             raise DataError(
