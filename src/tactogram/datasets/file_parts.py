@@ -200,7 +200,9 @@ def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
         file = complete(source.content, source.path, unit=unit, axes=axes, rate=info.get("rate"))
         stream, note = _named(source, file, info.get("stream") if main else None)
         if stream in streams:
-            raise DataError(f"{source.path}: {stream} is in another file of the same take, too; move one away")
+            raise DataError(
+                f"{source.path}: {stream} is in another file of the same take, too; move one away"
+            )
         streams[stream] = file.signal
         files[stream] = file
         notes += [each for each in (*file.notes, *note) if each not in notes]
@@ -290,7 +292,9 @@ def _uses(sources: Sequence[_Source], files: Mapping[str, SignalFile]) -> list[l
             continue  # the streams of a file share its columns
         axes = {axis for other in files.values() for axis in other.signal.axes}
         found[source.path] = [
-            replace(use, role=f"{use.stream or stream}: {use.role}") if len(files) > 1 and use.role in axes else use
+            replace(use, role=f"{use.stream or stream}: {use.role}")
+            if len(files) > 1 and use.role in axes
+            else use
             for use in file.columns
         ]
     return list(found.values())

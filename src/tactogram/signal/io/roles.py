@@ -100,6 +100,8 @@ def roles_of(
     notes = [] if clock is None or clock.note is None else [clock.note]
     if by_layout:
         streams = tuple(_of_layout(layout, table, found) for layout in by_layout)
+        reasons = {i: _no_signal(found[i], table.columns[i], table, i) for i in range(len(found))}
+        others = {i: what for i, what in reasons.items() if what} | others
     elif table.description is not None and columns is None:
         streams = (_described(table, at),)
     else:

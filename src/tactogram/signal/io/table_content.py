@@ -94,7 +94,7 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
 def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: float | None) -> FileContent:
     rows = table.rows if len(table.rows) else range(len(table))
     where = f"{table.path}: row {{}}, column "
-    numbers = [_numbers(table, i, rows) for i in stream.places]
+    numbers = [column_numbers(table, i) for i in stream.places]
     own = table.description is not None
     notes = [*table.notes, *roles.notes]
     if not own and (marker := _marker(numbers)) is not None:
@@ -149,9 +149,9 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     )
 
 
-def _numbers(table: RawTable, place: int, rows: Sequence[int]) -> NDArray[np.float64]:
+def column_numbers(table: RawTable, place: int) -> NDArray[np.float64]:
     """Return a column as float64; a `DataError` names the cell that is no number."""
-    column = table.columns[place]
+    column, rows = table.columns[place], table.rows if len(table.rows) else range(len(table))
     if column.dtype != object:
         return column.astype(np.float64)
     values = np.full(len(column), np.nan)
@@ -180,7 +180,7 @@ def _times(
     column = table.columns[place]
     if seconds is None:
         return stamp_seconds(column.astype(object), f"{where}{table.headings[place]!r}", rows)
-    values = _numbers(table, place, rows)
+    values = column_numbers(table, place)
     known = values[np.isfinite(values)]
     if len(known) and LONG_AGO_S < abs(known[0] * seconds) < MOST_SPAN**2:
         values = values - known[0]
