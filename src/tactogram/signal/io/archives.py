@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import zipfile
+import zlib
 from pathlib import Path
 from typing import IO
 
@@ -12,6 +13,8 @@ import numpy as np
 from tactogram.errors import DataError, one_line
 
 MIB = 2**20
+ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
+"""Errors of a damaged archive."""
 SMALL = 256 * MIB
 """Unpacked size that any archive may have."""
 MOST_GROWTH = 100

@@ -43,7 +43,7 @@ SOUND = (
 )
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab")
 PACKED = (".gz", ".bz2", ".xz", ".zip")
-WORKBOOKS = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+WORKBOOKS = (".xlsx", ".xlsm", ".xls", ".ods")
 ARRAYS = (".npz", ".npy")
 MATRICES = (".mat", ".h5", ".hdf5")
 RECORDS = (".parquet", ".feather", ".arrow")
@@ -156,7 +156,11 @@ def read_file(
         except TactogramError as error:
             notes.append(f"{content.stream} left out: {str(error).removeprefix(f'{path}: ')}")
             continue
-        streams.setdefault(other.stream, other.signal)
+        if other.stream in (file.stream, *streams):
+            left = ", ".join(use.heading for use in content.uses if use.role in content.axes)
+            notes.append(f"left out: {left}, further {other.stream.replace('_', ' ')} at a rate of its own")
+        else:
+            streams[other.stream] = other.signal
     return replace(file, others=streams, notes=tuple(notes))
 
 
