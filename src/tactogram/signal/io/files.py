@@ -48,7 +48,9 @@ ARRAYS = (".npz", ".npy")
 MATRICES = (".mat", ".h5", ".hdf5")
 RECORDS = (".parquet", ".feather", ".arrow")
 JSON_LINES = (".jsonl", ".ndjson")
-READABLE = (*SOUND, *TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES, *PACKED)
+TABLES = (*TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES)
+READABLE = (*SOUND, *TABLES, *(f"{text}{packed}" for text in (".csv", ".txt") for packed in PACKED))
+"""Ends of the names of files that can be read, in lower case."""
 WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
 ELSEWHERE = (".m4a", ".aac", ".wma", ".mp4")
 """Sounds of phones that libsndfile does not read."""
@@ -370,6 +372,8 @@ def _suffix(path: Path, known: Sequence[str]) -> str:
         raise ParameterError(
             f"{path}: {suffix} is not read; convert it to .wav, e.g. `ffmpeg -i {path.name} {path.stem}.wav`"
         )
+    if suffix in PACKED and Path(path.stem).suffix.lower() in TEXTS and known is READABLE:
+        return suffix
     if suffix not in known:
         raise ParameterError(f"{path}: suffix must be one of {', '.join(known)}, got {suffix or 'none'}")
     return suffix
