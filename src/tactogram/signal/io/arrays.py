@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -64,15 +65,16 @@ def array_tables(
     fields = dict(_fields(arrays))
     singles = {name: values for name, values in fields.items() if values.size == 1}
     rates = {name: hz for name, values in singles.items() if (hz := _rate(name, values)) is not None}
+    short = _short([name for name in fields if name not in rates])
     found: dict[tuple[int, str | None], dict[str, tuple[str, Column, str | None]]] = {}
     refused: list[str] = []
     for name, values in fields.items():
         if name in singles:
             continue
-        if columns := _columns(name, values):
+        if columns := _columns(short[name], values):
             unit = "s" if values.dtype.kind in "mM" else (units or {}).get(name)
             alike = found.setdefault((len(next(iter(columns.values()))), _rate_of(name, rates)), {})
-            alike |= {text: (name, column, unit) for text, column in columns.items()}
+            alike |= {text: (short[name], column, unit) for text, column in columns.items()}
         else:
             refused.append(f"{name} is {values.dtype} of shape {values.shape}")
     if not any(column.dtype != object and len(column) for alike in found.values() for _, column, _ in alike.values()):
@@ -113,6 +115,13 @@ def _fields(arrays: Arrays) -> Iterator[tuple[str, NDArray[np.generic]]]:
             yield from _fields({text: part.ravel() if values.ndim > 1 else part for text, part in parts.items()})
         else:
             yield name, values
+
+
+def _short(names: Sequence[str]) -> dict[str, str]:
+    """Return names without the groups that they are in, where these name no quantity and the rest is the only one."""
+    last = Counter(_parts(name)[-1] for name in names)
+    named = {name: heading(" ".join(_parts(name)[:-1])).quantity is not None for name in names}
+    return {name: name if named[name] or last[_parts(name)[-1]] > 1 else _parts(name)[-1] for name in names}
 
 
 def _rate(name: str, values: NDArray[np.generic]) -> float | None:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io import arrays, labview, matlab, records, sound, table, worksheet
+from tactogram.signal.io import arrays, hdf5, labview, matlab, records, sound, table, worksheet
+from tactogram.signal.io.archives import unpacked
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import FileContent, assemble
 from tactogram.signal.io.description import SignalDescription
@@ -236,13 +237,13 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
             raise DataError(f"{path}: must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
         return [table.table(path, path.read_bytes())]
     if suffix in PACKED:
-        return [table.table(path, records.inner_bytes(path, MOST_TEXT_BYTES))]
+        return [table.table(path, unpacked(path))]
     if suffix in WORKBOOKS:
         return worksheet.tables(path, sheet=sheet)
     if suffix in ARRAYS:
         return arrays.tables(path)
     if suffix in MATRICES:
-        return matlab.tables(path)
+        return (matlab if suffix == ".mat" else hdf5).tables(path)
     if suffix in JSON_LINES:
         return records.json_tables(path)
     return {".lvm": labview.lvm_tables, ".tdms": labview.tdms_tables}.get(suffix, records.tables)(path)

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, one_line
+from tactogram.signal.io.archives import check_size
 from tactogram.signal.io.arrays import array_tables
 from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.io.table_columns import converted
 from tactogram.text_files import detected_text, parse_json
-
-MOST_BYTES = 2**31
-"""Unpacked size of a table."""
 
 
 def tables(path: Path) -> list[RawTable]:
@@ -27,10 +25,7 @@ def tables(path: Path) -> list[RawTable]:
         if path.suffix.lower() == ".parquet":
             meta = parquet.read_metadata(path)
             size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-            if size > MOST_BYTES:
-                raise DataError(
-                    f"{path}: must unpack to at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB"
-                )
+            check_size(size, path)
             found = parquet.read_table(path)
         else:
             found = feather.read_table(path)
@@ -90,42 +85,3 @@ def _unit(metadata: dict[bytes, bytes]) -> str | None:
         for key, value in metadata.items()
     }
     return known.get("unit") or known.get("units")
-
-
-def inner_bytes(path: Path, most_bytes: int) -> bytes:
-    """Return the content of the only file in a ``.gz``, ``.bz2``, ``.xz`` or ``.zip``, at most ``most_bytes``."""
-    import bz2
-    import gzip
-    import lzma
-    import zipfile
-
-    try:
-        if path.suffix.lower() == ".zip":
-            with zipfile.ZipFile(path) as archive:
-                members = [
-                    each
-                    for each in archive.infolist()
-                    if not each.is_dir() and "__MACOSX" not in each.filename
-                ]
-                if len(members) != 1:
-                    raise DataError(
-                        f"{path}: holds {len(members)} files; unpack it, and read them one by one"
-                    )
-                with archive.open(members[0]) as file:
-                    raw = file.read(most_bytes + 1)
-        else:
-            opened = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}[path.suffix.lower()]
-            with opened(path, "rb") as stream:
-                raw = stream.read(most_bytes + 1)
-    except (
-        OSError,
-        EOFError,
-        zipfile.BadZipFile,
-        lzma.LZMAError,
-        NotImplementedError,
-        RuntimeError,
-    ) as error:
-        raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
-    if len(raw) > most_bytes:
-        raise DataError(f"{path}: must unpack to at most {most_bytes >> 20} MiB; unpack it")
-    return raw
