@@ -84,7 +84,7 @@ def array_tables(
     settings = [name for name in singles if name not in rates]
     longest = max(length for length, _ in found)
     for key, alike in [*found.items()]:
-        timed = key[1] is not None or any(heading(text).is_clock for text in alike)
+        timed = len(_parts(key[1] or "")) > 1 or any(heading(text).is_clock for text in alike)
         if not timed and key[0] < FEWEST <= longest:
             settings += found.pop(key)
     notes = [f"left out: {', '.join(each[:MOST_LISTED])}{' …' * (len(each) > MOST_LISTED)}{what}"

@@ -130,7 +130,7 @@ def tdms_tables(path: Path) -> list[RawTable]:
     if not size:
         raise DataError(f"{path}: empty file")
     try:
-        with nptdms.TdmsFile.open(path) as file:
+        with path.open("rb") as stream, nptdms.TdmsFile.open(stream) as file:
             channels = [channel for group in file.groups() for channel in group.channels()]
             if sum(map(len, channels)) > size:
                 raise ValueError(f"claims {sum(map(len, channels))} samples in {size} bytes")

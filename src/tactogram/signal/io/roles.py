@@ -106,7 +106,7 @@ def roles_of(
         streams = (_described(table, at),)
     else:
         chosen = columns or (
-            axes if axes and all(_place(name, table, found) is not None for name in axes) else None
+            axes if axes and all(name in table.groups or _place(name, table, found) is not None for name in axes) else None
         )
         if chosen is not None:
             streams = (_chosen(chosen, table, found),)
@@ -173,7 +173,8 @@ def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> 
     if len(set(places)) < len(places):
         raise DataError(f"{table.path}: columns must be different, got {', '.join(names)}")
     parts = [found[i] for i in places]
-    names = axis_letters(parts) or _names(places, table, found)
+    whole = len(names) == 1 < len(places)  # a matrix
+    names = axis_letters(parts) or (default_axes(len(places)) if whole else _names(places, table, found))
     return replace(_converted(_stream_of(parts), places, names, parts, table), chosen=True)
 
 
