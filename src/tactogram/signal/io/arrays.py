@@ -71,7 +71,7 @@ def array_tables(
     for name, values in fields.items():
         if name in singles:
             continue
-        if columns := _columns(short[name], values):
+        if columns := array_columns(short[name], values):
             unit = "s" if values.dtype.kind in "mM" else (units or {}).get(name)
             alike = found.setdefault((len(next(iter(columns.values()))), _rate_of(name, rates)), {})
             alike |= {text: (short[name], column, unit) for text, column in columns.items()}
@@ -152,7 +152,7 @@ def _parts(name: str) -> list[str]:
     return re.split(r"[./]", name)
 
 
-def _columns(name: str, values: NDArray[np.generic]) -> dict[str, Column]:
+def array_columns(name: str, values: NDArray[np.generic]) -> dict[str, Column]:
     """Return the columns of an array by name; none if it is no recording. Dates are seconds from the first."""
     if values.ndim == 2 and 1 in values.shape:
         values = values.ravel()

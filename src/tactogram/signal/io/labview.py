@@ -7,6 +7,7 @@ units, channels of several rates and segments to its caller.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,7 @@ import numpy as np
 from tactogram.errors import DataError, UnitError, one_line
 from tactogram.extras import imported
 from tactogram.signal.io import table
-from tactogram.signal.io.arrays import array_tables
+from tactogram.signal.io.arrays import array_columns
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import detected_text
@@ -68,6 +69,8 @@ def _measurement(
     names = cells[0]
     channels = [i for i, name in enumerate(names) if name not in ("", X, "Comment")]
     times = [i for i, name in enumerate(names) if name == X] if timed else []
+    spelled = {tuple(row[i] if i < len(row) else "" for row in cells): i for i in reversed(times)}
+    times = sorted(spelled.values())  # those of channels that are sampled together are one
 
     def fact(key: str) -> dict[int, str]:
         """Return a fact by channel: they stand above the channels from the second column on, or side by side."""
@@ -89,7 +92,11 @@ def _measurement(
         delta = {steps[i] for i in group}
         step = _number(delta.pop()) if len(delta) == 1 else 0.0
         read = table.table(path, text.encode())
-        tables.append(replace(read, rate=1 / step if step > 0 else None, rate_name="Delta_X"))
+        written = max(map(_number, facts.get("Samples", [])), default=0.0)
+        notes = read.notes
+        if not times and len(read) > written > 0:
+            notes = (*notes, f"{len(read)} rows, written {written:.0f} at a time: taken for one recording without pauses")
+        tables.append(replace(read, rate=1 / step if step > 0 else None, rate_name="Delta_X", notes=notes))
     return tables
 
 
@@ -137,15 +144,19 @@ def tdms_tables(path: Path) -> list[RawTable]:
             read = [(each.group_name, each.properties, each.name, each[:]) for each in channels]
     except Exception as error:  # it raises whatever a damaged file leads to
         raise DataError(f"{path}: truncated or not a TDMS file: {one_line(error)}") from None
-    tables: list[RawTable] = []
-    keys = [(group, facts.get("wf_increment"), facts.get("wf_start_offset")) for group, facts, *_ in read]
-    for group, step, start in dict.fromkeys(keys):
-        alike = [each for key, each in zip(keys, read, strict=True) if key == (group, step, start) and len(each[3])]
-        units = {name: facts.get("unit_string") or facts.get("NI_UnitDescription") or None for _, facts, name, _ in alike}
-        rate = 1 / float(step) if step and step > 0 else None
-        if arrays := {name: np.asarray(values) for *_, name, values in alike}:
-            found = array_tables(path, arrays, units=units, rate=rate)
-            tables += [replace(each, groups=(), rate_name="wf_increment" if each.rate == rate else each.rate_name) for each in found]
-    if not tables:
+    names = Counter(name for _, _, name, _ in read)
+    tables: dict[tuple[object, ...], RawTable] = {}
+    for group, facts, name, values in read:
+        text = name if names[name] == 1 else f"{group}/{name}"
+        step = facts.get("wf_increment")
+        for heading, column in array_columns(text, np.asarray(values)).items():
+            key = (group, len(column), step, facts.get("wf_start_offset"))
+            last = tables.get(key, RawTable(path, (), (), rate=1 / float(step) if step and step > 0 else None))
+            unit = facts.get("unit_string") or facts.get("NI_UnitDescription") or None
+            unit = "s" if values.dtype.kind in "mM" else unit
+            tables[key] = replace(
+                last, headings=(*last.headings, heading), columns=(*last.columns, column), units=(*last.units, unit)
+            )
+    if not any(map(len, tables.values())):
         raise DataError(f"{path}: no samples")
-    return tables
+    return [replace(each, rate_name="wf_increment") for each in tables.values() if len(each)]

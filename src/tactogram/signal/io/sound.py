@@ -56,7 +56,7 @@ def read(path: Path, *, full_scale: float | None = None) -> FileContent:
             expected = file.frames
             blocks = list(_blocks(file))
     except soundfile.LibsndfileError as error:
-        raise DataError(f"{path}: {one_line(error)}") from error
+        raise DataError(f"{path}: {error.error_string}") from error
     samples: NDArray[Any] = np.concatenate(blocks).T if blocks else np.zeros((facts.channels, 0), np.float32)
     if samples.shape[1] < expected:
         raise DataError(f"{path}: truncated: {expected} samples expected, {samples.shape[1]} are there")
@@ -166,7 +166,7 @@ def _facts(path: Path) -> _SoundInfo:
             )
     except soundfile.LibsndfileError as error:
         kind = path.suffix[1:].upper()
-        raise DataError(f"{path}: not a {kind} file, or damaged at byte 0, got {head!r}: {one_line(error)}") from error
+        raise DataError(f"{path}: not a {kind} file, or damaged at byte 0, got {head!r}: {error.error_string}") from error
 
 
 def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:
