@@ -55,7 +55,9 @@ def arrow(path, write):
 
 
 def table_text():
-    return "t [s],ax [g],ay [g],az [g]\n" + "\n".join(f"{t},{x},{y},{z}" for t, x, y, z in zip(T, X, Y, Z, strict=True))
+    return "t [s],ax [g],ay [g],az [g]\n" + "\n".join(
+        f"{t},{x},{y},{z}" for t, x, y, z in zip(T, X, Y, Z, strict=True)
+    )
 
 
 def zipped(path):
@@ -72,7 +74,9 @@ FILES = {
     "acc.npy": lambda path: np.save(path, XYZ.T),
     "named.npy": lambda path: np.save(path, np.rec.fromarrays([T, *XYZ], names="t,ax,ay,az")),
     "rates.npz": lambda path: np.savez(path, acc=XYZ, fs=np.array([[500]]), cal=np.ones(3), note="cork"),
-    "dated.npz": lambda path: np.savez(path, ax=X, ay=Y, az=Z, time=np.datetime64("2026-01-02") + np.arange(N) * np.timedelta64(2, "ms")),
+    "dated.npz": lambda path: np.savez(
+        path, ax=X, ay=Y, az=Z, time=np.datetime64("2026-01-02") + np.arange(N) * np.timedelta64(2, "ms")
+    ),
     "a.jsonl": lambda path: path.write_text("\n".join(map(json.dumps, RECORDS))),
     "a.csv.gz": lambda path: path.write_bytes(gzip.compress(table_text().encode())),
     "a.txt.bz2": lambda path: path.write_bytes(bz2.compress(table_text().encode())),
@@ -132,7 +136,9 @@ def test_several_arrays_that_may_be_the_signal_are_asked_about(tmp_path):
         read_signal(tmp_path / "a.npz")
     assert read_signal(tmp_path / "a.npz", axes=["right"]).axes == ("x", "y", "z")
     np.savez(tmp_path / "b.npz", one=X, two=np.tile(X, 2), fs=500)
-    with pytest.raises(DataError, match="which columns, at rates of their own: two or one. choose, e.g. `axes=two`"):
+    with pytest.raises(
+        DataError, match="which columns, at rates of their own: two or one. choose, e.g. `axes=two`"
+    ):
         read_signal(tmp_path / "b.npz")
     assert len(read_signal(tmp_path / "b.npz", axes=["two"])) == 2 * N
 
@@ -149,7 +155,17 @@ def test_channels_of_tdms_have_rates_of_their_own(tmp_path):
         fast = ChannelObject("A", "ai0", np.tile(X, 5), {"wf_increment": 1e-4, "unit_string": "V"})
         file.write_segment([fast, ChannelObject("A", "force", X, {"wf_increment": 1e-3, "unit_string": "N"})])
     file = read_file(tmp_path / "a.tdms")
-    assert (file.stream, file.signal.rate, file.others["voltage"].rate) == ("force", pytest.approx(1000), pytest.approx(10000))
+    assert (file.stream, file.signal.rate, file.others["voltage"].rate) == (
+        "force",
+        pytest.approx(1000),
+        pytest.approx(10000),
+    )
+
+
+def test_a_tdms_that_is_cut_off_is_read_and_said(tmp_path):
+    tdms(tmp_path / "a.tdms")
+    (tmp_path / "a.tdms").write_bytes((tmp_path / "a.tdms").read_bytes()[:-1000])
+    assert "last segment is cut off: what is there is read" in read_file(tmp_path / "a.tdms").notes
 
 
 SOUNDS = {
@@ -203,11 +219,28 @@ def test_a_worksheet_whose_last_cell_is_filled_does_not_take_all_memory(tmp_path
     book.active.append([1, 2])
     book.active.cell(1_048_576, 16_384, 3)
     book.save(tmp_path / "a.xlsx")
-    with pytest.raises(DataError, match="at most 33554432 cells up to its last, got 17179869184; save it as CSV"):
+    with pytest.raises(
+        DataError, match="at most 33554432 cells up to its last, got 17179869184; save it as CSV"
+    ):
         read_signal(tmp_path / "a.xlsx")
 
 
-@pytest.mark.parametrize("suffix", [".h5", ".tdms", ".parquet", ".feather", ".npy", ".jsonl", ".csv.gz", ".csv.xz", ".csv.zip", ".xls", ".ods"])
+@pytest.mark.parametrize(
+    "suffix",
+    [
+        ".h5",
+        ".tdms",
+        ".parquet",
+        ".feather",
+        ".npy",
+        ".jsonl",
+        ".csv.gz",
+        ".csv.xz",
+        ".csv.zip",
+        ".xls",
+        ".ods",
+    ],
+)
 @pytest.mark.parametrize("raw", [b"", b"hello, no such file\n" * 20])
 def test_a_file_of_another_kind_is_one_line(tmp_path, suffix, raw):
     path = tmp_path / f"a{suffix}"

@@ -70,7 +70,9 @@ def test_measurements_of_the_same_channels_are_parts_of_one_table(tmp_path):
 
 def test_channels_of_an_lvm_without_times_may_have_rates_of_their_own(tmp_path):
     text = written(tmp_path, columns="No").read_text()
-    text = text.replace("Delta_X\t5,000000E-4\t5", "Delta_X\t5,000000E-4\t1").replace("Volts\tVolts", "Volts\tNewton")
+    text = text.replace("Delta_X\t5,000000E-4\t5", "Delta_X\t5,000000E-4\t1").replace(
+        "Volts\tVolts", "Volts\tNewton"
+    )
     (tmp_path / "a.lvm").write_text(text)
     file = read_file(tmp_path / "a.lvm")
     assert (file.stream, file.signal.rate, file.others["voltage"].rate) == ("force", 10000, 2000)
@@ -180,7 +182,7 @@ def test_a_mapping_names_the_columns_of_a_matrix(tmp_path, shape, write):
     path = tmp_path / ("a.npz" if write is np.savez else "a.mat")
     write(path, **MATRICES[shape](np.arange(40) / 500))
     names = ("data:1", "data:2", "data:3", "data:4")
-    assert [(use.heading, use.role) for use in read_columns(path)][0] == ("data:1", "time")
+    assert next((use.heading, use.role) for use in read_columns(path)) == ("data:1", "time")
     values = {"columns": names, "axes": {"y": "data:2", "x": "data:3"}, "unit": "g"}
     file = read_file(path, layouts=[TableLayout(**values, time="data:1", time_unit="ms")])
     assert (file.signal.rate, file.signal.axes) == (pytest.approx(500), ("y", "x"))

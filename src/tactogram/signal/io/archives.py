@@ -52,12 +52,13 @@ def check_archive(
         raise DataError(f"{where}: {problem}")
 
 
-
 def check_size(count: int, path: Path) -> None:
-    """Raise an `UnpackedSizeError` if a file unpacks to more than `SMALL`, or `MOST_GROWTH` times its size, in bytes."""
+    """Raise an `UnpackedSizeError` if a file unpacks to more bytes than `SMALL`, or `MOST_GROWTH` times its size."""
     most = max(SMALL, MOST_GROWTH * path.stat().st_size)
     if count > most:
-        raise UnpackedSizeError(f"{path}: must unpack to at most {most // MIB} MiB, got {count / MIB:.0f} MiB; cut it")
+        raise UnpackedSizeError(
+            f"{path}: must unpack to at most {most // MIB} MiB, got {count / MIB:.0f} MiB; cut it"
+        )
 
 
 def unpacked(path: Path) -> bytes:
@@ -70,9 +71,15 @@ def unpacked(path: Path) -> bytes:
         if suffix == ".zip":
             check_archive(io.BytesIO(raw), path)
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-                members = [each for each in archive.infolist() if not each.is_dir() and "__MACOSX" not in each.filename]
+                members = [
+                    each
+                    for each in archive.infolist()
+                    if not each.is_dir() and "__MACOSX" not in each.filename
+                ]
                 if len(members) != 1:
-                    raise DataError(f"{path}: holds {len(members)} files; unpack it, and read them one by one")
+                    raise DataError(
+                        f"{path}: holds {len(members)} files; unpack it, and read them one by one"
+                    )
                 return archive.read(members[0])
         if suffix == ".xz":
             text = lzma.LZMADecompressor(memlimit=SMALL).decompress(raw, most + 1)
@@ -83,6 +90,7 @@ def unpacked(path: Path) -> bytes:
         raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
     check_size(len(text), path)
     return text
+
 
 def _problem(archive: zipfile.ZipFile, most_bytes: int, most_members: int) -> str | None:
     """Return why an archive is refused, if it is; raise `UnpackedSizeError` if that is its size."""

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,18 @@ from tactogram.signal.units import parse_seconds
 SAMPLES = "samples"
 DESCRIPTION = "tactogram"
 RATE_NAMES = frozenset(
-    "rate fs sf sr srate fsamp samplerate samplingrate samplingfrequency samplefrequency freq hz".split()
+    [
+        *("rate", "fs", "sf", "sr", "srate", "fsamp", "freq", "hz"),
+        *("samplerate", "samplingrate", "samplefrequency", "samplingfrequency"),
+    ]
 )
 """Names of a single number in Hz, in any case, without blanks and underscores."""
-STEP_NAMES = frozenset("dt ts deltat sampletime samplinginterval sampleinterval samplingperiod wfincrement step".split())
+STEP_NAMES = frozenset(
+    [
+        *("dt", "ts", "deltat", "sampletime", "wfincrement", "step"),
+        *("samplinginterval", "sampleinterval", "samplingperiod"),
+    ]
+)
 """The same of the time between two samples, s."""
 MOST_COLUMNS = 64
 """Columns of a matrix that is taken for a recording."""
@@ -32,7 +41,7 @@ FEWEST = 10
 """Samples of a recording; fewer beside one that has as many are settings."""
 MOST_LISTED = 6
 
-Arrays = Mapping[str, NDArray[np.generic]]
+Arrays = Mapping[str, NDArray[Any]]
 
 
 def tables(path: Path) -> list[RawTable]:
@@ -77,10 +86,14 @@ def array_tables(
             alike |= {text: (short[name], column, unit) for text, column in columns.items()}
         else:
             refused.append(f"{name} is {values.dtype} of shape {values.shape}")
-    if not any(column.dtype != object and len(column) for alike in found.values() for _, column, _ in alike.values()):
+    if not any(
+        column.dtype != object and len(column) for alike in found.values() for _, column, _ in alike.values()
+    ):
         refused += [f"{name} is {values.dtype} of shape {values.shape}" for name, values in singles.items()]
         what = "no samples" if found else ", ".join(refused[:MOST_LISTED]) or "no arrays"
-        raise DataError(f"{path}: must hold numbers (axis, time) with at most {MOST_COLUMNS} axes, got {what}")
+        raise DataError(
+            f"{path}: must hold numbers (axis, time) with at most {MOST_COLUMNS} axes, got {what}"
+        )
     settings = [name for name in singles if name not in rates]
     longest = max(length for length, _ in found)
     for key, alike in [*found.items()]:
@@ -91,12 +104,12 @@ def array_tables(
              for each, what in ((refused, ""), (settings, " (single values)")) if each]  # fmt: skip
     tables = []
     for (_, rate_name), alike in sorted(found.items(), key=lambda item: -item[0][0]):
-        groups, columns, spelled = zip(*alike.values(), strict=True)
+        groups, parts, spelled = zip(*alike.values(), strict=True)
         tables.append(
             RawTable(
                 path,
                 tuple(alike),
-                columns,
+                parts,
                 units=spelled if any(spelled) else (),
                 groups=groups,
                 rate=rate if rate_name is None else rates[rate_name],
@@ -107,12 +120,16 @@ def array_tables(
     return tables
 
 
-def _fields(arrays: Arrays) -> Iterator[tuple[str, NDArray[np.generic]]]:
+def _fields(arrays: Arrays) -> Iterator[tuple[str, NDArray[Any]]]:
     """Yield arrays by name, and the fields of structured ones."""
     for name, values in arrays.items():
         if values.dtype.names:
-            parts = {f"{name}.{field}" if len(arrays) > 1 else field: values[field] for field in values.dtype.names}
-            yield from _fields({text: part.ravel() if values.ndim > 1 else part for text, part in parts.items()})
+            parts = {
+                f"{name}.{field}" if len(arrays) > 1 else field: values[field] for field in values.dtype.names
+            }
+            yield from _fields(
+                {text: part.ravel() if values.ndim > 1 else part for text, part in parts.items()}
+            )
         else:
             yield name, values
 
@@ -152,7 +169,7 @@ def _parts(name: str) -> list[str]:
     return re.split(r"[./]", name)
 
 
-def array_columns(name: str, values: NDArray[np.generic]) -> dict[str, Column]:
+def array_columns(name: str, values: NDArray[Any]) -> dict[str, Column]:
     """Return the columns of an array by name; none if it is no recording. Dates are seconds from the first."""
     if values.ndim == 2 and 1 in values.shape:
         values = values.ravel()
@@ -169,7 +186,11 @@ def array_columns(name: str, values: NDArray[np.generic]) -> dict[str, Column]:
     if values.ndim == 1:
         return {name: values.astype(np.float64)}
     rows = values.T if len(values) >= values.shape[1] else values
-    return {f"{name}:{i}": row.astype(np.float64) for i, row in enumerate(rows, 1)} if len(rows) <= MOST_COLUMNS else {}
+    return (
+        {f"{name}:{i}": row.astype(np.float64) for i, row in enumerate(rows, 1)}
+        if len(rows) <= MOST_COLUMNS
+        else {}
+    )
 
 
 def describe(path: Path) -> SignalDescription | None:

@@ -243,10 +243,12 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
     if suffix in ARRAYS:
         return arrays.tables(path)
     if suffix in MATRICES:
-        return (matlab if suffix == ".mat" else hdf5).tables(path)
+        return matlab.tables(path) if suffix == ".mat" else hdf5.tables(path)
     if suffix in JSON_LINES:
         return records.json_tables(path)
-    return {".lvm": labview.lvm_tables, ".tdms": labview.tdms_tables}.get(suffix, records.tables)(path)
+    if suffix in (".lvm", ".tdms"):
+        return (labview.lvm_tables if suffix == ".lvm" else labview.tdms_tables)(path)
+    return records.tables(path)
 
 
 def read_signal(path: str | Path, **options: Any) -> Signal:

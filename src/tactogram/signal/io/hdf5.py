@@ -56,8 +56,12 @@ def tables(path: Path) -> list[RawTable]:
         raise
     except Exception as error:  # h5py raises whatever a damaged file leads to
         raise DataError(f"{path}: truncated or not an HDF5 file: {one_line(error)}") from None
-    if not any(values.dtype.names or (values.dtype.kind in "fiub" and values.size > 1) for values in arrays.values()):
-        raise DataError(f"{path}: no numbers; tables and cells are objects that only MATLAB reads: save them as variables")
+    if not any(
+        values.dtype.names or (values.dtype.kind in "fiub" and values.size > 1) for values in arrays.values()
+    ):
+        raise DataError(
+            f"{path}: no numbers; MATLAB's tables and cells are objects that it alone reads: save them as variables"
+        )
     return array_tables(path, arrays, units=units)
 
 
@@ -67,7 +71,9 @@ def _is_read(name: str, item: Any, h5py: Any) -> bool:
         return False
     if item.external or item.is_virtual or item.attrs.get("MATLAB_class") in (b"char", b"cell"):
         return False
-    return "MATLAB_empty" not in item.attrs and (item.dtype.kind != "O" or h5py.check_string_dtype(item.dtype) is not None)
+    return "MATLAB_empty" not in item.attrs and (
+        item.dtype.kind != "O" or h5py.check_string_dtype(item.dtype) is not None
+    )
 
 
 def _parts(name: str, values: NDArray[Any], attributes: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
@@ -76,7 +82,11 @@ def _parts(name: str, values: NDArray[Any], attributes: Mapping[str, Any]) -> di
     if values.ndim != 2 or len({*names}) < 2 or len(names) not in values.shape:
         return {name: values}
     rows = values.T if len(values) >= values.shape[1] else values
-    return {f"{name}/{each}": row for each, row in zip(names, rows, strict=True)} if len(rows) == len(names) else {name: values}
+    return (
+        {f"{name}/{each}": row for each, row in zip(names, rows, strict=True)}
+        if len(rows) == len(names)
+        else {name: values}
+    )
 
 
 def _words(attributes: Mapping[str, Any], keys: tuple[str, ...]) -> list[str]:
@@ -84,4 +94,6 @@ def _words(attributes: Mapping[str, Any], keys: tuple[str, ...]) -> list[str]:
     if isinstance(value, str) and "," in value:
         value = value.split(",")
     each = np.atleast_1d(np.asarray(value, dtype=object)).ravel()
-    return [text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text).strip() for text in each]
+    return [
+        text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text).strip() for text in each
+    ]

@@ -7,10 +7,12 @@ units, channels of several rates and segments to its caller.
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +39,9 @@ def lvm_tables(path: Path) -> list[RawTable]:
         raise DataError(f"{path}: empty file")
     lines = detected_text(raw, path)[0].removeprefix("\ufeff").splitlines()
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
-        raise DataError(f"{path}: not an LVM file: must begin with 'LabVIEW Measurement', got {lines[0][:40]!r}")
+        raise DataError(
+            f"{path}: not an LVM file: must begin with 'LabVIEW Measurement', got {lines[0][:40]!r}"
+        )
     named = next((line[9:] for line in lines[:30] if line.startswith("Separator")), "\tTab")
     separator = _SEPARATORS.get(named.strip(" \t,;").lower(), named[:1])
     ends = [number for number, line in enumerate(lines) if line.startswith(END)]
@@ -59,7 +63,9 @@ def lvm_tables(path: Path) -> list[RawTable]:
 
 
 def _facts(lines: Sequence[str], separator: str) -> dict[str, list[str]]:
-    return {key: [cell.strip() for cell in cells] for key, *cells in (line.split(separator) for line in lines)}
+    return {
+        key: [cell.strip() for cell in cells] for key, *cells in (line.split(separator) for line in lines)
+    }
 
 
 def _measurement(
@@ -80,7 +86,11 @@ def _measurement(
         return {i: stated[i - 1] if 0 < i <= len(stated) else "" for i in channels}
 
     steps, units = fact("Delta_X"), fact("Y_Unit_Label")
-    groups = [channels] if times else [[i for i in channels if steps[i] == step] for step in dict.fromkeys(steps.values())]
+    groups = (
+        [channels]
+        if times
+        else [[i for i in channels if steps[i] == step] for step in dict.fromkeys(steps.values())]
+    )
     tables = []
     for group in groups:
         kept = sorted([*times, *group])
@@ -88,14 +98,19 @@ def _measurement(
         rows = [[row[i] if i < len(row) else "" for i in kept] for row in cells[1:]]
         if not any(map(any, rows)):
             raise DataError(f"{path}: no rows below the heading")
-        text = "\n".join(["\n" * (above - 1), *("\t".join(row) if any(row) else "" for row in [heads, *rows]), ""])
+        text = "\n".join(
+            ["\n" * (above - 1), *("\t".join(row) if any(row) else "" for row in [heads, *rows]), ""]
+        )
         delta = {steps[i] for i in group}
         step = _number(delta.pop()) if len(delta) == 1 else 0.0
         read = table.table(path, text.encode())
         written = max(map(_number, facts.get("Samples", [])), default=0.0)
         notes = read.notes
         if not times and len(read) > written > 0:
-            notes = (*notes, f"{len(read)} rows, written {written:.0f} at a time: taken for one recording without pauses")
+            notes = (
+                *notes,
+                f"{len(read)} rows, written {written:.0f} at a time: taken for one recording without pauses",
+            )
         tables.append(replace(read, rate=1 / step if step > 0 else None, rate_name="Delta_X", notes=notes))
     return tables
 
@@ -108,7 +123,9 @@ def _joined(found: Sequence[RawTable]) -> list[RawTable]:
         if last is None or last.headings != each.headings or not each.headings[0].startswith(X):
             joined.append(each)
             continue
-        columns = [np.concatenate(both) for both in zip(last.columns, each.columns, strict=True)]
+        columns: list[Column] = [
+            np.concatenate(both) for both in zip(last.columns, each.columns, strict=True)
+        ]
         rate = last.rate if last.rate == each.rate else None
         joined[-1] = replace(last, columns=tuple(columns), rows=[*last.rows, *each.rows], rate=rate)
     return joined
@@ -133,30 +150,45 @@ def _number(text: str) -> float:
 def tdms_tables(path: Path) -> list[RawTable]:
     """Return the channels of a TDMS file, a table for each group, length and rate; npTDMS reads them."""
     nptdms = imported("nptdms", extra="formats", what="TDMS files")
+    logging.getLogger("nptdms").setLevel(logging.CRITICAL)  # what it warns of is noted below
     size = path.stat().st_size
     if not size:
         raise DataError(f"{path}: empty file")
     try:
         with path.open("rb") as stream, nptdms.TdmsFile.open(stream) as file:
             channels = [channel for group in file.groups() for channel in group.channels()]
-            if sum(map(len, channels)) > size:
-                raise ValueError(f"claims {sum(map(len, channels))} samples in {size} bytes")
-            read = [(each.group_name, each.properties, each.name, each[:]) for each in channels]
+            claimed = sum(map(len, channels))
+            cut = file.file_status.incomplete_final_segment
+            read = [
+                (each.group_name, each.properties, each.name, each[:]) for each in channels if claimed <= size
+            ]
     except Exception as error:  # it raises whatever a damaged file leads to
         raise DataError(f"{path}: truncated or not a TDMS file: {one_line(error)}") from None
+    if claimed > size:
+        raise DataError(f"{path}: damaged: claims {claimed} samples in {size} bytes")
     names = Counter(name for _, _, name, _ in read)
+    if cut:  # channels of the last segment end alike
+        whole = {key: min(len(v) for g, f, _, v in read if (g, f.get("wf_increment")) == key) for key in
+                 {(g, f.get("wf_increment")) for g, f, _, _ in read}}  # fmt: skip
+        read = [(g, f, name, values[: whole[g, f.get("wf_increment")]]) for g, f, name, values in read]
     tables: dict[tuple[object, ...], RawTable] = {}
     for group, facts, name, values in read:
         text = name if names[name] == 1 else f"{group}/{name}"
         step = facts.get("wf_increment")
         for heading, column in array_columns(text, np.asarray(values)).items():
             key = (group, len(column), step, facts.get("wf_start_offset"))
-            last = tables.get(key, RawTable(path, (), (), rate=1 / float(step) if step and step > 0 else None))
+            last = tables.get(
+                key, RawTable(path, (), (), rate=1 / float(step) if step and step > 0 else None)
+            )
             unit = facts.get("unit_string") or facts.get("NI_UnitDescription") or None
             unit = "s" if values.dtype.kind in "mM" else unit
             tables[key] = replace(
-                last, headings=(*last.headings, heading), columns=(*last.columns, column), units=(*last.units, unit)
+                last,
+                headings=(*last.headings, heading),
+                columns=(*last.columns, column),
+                units=(*last.units, unit),
             )
     if not any(map(len, tables.values())):
         raise DataError(f"{path}: no samples")
-    return [replace(each, rate_name="wf_increment") for each in tables.values() if len(each)]
+    notes = ("last segment is cut off: what is there is read",) if cut else ()
+    return [replace(each, rate_name="wf_increment", notes=notes) for each in tables.values() if len(each)]

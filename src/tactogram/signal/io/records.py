@@ -62,9 +62,8 @@ def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return an object with the names of inner ones as ``outer.inner``, lists of numbers as ``outer.1`` …."""
     found: dict[str, Any] = {}
     for name, value in row.items():
-        if isinstance(value, list):
-            value = {str(i): each for i, each in enumerate(value, 1)}
-        found |= _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
+        inner = {str(i): each for i, each in enumerate(value, 1)} if isinstance(value, list) else value
+        found |= _flat(inner, f"{prefix}{name}.") if isinstance(inner, dict) else {f"{prefix}{name}": inner}
     return found
 
 

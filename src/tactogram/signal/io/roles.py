@@ -106,7 +106,9 @@ def roles_of(
         streams = (_described(table, at),)
     else:
         chosen = columns or (
-            axes if axes and all(name in table.groups or _place(name, table, found) is not None for name in axes) else None
+            axes
+            if axes and all(name in table.groups or _place(name, table, found) is not None for name in axes)
+            else None
         )
         if chosen is not None:
             streams = (_chosen(chosen, table, found),)

@@ -166,7 +166,9 @@ def _facts(path: Path) -> _SoundInfo:
             )
     except soundfile.LibsndfileError as error:
         kind = path.suffix[1:].upper()
-        raise DataError(f"{path}: not a {kind} file, or damaged at byte 0, got {head!r}: {error.error_string}") from error
+        raise DataError(
+            f"{path}: not a {kind} file, or damaged at byte 0, got {head!r}: {error.error_string}"
+        ) from error
 
 
 def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:

@@ -105,15 +105,21 @@ def _check_cells(path: Path) -> None:
     try:
         with zipfile.ZipFile(path) as archive:
             for member in archive.namelist():
-                found = {(b"A", 1), *((c or b"A", int(r)) for c, r in set(_PLACE.findall(archive.read(member))))}
+                found = {
+                    (b"A", 1),
+                    *((c or b"A", int(r)) for c, r in set(_PLACE.findall(archive.read(member)))),
+                }
                 column = max((name for name, _ in found), key=lambda name: (len(name), name))
                 width = sum((byte - 64) * 26**i for i, byte in enumerate(reversed(column)))
                 if (cells := width * max(row for _, row in found)) > MOST_CELLS:
                     raise DataError(
-                        f"{path}: a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; save it as CSV"
+                        f"{path}: a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; "
+                        "save it as CSV"
                     )
     except ZIP_ERRORS as error:
-        raise DataError(f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV") from None
+        raise DataError(
+            f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
+        ) from None
 
 
 def _cells(book: Any, sheet: str, path: Path) -> Sequence[Sequence[object]]:
