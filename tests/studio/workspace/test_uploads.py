@@ -116,7 +116,7 @@ def test_names_are_safe_in_any_folder(name, safe):
         ("a.csv", b"\x7fELF\0\0", "a.csv: not a text file: zero byte at byte 4"),
         ("a.csv", b"1,2\n\xff\xfe", "a.csv: not UTF-8 text at byte 4"),
         ("a.h5", b"MZ\x90\0" * 9, "a.h5: content does not match the suffix"),
-        ("a.tdms", b"TDSm but not more", "a.tdms: truncated or not a TDMS file"),
+        ("a.tdms", b"TDSm but not more", "a.tdms: no samples"),
         ("a.exe.gz", gzip.compress(b"MZ"), "a_exe.gz: expected a signal in one of .wav"),
         ("a.csv.gz", b"1,2\n", "a.csv.gz: content does not match the suffix"),
         ("a.npz", b"PK\x03\x04 but not more", "a.npz: truncated or damaged"),
