@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, one_line
-from tactogram.signal.io.archives import check_size
+from tactogram.signal.io.archives import UnpackedSizeError, check_size
 from tactogram.signal.io.arrays import array_tables
 from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.io.table_columns import converted
@@ -29,11 +29,16 @@ def tables(path: Path) -> list[RawTable]:
             found = parquet.read_table(path)
         else:
             found = feather.read_table(path)
+            check_size(found.nbytes, path)
+        found = found.flatten()  # fields of structures as columns
+        names = tuple(found.column_names)
+        units = tuple(_unit(field.metadata or {}) for field in found.schema)
+        columns = tuple(_column(found.column(i)) for i in range(found.num_columns))
+    except UnpackedSizeError:
+        raise
     except (pa.ArrowException, OSError, ValueError) as error:
         raise DataError(f"{path}: truncated or not a table: {one_line(error)}") from None
-    units = tuple(_unit(field.metadata or {}) for field in found.schema)
-    columns = tuple(_column(found.column(i)) for i in range(found.num_columns))
-    return [RawTable(path, tuple(found.column_names), columns, units=units if any(units) else ())]
+    return [RawTable(path, names, columns, units=units if any(units) else ())]
 
 
 def json_tables(path: Path) -> list[RawTable]:
