@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-EXTRAS := dev,docs,vision,text,formats,devices,lsl,daq,dwf,studio,ray,export,hub
+EXTRAS := dev,docs,vision,text,devices,lsl,daq,dwf,formats,studio,ray,export,hub
 
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.
 export OMP_WAIT_POLICY ?= PASSIVE

@@ -552,12 +552,12 @@ class TestFolder:
         for n in range(4):
             self.write(tmp_path / "f", f"cork/{n}.wav", n)
         for n in range(others):
-            (tmp_path / "f" / "cork" / f"take{n}.tdms").write_bytes(b"x")
+            (tmp_path / "f" / "cork" / f"take{n}.bdf").write_bytes(b"x")
         words = ["data", "import", "folder", str(tmp_path / "f")]
         assert main([*words, "--preview"]) == main([*words, "--out", str(tmp_path / "s")]) == int(stops)
         assert (tmp_path / "s").exists() != stops
         said = capsys.readouterr()
-        first = "2 files: suffix" if stops else "cork/take0.tdms: suffix"
+        first = "2 files: suffix" if stops else "cork/take0.bdf: suffix"
         assert f"skipped: {first} must be one of .wav" in said.out
         assert ("in all 2 of 6 files cannot be read: " in said.err) == stops
         assert main([*words, "--out", str(tmp_path / "s"), "--skip-bad"]) == 0

@@ -113,10 +113,11 @@ def files_below(folder: Path, suffixes: Iterable[str] | None) -> dict[str, Path]
     ``suffixes`` are the wanted ones; None is all.
     """
     paths = {path.relative_to(folder): path for path in folder.rglob("*")}
+    ends = None if suffixes is None else tuple(suffixes)
     return {
         name.as_posix(): paths[name]
         for name in sorted(paths, key=lambda name: natural_key(name.as_posix()))
-        if (suffixes is None or name.suffix.lower() in suffixes)
+        if (ends is None or name.name.lower().endswith(ends))
         and not any(part.startswith(".") for part in name.parts)
         and paths[name].is_file()
     }

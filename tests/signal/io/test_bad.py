@@ -234,8 +234,8 @@ def test_bad_arrays_are_refused(tmp_path):
     assert refusal(path, rate=10).endswith("got x is float64 of shape (100, 65)")
     np.savez(path, x=np.array([0, np.nan, 1]))
     assert refusal(path, rate=10) == "row 1, column 'x': expected a finite number, got nan"
-    np.savez(path, x=np.zeros(3), t=np.array([0, 2.0, 1]))
-    assert "time goes back by 1 s" in refusal(path)
+    np.savez(path, x=np.zeros(3), t=np.array([0, 0.02, 0.01]))
+    assert "time goes back by 0.01 s" in refusal(path)
     np.savez(path, x=np.zeros(0))
     assert refusal(path, rate=10).endswith("got no samples")
 
@@ -282,7 +282,7 @@ def test_a_rate_or_time_that_is_no_number_is_refused(tmp_path, values):
     np.savez(path, x=np.zeros(9), rate=values[0])
     assert refusal(path, columns=["x"]).startswith("no time column and no rate in the file")
     np.savez(path, x=np.zeros(9), time=values)
-    assert refusal(path).startswith("no time column and no rate in the file")
+    assert refusal(path).startswith(("no time column and no rate in the file", "time stands still"))
 
 
 def test_booleans_are_read_as_numbers(tmp_path):

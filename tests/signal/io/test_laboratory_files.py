@@ -56,13 +56,32 @@ def test_lvm_with_any_time_columns(tmp_path, columns):
 def test_time_stamps_of_an_lvm_decide_against_its_header(tmp_path):
     file = read_file(written(tmp_path, step=0.001))
     assert file.signal.rate == pytest.approx(1000)
-    assert (file.columns[0].heading, file.columns[0].role) == ("X_Value", "time")
+    assert (file.columns[0].heading, file.columns[0].role) == ("X_Value [s]", "time")
+
+
+def test_measurements_of_the_same_channels_are_parts_of_one_table(tmp_path):
+    path = written(tmp_path)
+    again = path.read_text().partition("***End_of_Header***\t\n")[2]
+    path.write_text(path.read_text() + "\n\n" + again.replace("\t0,", "\t1,"))
+    with pytest.raises(DataError, match="rows 58 to 69: time goes back by 0.0195 s.*`part=1`"):
+        read_signal(path)
+    assert len(read_signal(path, part=2)) == 40
+
+
+def test_channels_of_an_lvm_without_times_may_have_rates_of_their_own(tmp_path):
+    text = written(tmp_path, columns="No").read_text()
+    text = text.replace("Delta_X\t5,000000E-4\t5", "Delta_X\t5,000000E-4\t1").replace(
+        "Volts\tVolts", "Volts\tNewton"
+    )
+    (tmp_path / "a.lvm").write_text(text)
+    file = read_file(tmp_path / "a.lvm")
+    assert (file.stream, file.signal.rate, file.others["voltage"].rate) == ("force", 10000, 2000)
 
 
 def test_an_lvm_with_a_layout(tmp_path):
-    headings = ("X_Value", "left", "right")
+    headings = ("X_Value [s]", "left [V]", "right [V]")
     assert tuple(use.heading for use in read_columns(written(tmp_path))) == headings
-    layout = TableLayout(columns=headings, axes={"x": "right"}, unit="g", time="X_Value")
+    layout = TableLayout(columns=headings, axes={"x": "right [V]"}, unit="g", time="X_Value [s]")
     signal = read_signal(tmp_path / "a.lvm", layouts=[layout])
     np.testing.assert_allclose(signal.samples, [-9.80665 * X], rtol=1e-6, atol=1e-6)
 
@@ -71,11 +90,13 @@ def test_an_lvm_with_a_layout(tmp_path):
     ("change", "says"),
     [
         (lambda text: "LabView 7\n" + text, "must begin with 'LabVIEW Measurement', got 'LabView 7'"),
+        (lambda text: text.partition("Channels")[0], "has no channels"),
+        (lambda text: text.partition("\n0,0")[0], "no rows below the heading"),
         (
-            lambda text: text.partition("Channels")[0],
-            "truncated or not an LVM file|no rows below the heading",
+            lambda text: text.replace("\n0,001\t", "\n0,001\tx"),
+            "row 21, column 'left .V.': expected a number, got 'x0.909",
         ),
-        (lambda text: text.partition("\n0,0")[0], "no rows below the heading|not an LVM file"),
+        (lambda text: text + "\nChannels\t2\n***End_of_Header***\n", "row 59: no rows below this header"),
     ],
 )
 def test_a_bad_lvm_is_refused(tmp_path, change, says):
@@ -161,7 +182,7 @@ def test_a_mapping_names_the_columns_of_a_matrix(tmp_path, shape, write):
     path = tmp_path / ("a.npz" if write is np.savez else "a.mat")
     write(path, **MATRICES[shape](np.arange(40) / 500))
     names = ("data:1", "data:2", "data:3", "data:4")
-    assert [(use.heading, use.role) for use in read_columns(path)][0] == ("data:1", "time")
+    assert next((use.heading, use.role) for use in read_columns(path)) == ("data:1", "time")
     values = {"columns": names, "axes": {"y": "data:2", "x": "data:3"}, "unit": "g"}
     file = read_file(path, layouts=[TableLayout(**values, time="data:1", time_unit="ms")])
     assert (file.signal.rate, file.signal.axes) == (pytest.approx(500), ("y", "x"))

@@ -1,3 +1,4 @@
+import gzip
 import io
 import pickle
 import zipfile
@@ -92,6 +93,7 @@ def test_errors_name_the_upload_and_no_folder_of_the_server():
         ("a;rm -rf $(x).csv", "a_rm_-rf_x.csv"),
         ("", "upload"),
         ("x" * 500 + ".csv", "x" * 160 + ".csv"),
+        ("Messung 1.CSV.gz", "Messung_1.csv.gz"),
         ("<img src=x onerror=alert(1)>.png", "img_src_x_onerror_alert_1.png"),
     ],
 )
@@ -113,6 +115,10 @@ def test_names_are_safe_in_any_folder(name, safe):
         ("a.flac", b"\x7fELF" * 9, "a.flac: content does not match the suffix"),
         ("a.csv", b"\x7fELF\0\0", "a.csv: not a text file: zero byte at byte 4"),
         ("a.csv", b"1,2\n\xff\xfe", "a.csv: not UTF-8 text at byte 4"),
+        ("a.h5", b"MZ\x90\0" * 9, "a.h5: content does not match the suffix"),
+        ("a.tdms", b"TDSm but not more", "a.tdms: no samples"),
+        ("a.exe.gz", gzip.compress(b"MZ"), "a_exe.gz: expected a signal in one of .wav"),
+        ("a.csv.gz", b"1,2\n", "a.csv.gz: content does not match the suffix"),
         ("a.npz", b"PK\x03\x04 but not more", "a.npz: truncated or damaged"),
         ("a.xlsx", b"PK\x03\x04 but not more", "a.xlsx: truncated or damaged"),
         ("a.xlsx", zipped({"a.txt": b"no sheet"}), "a.xlsx: "),
@@ -122,6 +128,10 @@ def test_what_is_no_signal_is_refused_in_one_sentence(name, data, message):
     with pytest.raises(TactogramError, match=message) as caught:
         read_uploaded_signal(name, data)
     assert "\n" not in str(caught.value)
+
+
+def test_a_compressed_table_is_read():
+    assert len(read_uploaded_signal("a b.csv.gz", gzip.compress(b"x [g]\n1\n2\n3\n"), rate=100)) == 3
 
 
 def test_a_file_that_is_too_long_is_refused(monkeypatch):

@@ -38,6 +38,7 @@ from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.datasets.takes import Take, is_no_signal, quantity_of, takes
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.files import READABLE
 from tactogram.signal.io.layout import TRIAL
 from tactogram.signal.io.table import is_table
 from tactogram.signal.units import parse_unit
@@ -59,7 +60,8 @@ DOCUMENTS = (
 """Suffixes of files that are no recordings, and are not mentioned."""
 METADATA = ("meta/device.csv", "meta/time.csv", "Metadata.csv", "Annotation.csv")
 """Ends of the names of such tables, as phyphox and Sensor Logger write them."""
-SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx", ".mat", ".lvm")
+NOTES = (".txt", ".dat", ".asc", ".log", ".tab")
+"""Suffixes of texts, which are recordings only if they hold a table."""
 NUMBERS = ("speed_mm_s", "force_n", "direction_deg")
 TEXTS = ("contactor", "session", "subject")
 READING = ("unit", "rate", "axes", "stream", "image", "image_width_mm", "material", "file")
@@ -287,15 +289,14 @@ def left_out(folder: Path) -> list[tuple[str, str]]:
 
 
 def _reason(path: Path) -> str:
-    if path.suffix.lower() == ".txt":
+    if path.suffix.lower() in NOTES:
         return "not a table of numbers"
-    known = ", ".join((*SUFFIXES, ".txt"))
-    return f"suffix must be one of {known}, got {path.suffix or 'none'}; export it as .csv"
+    return f"suffix must be one of {', '.join(READABLE)}, got {path.suffix or 'none'}; export it as .csv"
 
 
 def _signals(folder: Path) -> tuple[dict[str, Path], list[str]]:
     """Return the signal files, and the tables beside those of sensors that hold none."""
-    files = files_below(folder, (*SUFFIXES, ".txt"))
+    files = files_below(folder, READABLE)
     sensors = {str(path.parent) for path in files.values() if quantity_of(path.stem)}
     without = [
         name
@@ -305,7 +306,7 @@ def _signals(folder: Path) -> tuple[dict[str, Path], list[str]]:
     signals = {
         name: path
         for name, path in files.items()
-        if name != TABLE and name not in without and (path.suffix.lower() != ".txt" or is_table(path))
+        if name != TABLE and name not in without and (path.suffix.lower() not in NOTES or is_table(path))
     }
     return signals, without
 

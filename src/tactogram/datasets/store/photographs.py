@@ -24,7 +24,7 @@ from tactogram.errors import DataError
 from tactogram.signal import Image
 from tactogram.signal.io.picture import decode_image, is_plain, picture_bytes, picture_size
 
-PICTURES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff")
+PICTURES = (".jpg", ".jpeg", ".png", ".webp", ".bmp", ".tif", ".tiff", ".heic", ".heif")
 """Suffixes of photographs."""
 DECODED_BYTES = 2**27
 """Size of the cache of unpacked photographs: training uses the same few repeatedly."""

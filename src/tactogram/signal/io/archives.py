@@ -1,9 +1,14 @@
-"""Zip archives (NPZ, XLSX), whose size is checked before they are unpacked."""
+"""Archives (NPZ, XLSX) and compressed tables, whose size is checked before they are unpacked."""
 
 from __future__ import annotations
 
+import bz2
+import gzip
+import io
+import lzma
 import math
 import zipfile
+import zlib
 from pathlib import Path
 from typing import IO
 
@@ -12,6 +17,8 @@ import numpy as np
 from tactogram.errors import DataError, one_line
 
 MIB = 2**20
+ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
+"""Errors of a damaged archive."""
 SMALL = 256 * MIB
 """Unpacked size that any archive may have."""
 MOST_GROWTH = 100
@@ -43,6 +50,46 @@ def check_archive(
         raise DataError(f"{where}: truncated or damaged: {one_line(error)}") from None
     if problem:
         raise DataError(f"{where}: {problem}")
+
+
+def check_size(count: int, path: Path) -> None:
+    """Raise an `UnpackedSizeError` if a file unpacks to more bytes than `SMALL`, or `MOST_GROWTH` times its size."""
+    most = max(SMALL, MOST_GROWTH * path.stat().st_size)
+    if count > most:
+        raise UnpackedSizeError(
+            f"{path}: must unpack to at most {most // MIB} MiB, got {count / MIB:.0f} MiB; cut it"
+        )
+
+
+def unpacked(path: Path) -> bytes:
+    """Return the content of a .gz, .bz2 or .xz file, or of the only file in a .zip."""
+    raw, suffix = path.read_bytes(), path.suffix.lower()
+    most = max(SMALL, MOST_GROWTH * len(raw))
+    if not raw:
+        raise DataError(f"{path}: empty file")
+    try:
+        if suffix == ".zip":
+            check_archive(io.BytesIO(raw), path)
+            with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+                members = [
+                    each
+                    for each in archive.infolist()
+                    if not each.is_dir() and "__MACOSX" not in each.filename
+                ]
+                if len(members) != 1:
+                    raise DataError(
+                        f"{path}: holds {len(members)} files; unpack it, and read them one by one"
+                    )
+                return archive.read(members[0])
+        if suffix == ".xz":
+            text = lzma.LZMADecompressor(memlimit=SMALL).decompress(raw, most + 1)
+        else:
+            with (gzip if suffix == ".gz" else bz2).open(io.BytesIO(raw)) as file:
+                text = file.read(most + 1)
+    except (*ZIP_ERRORS, lzma.LZMAError) as error:
+        raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
+    check_size(len(text), path)
+    return text
 
 
 def _problem(archive: zipfile.ZipFile, most_bytes: int, most_members: int) -> str | None:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
-from tactogram.signal.io.archives import check_archive
-from tactogram.signal.io.content import ZIP_ERRORS
+from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
 from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.io.vocabulary import heading
 from tactogram.signal.signal import Signal
 from tactogram.signal.units import parse_seconds
@@ -20,15 +22,26 @@ from tactogram.signal.units import parse_seconds
 SAMPLES = "samples"
 DESCRIPTION = "tactogram"
 RATE_NAMES = frozenset(
-    "rate fs sf srate samplerate samplingrate samplingfrequency samplefrequency freq hz".split()
+    [
+        *("rate", "fs", "sf", "sr", "srate", "fsamp", "freq", "hz"),
+        *("samplerate", "samplingrate", "samplefrequency", "samplingfrequency"),
+    ]
 )
 """Names of a single number in Hz, in any case, without blanks and underscores."""
-STEP_NAMES = frozenset("dt ts deltat sampletime samplinginterval sampleinterval wfincrement step".split())
+STEP_NAMES = frozenset(
+    [
+        *("dt", "ts", "deltat", "sampletime", "wfincrement", "step"),
+        *("samplinginterval", "sampleinterval", "samplingperiod"),
+    ]
+)
 """The same of the time between two samples, s."""
 MOST_COLUMNS = 64
 """Columns of a matrix that is taken for a recording."""
+FEWEST = 10
+"""Samples of a recording; fewer beside one that has as many are settings."""
+MOST_LISTED = 6
 
-Arrays = Mapping[str, NDArray[np.generic]]
+Arrays = Mapping[str, NDArray[Any]]
 
 
 def tables(path: Path) -> list[RawTable]:
@@ -53,73 +66,131 @@ def tables(path: Path) -> list[RawTable]:
 def array_tables(
     path: Path, arrays: Arrays, *, units: Mapping[str, str | None] | None = None, rate: float | None = None
 ) -> list[RawTable]:
-    """Return named arrays as tables, the longest first; a single number named as a rate or step states the rate."""
-    rate_name = None
-    for name, values in arrays.items():
-        if values.size == 1 and values.dtype.kind in "fiu":
-            stated = _rate(name, float(values.ravel()[0]))
-            rate_name, rate = (rate_name, rate) if stated is None else (name, stated)
-    columns: dict[str, tuple[str, NDArray[np.generic]]] = {}
-    refused = []
-    for name, values in arrays.items():
-        if values.size == 1 or name == rate_name:
+    """Return named arrays as tables, the longest first: one for each length and rate.
+
+    A single number that is named as a rate or step holds for the arrays beside it, in its group (``run.fs``), or of its
+    name (``acc/fs``). What is no column is named in a note.
+    """
+    fields = dict(_fields(arrays))
+    singles = {name: values for name, values in fields.items() if values.size == 1}
+    rates = {name: hz for name, values in singles.items() if (hz := _rate(name, values)) is not None}
+    short = _short([name for name in fields if name not in rates])
+    found: dict[tuple[int, str | None], dict[str, tuple[str, Column, str | None]]] = {}
+    refused: list[str] = []
+    for name, values in fields.items():
+        if name in singles:
             continue
-        found = _columns(name, values)
-        if not found:
+        if columns := array_columns(short[name], values):
+            unit = "s" if values.dtype.kind in "mM" else (units or {}).get(name)
+            alike = found.setdefault((len(next(iter(columns.values()))), _rate_of(name, rates)), {})
+            alike |= {text: (short[name], column, unit) for text, column in columns.items()}
+        else:
             refused.append(f"{name} is {values.dtype} of shape {values.shape}")
-        columns |= {column: (name, each) for column, each in found.items()}
-    lengths = sorted({len(values) for _, values in columns.values()}, reverse=True)
-    if not any(lengths):
-        what = "; ".join(refused) or ("no samples" if columns else "no arrays")
+    if not any(
+        column.dtype != object and len(column) for alike in found.values() for _, column, _ in alike.values()
+    ):
+        refused += [f"{name} is {values.dtype} of shape {values.shape}" for name, values in singles.items()]
+        what = "no samples" if found else ", ".join(refused[:MOST_LISTED]) or "no arrays"
         raise DataError(
             f"{path}: must hold numbers (axis, time) with at most {MOST_COLUMNS} axes, got {what}"
         )
+    settings = [name for name in singles if name not in rates]
+    longest = max(length for length, _ in found)
+    for key, alike in [*found.items()]:
+        timed = len(_parts(key[1] or "")) > 1 or any(heading(text).is_clock for text in alike)
+        if not timed and key[0] < FEWEST <= longest:
+            settings += found.pop(key)
+    notes = [f"left out: {', '.join(each[:MOST_LISTED])}{' …' * (len(each) > MOST_LISTED)}{what}"
+             for each, what in ((refused, ""), (settings, " (single values)")) if each]  # fmt: skip
     tables = []
-    for length in lengths:
-        alike = {name: each for name, each in columns.items() if len(each[1]) == length}
+    for (_, rate_name), alike in sorted(found.items(), key=lambda item: -item[0][0]):
+        groups, parts, spelled = zip(*alike.values(), strict=True)
         tables.append(
             RawTable(
                 path,
                 tuple(alike),
-                tuple(_numbers(values) for _, values in alike.values()),
-                units=tuple((units or {}).get(name) for name in alike) if units else (),
-                groups=tuple(group for group, _ in alike.values()),
-                rate=rate,
+                parts,
+                units=spelled if any(spelled) else (),
+                groups=groups,
+                rate=rate if rate_name is None else rates[rate_name],
                 rate_name=rate_name,
+                notes=tuple(notes),
             )
         )
     return tables
 
 
-def _rate(name: str, number: float) -> float | None:
+def _fields(arrays: Arrays) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield arrays by name, and the fields of structured ones."""
+    for name, values in arrays.items():
+        if values.dtype.names:
+            parts = {
+                f"{name}.{field}" if len(arrays) > 1 else field: values[field] for field in values.dtype.names
+            }
+            yield from _fields(
+                {text: part.ravel() if values.ndim > 1 else part for text, part in parts.items()}
+            )
+        else:
+            yield name, values
+
+
+def _short(names: Sequence[str]) -> dict[str, str]:
+    """Return names without the groups that they are in, where these name no quantity and the rest is the only one."""
+    last = Counter(_parts(name)[-1] for name in names)
+    named = {name: heading(" ".join(_parts(name)[:-1])).quantity is not None for name in names}
+    return {name: name if named[name] or last[_parts(name)[-1]] > 1 else _parts(name)[-1] for name in names}
+
+
+def _rate(name: str, values: NDArray[np.generic]) -> float | None:
     """Return the rate in Hz that a number states by its name, as ``fs``, ``Sample_Rate_Hz`` or ``dt_ms``."""
-    found = heading(name)
+    found = heading(_parts(name)[-1])
     plain = "".join(found.words)
-    if plain.removesuffix("hz") in RATE_NAMES or plain in RATE_NAMES:
-        return number
-    seconds = parse_seconds(found.unit or "s") or 1.0
-    return 1 / (number * seconds) if plain in STEP_NAMES and number > 0 else None
+    per_second = plain in RATE_NAMES or plain.removesuffix("hz").removesuffix("k") in RATE_NAMES
+    if values.dtype.kind not in "fiu" or (not per_second and plain not in STEP_NAMES):
+        return None
+    number = float(values.ravel()[0])
+    if per_second:
+        return number * (1e3 if plain.endswith("khz") or (found.unit or "").lower() == "khz" else 1.0)
+    seconds = number * (parse_seconds(found.unit or "s") or 1.0)
+    return 1 / seconds if seconds > 0 else None
 
 
-def _columns(name: str, values: NDArray[np.generic]) -> dict[str, NDArray[np.generic]]:
-    """Return the columns of an array by name; none if it is no recording."""
-    if values.dtype.names:
-        fields = {each: values[each].ravel() for each in values.dtype.names}
-        return {each: field for each, field in fields.items() if field.dtype.kind in "fiubSUO"}
+def _rate_of(name: str, rates: Mapping[str, float]) -> str | None:
+    """Return the name of the rate of an array: of its own, else beside it, else of the groups around it."""
+    groups = {name: _parts(name)[:-1] for name in rates}
+    parts = _parts(name)
+    for depth in range(len(parts), -1, -1):
+        if inside := [rate for rate, group in groups.items() if group == parts[:depth]]:
+            return inside[0]
+    return None
+
+
+def _parts(name: str) -> list[str]:
+    return re.split(r"[./]", name)
+
+
+def array_columns(name: str, values: NDArray[Any]) -> dict[str, Column]:
+    """Return the columns of an array by name; none if it is no recording. Dates are seconds from the first."""
+    if values.ndim == 2 and 1 in values.shape:
+        values = values.ravel()
+    if values.ndim == 1 and values.dtype.kind in "mM":
+        since = values - values[:1] if values.dtype.kind == "M" else values
+        return {name: np.where(np.isnat(since), np.nan, since.astype("m8[ns]").astype(np.float64) * 1e-9)}
+    if values.ndim == 1 and values.dtype.kind in "USO":
+        texts = [each.decode("utf-8", "replace") if isinstance(each, bytes) else each for each in values]
+        column = np.empty(len(texts), dtype=object)
+        column[:] = texts
+        return {name: column} if all(isinstance(each, str) for each in texts) else {}
     if values.dtype.kind not in "fiub" or values.ndim not in (1, 2):
         return {}
-    if values.ndim == 1 or 1 in values.shape:
-        return {name: values.ravel()}
-    rows = values.T if len(values) > values.shape[1] else values
-    return {f"{name}:{i}": row for i, row in enumerate(rows, 1)} if len(rows) <= MOST_COLUMNS else {}
-
-
-def _numbers(values: NDArray[np.generic]) -> NDArray[np.float64] | NDArray[np.object_]:
-    if values.dtype.kind in "fiub":
-        return values.astype(np.float64)
-    column = np.empty(len(values), dtype=object)
-    column[:] = [each.decode("utf-8", "replace") if isinstance(each, bytes) else each for each in values]
-    return column
+    if values.ndim == 1:
+        return {name: values.astype(np.float64)}
+    rows = values.T if len(values) >= values.shape[1] else values
+    return (
+        {f"{name}:{i}": row.astype(np.float64) for i, row in enumerate(rows, 1)}
+        if len(rows) <= MOST_COLUMNS
+        else {}
+    )
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -173,12 +244,11 @@ def _describe(arrays: Arrays, path: Path) -> SignalDescription:
 
 
 def _load_array(path: Path) -> NDArray[np.generic]:
-    try:
-        with path.open("rb") as file:
-            if not file.read(1):
-                raise DataError(f"{path}: empty file")
-        loaded: NDArray[np.generic] = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, OSError, EOFError) as error:
-        reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or not an NPY file"
-        raise DataError(f"{path}: {reason}: {one_line(error)}") from error
+    if path.stat().st_size == 0:
+        raise DataError(f"{path}: empty file")
+    try:  # mapped, so that a head that claims more than there is takes no memory
+        loaded: NDArray[np.generic] = np.lib.format.open_memmap(path, mode="r")
+    except Exception as error:  # numpy raises whatever a damaged head leads to
+        reason = "holds pickled objects" if "object" in str(error).lower() else "truncated or not an NPY file"
+        raise DataError(f"{path}: {reason}: {one_line(error)}") from None
     return loaded

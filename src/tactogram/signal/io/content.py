@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,9 +15,6 @@ from tactogram.signal.io.layout import ColumnUse, TableLayout
 from tactogram.signal.signal import Signal, check_rate
 from tactogram.signal.timing import to_uniform
 from tactogram.signal.units import parse_unit
-
-ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
-"""Errors of a damaged zip archive (NPZ, XLSX)."""
 
 
 @dataclass(frozen=True, eq=False)

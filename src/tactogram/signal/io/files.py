@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io import arrays, labview, matlab, records, sound, table, worksheet
+from tactogram.signal.io import arrays, hdf5, labview, matlab, records, sound, table, worksheet
+from tactogram.signal.io.archives import unpacked
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import FileContent, assemble
 from tactogram.signal.io.description import SignalDescription
@@ -43,12 +44,14 @@ SOUND = (
 )
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab")
 PACKED = (".gz", ".bz2", ".xz", ".zip")
-WORKBOOKS = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+WORKBOOKS = (".xlsx", ".xlsm", ".xls", ".ods")
 ARRAYS = (".npz", ".npy")
 MATRICES = (".mat", ".h5", ".hdf5")
 RECORDS = (".parquet", ".feather", ".arrow")
 JSON_LINES = (".jsonl", ".ndjson")
-READABLE = (*SOUND, *TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES, *PACKED)
+TABLES = (*TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES)
+READABLE = (*SOUND, *TABLES, *(f"{text}{packed}" for text in (".csv", ".txt") for packed in PACKED))
+"""Ends of the names of files that can be read, in lower case."""
 WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
 ELSEWHERE = (".m4a", ".aac", ".wma", ".mp4")
 """Sounds of phones that libsndfile does not read."""
@@ -156,7 +159,11 @@ def read_file(
         except TactogramError as error:
             notes.append(f"{content.stream} left out: {str(error).removeprefix(f'{path}: ')}")
             continue
-        streams.setdefault(other.stream, other.signal)
+        if other.stream in (file.stream, *streams):
+            left = ", ".join(use.heading for use in content.uses if use.role in content.axes)
+            notes.append(f"left out: {left}, further {other.stream.replace('_', ' ')} at a rate of its own")
+        else:
+            streams[other.stream] = other.signal
     return replace(file, others=streams, notes=tuple(notes))
 
 
@@ -230,16 +237,18 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
             raise DataError(f"{path}: must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
         return [table.table(path, path.read_bytes())]
     if suffix in PACKED:
-        return [table.table(path, records.inner_bytes(path, MOST_TEXT_BYTES))]
+        return [table.table(path, unpacked(path))]
     if suffix in WORKBOOKS:
         return worksheet.tables(path, sheet=sheet)
     if suffix in ARRAYS:
         return arrays.tables(path)
     if suffix in MATRICES:
-        return matlab.tables(path)
+        return matlab.tables(path) if suffix == ".mat" else hdf5.tables(path)
     if suffix in JSON_LINES:
         return records.json_tables(path)
-    return {".lvm": labview.lvm_tables, ".tdms": labview.tdms_tables}.get(suffix, records.tables)(path)
+    if suffix in (".lvm", ".tdms"):
+        return (labview.lvm_tables if suffix == ".lvm" else labview.tdms_tables)(path)
+    return records.tables(path)
 
 
 def read_signal(path: str | Path, **options: Any) -> Signal:
@@ -366,6 +375,8 @@ def _suffix(path: Path, known: Sequence[str]) -> str:
         raise ParameterError(
             f"{path}: {suffix} is not read; convert it to .wav, e.g. `ffmpeg -i {path.name} {path.stem}.wav`"
         )
+    if suffix in PACKED and Path(path.stem).suffix.lower() in TEXTS and known is READABLE:
+        return suffix
     if suffix not in known:
         raise ParameterError(f"{path}: suffix must be one of {', '.join(known)}, got {suffix or 'none'}")
     return suffix

@@ -1,5 +1,7 @@
 """Pictures: photographs from files as 8-bit sRGB, and images to PNG.
 
+HEIC and HEIF, as phones take them, are read by pillow-heif (extra ``formats``).
+
 Conversions, in this order: the picture is rotated by its EXIF tag; 16-bit grey is scaled so that 65535 becomes 255
 (16-bit colour loses its low byte); transparent pixels are composited over white; CMYK, Lab, YCbCr, palettes and grey
 become RGB. A colour profile inside the file is not applied. Of several pictures in one file the first is read.
@@ -25,12 +27,14 @@ from PIL import Image as Pillow
 from PIL import ImageOps, PngImagePlugin, UnidentifiedImageError
 
 from tactogram.errors import DataError, ParameterError, one_line
+from tactogram.extras import imported
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import Image
 
-PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM")
+PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "HEIF")
 """Readable formats. Others of Pillow's run programs (EPS) or are no photographs."""
 
+HEIF_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 MOST_PIXELS = 2**26
 """8192 x 8192, 192 MiB unpacked: more than any camera's texture photo, far less than a decompression bomb."""
 EXIF_ORIENTATION = 0x0112
@@ -133,11 +137,15 @@ def _decoding(name: str) -> Iterator[None]:
 
 def _opened(data: bytes, name: str) -> Pillow.Image:
     """Return the picture, of which only the header has been read, if its size is allowed."""
+    formats: tuple[str, ...] = PICTURE_FORMATS[:-1]
+    if data[4:8] == b"ftyp" and data[8:12] in HEIF_BRANDS:
+        imported("pillow_heif", extra="formats", what=f"{name} (HEIC)").register_heif_opener()
+        formats = PICTURE_FORMATS[-1:]
     with _decoding(name), warnings.catch_warnings():
         # Pillow warns of large pictures, which `MOST_PIXELS` refuses.
         warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
         try:
-            picture = Pillow.open(io.BytesIO(data), formats=PICTURE_FORMATS)
+            picture = Pillow.open(io.BytesIO(data), formats=formats)
         except UnidentifiedImageError as error:
             raise DataError(
                 f"{name}: not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, one_line
+from tactogram.signal.io.archives import UnpackedSizeError, check_size
 from tactogram.signal.io.arrays import array_tables
 from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.io.table_columns import converted
 from tactogram.text_files import detected_text, parse_json
-
-MOST_BYTES = 2**31
-"""Unpacked size of a table."""
 
 
 def tables(path: Path) -> list[RawTable]:
@@ -27,18 +25,20 @@ def tables(path: Path) -> list[RawTable]:
         if path.suffix.lower() == ".parquet":
             meta = parquet.read_metadata(path)
             size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-            if size > MOST_BYTES:
-                raise DataError(
-                    f"{path}: must unpack to at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB"
-                )
+            check_size(size, path)
             found = parquet.read_table(path)
         else:
             found = feather.read_table(path)
+            check_size(found.nbytes, path)
+        found = found.flatten()  # fields of structures as columns
+        names = tuple(found.column_names)
+        units = tuple(_unit(field.metadata or {}) for field in found.schema)
+        columns = tuple(_column(found.column(i)) for i in range(found.num_columns))
+    except UnpackedSizeError:
+        raise
     except (pa.ArrowException, OSError, ValueError) as error:
         raise DataError(f"{path}: truncated or not a table: {one_line(error)}") from None
-    units = tuple(_unit(field.metadata or {}) for field in found.schema)
-    columns = tuple(_column(found.column(i)) for i in range(found.num_columns))
-    return [RawTable(path, tuple(found.column_names), columns, units=units if any(units) else ())]
+    return [RawTable(path, names, columns, units=units if any(units) else ())]
 
 
 def json_tables(path: Path) -> list[RawTable]:
@@ -67,9 +67,8 @@ def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return an object with the names of inner ones as ``outer.inner``, lists of numbers as ``outer.1`` …."""
     found: dict[str, Any] = {}
     for name, value in row.items():
-        if isinstance(value, list):
-            value = {str(i): each for i, each in enumerate(value, 1)}
-        found |= _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
+        inner = {str(i): each for i, each in enumerate(value, 1)} if isinstance(value, list) else value
+        found |= _flat(inner, f"{prefix}{name}.") if isinstance(inner, dict) else {f"{prefix}{name}": inner}
     return found
 
 
@@ -90,42 +89,3 @@ def _unit(metadata: dict[bytes, bytes]) -> str | None:
         for key, value in metadata.items()
     }
     return known.get("unit") or known.get("units")
-
-
-def inner_bytes(path: Path, most_bytes: int) -> bytes:
-    """Return the content of the only file in a ``.gz``, ``.bz2``, ``.xz`` or ``.zip``, at most ``most_bytes``."""
-    import bz2
-    import gzip
-    import lzma
-    import zipfile
-
-    try:
-        if path.suffix.lower() == ".zip":
-            with zipfile.ZipFile(path) as archive:
-                members = [
-                    each
-                    for each in archive.infolist()
-                    if not each.is_dir() and "__MACOSX" not in each.filename
-                ]
-                if len(members) != 1:
-                    raise DataError(
-                        f"{path}: holds {len(members)} files; unpack it, and read them one by one"
-                    )
-                with archive.open(members[0]) as file:
-                    raw = file.read(most_bytes + 1)
-        else:
-            opened = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}[path.suffix.lower()]
-            with opened(path, "rb") as stream:
-                raw = stream.read(most_bytes + 1)
-    except (
-        OSError,
-        EOFError,
-        zipfile.BadZipFile,
-        lzma.LZMAError,
-        NotImplementedError,
-        RuntimeError,
-    ) as error:
-        raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
-    if len(raw) > most_bytes:
-        raise DataError(f"{path}: must unpack to at most {most_bytes >> 20} MiB; unpack it")
-    return raw

@@ -26,24 +26,24 @@ class WavHeader:
 
 
 def read_header(path: Path) -> WavHeader:
-    """Return the header of a WAV file (RIFF or RF64); a `DataError` names the byte."""
+    """Return the header of a WAV file (RIFF, RIFX or RF64); a `DataError` names the byte."""
     length = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(12)
         if not head:
             raise DataError(f"{path}: empty file")
-        if head[:4] not in (b"RIFF", b"RF64") or head[8:12] != b"WAVE":
+        if head[:4] not in (b"RIFF", b"RIFX", b"RF64") or head[8:12] != b"WAVE":
             raise DataError(f"{path}: not a WAV file: expected RIFF … WAVE at byte 0, got {head!r}")
-        return _header(file, path, length)
+        return _header(file, path, length, ">" if head[:4] == b"RIFX" else "<")
 
 
-def _header(file: BinaryIO, path: Path, length: int) -> WavHeader:
+def _header(file: BinaryIO, path: Path, length: int, order: str) -> WavHeader:
     form = data = comment = None
     large = 0
     at = 12
     while at + 8 <= length:
         file.seek(at)
-        name, size = struct.unpack("<4sI", file.read(8))
+        name, size = struct.unpack(f"{order}4sI", file.read(8))
         if name == b"ds64":
             large = struct.unpack("<QQ", file.read(16))[1]
         if name == b"data" and size == _UNKNOWN_SIZE:
@@ -63,7 +63,7 @@ def _header(file: BinaryIO, path: Path, length: int) -> WavHeader:
     if form is None or len(form[1]) < 16 or data is None:
         missing = "data" if form is not None and len(form[1]) >= 16 else "fmt"
         raise DataError(f"{path}: truncated: no {missing} chunk before the end at byte {length}")
-    _, channels, rate, _, _, bits = struct.unpack("<HHIIHH", form[1][:16])
+    _, channels, rate, _, _, bits = struct.unpack(f"{order}HHIIHH", form[1][:16])
     if rate == 0:
         raise DataError(f"{path}: rate must be > 0 Hz, got 0 at byte {form[0] + 12}")
     if channels == 0:

@@ -106,7 +106,9 @@ def roles_of(
         streams = (_described(table, at),)
     else:
         chosen = columns or (
-            axes if axes and all(_place(name, table, found) is not None for name in axes) else None
+            axes
+            if axes and all(name in table.groups or _place(name, table, found) is not None for name in axes)
+            else None
         )
         if chosen is not None:
             streams = (_chosen(chosen, table, found),)
@@ -125,6 +127,11 @@ def layouts_of(table: RawTable, layouts: Sequence[TableLayout]) -> list[TableLay
     ]
     labels = {role: name for layout in alike for role, name in layout.labels.items()}
     return [layout.model_copy(update=labels) for layout in alike]
+
+
+def rank_of(stream: str) -> int:
+    """Return the place of a stream in the order in which they are taken for the signal."""
+    return MAIN.index(stream) if stream in MAIN else len(MAIN)
 
 
 def axis_letters(headings: Sequence[Heading]) -> tuple[str, ...] | None:
@@ -168,7 +175,8 @@ def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> 
     if len(set(places)) < len(places):
         raise DataError(f"{table.path}: columns must be different, got {', '.join(names)}")
     parts = [found[i] for i in places]
-    names = axis_letters(parts) or _names(places, table, found)
+    whole = len(names) == 1 < len(places)  # a matrix
+    names = axis_letters(parts) or (default_axes(len(places)) if whole else _names(places, table, found))
     return replace(_converted(_stream_of(parts), places, names, parts, table), chosen=True)
 
 
@@ -224,7 +232,7 @@ def _found(
             and name not in ("acceleration", "linear_acceleration")
             and not (name == "" and lettered[name])
         )
-        return later, MAIN.index(name) if name in MAIN else len(MAIN)
+        return later, rank_of(name)
 
     first = min(groups, key=rank)
     streams = [_axes_of(first, groups[first], table, found, others)]
@@ -312,7 +320,13 @@ def _axes_of(
         others |= {i: _beside(found[i]) for i in places if i not in lettered}
         names = [*letters] if letters else _names(lettered, table, found)
         return _converted(name, lettered, names, [found[i] for i in lettered], table)
-    numbered = table.groups and all(table.headings[i] != table.groups[i] for i in places)
+    matrix = [bool(table.groups) and table.headings[i] != table.groups[i] for i in places]
+    numbered = all(matrix)
+    arrays = dict.fromkeys(table.groups[i] for i in places) if table.groups else {}
+    if len(arrays) > 1 and (any(matrix) or (ask and name == "")):
+        raise DataError(
+            f"{table.path}: which array? choose of {', '.join(arrays)}, e.g. `axes={next(iter(arrays))}`"
+        )
     plain = numbered or (not table.named and len(places) in (1, 3))
     names = [*default_axes(len(places))] if plain else _names(places, table, found)
     return _converted(name, places, names, [found[i] for i in places], table)

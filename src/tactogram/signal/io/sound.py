@@ -1,8 +1,9 @@
-"""WAV and FLAC through libsndfile, with unit, level, axes and exact rate in a comment."""
+"""Sounds through libsndfile; WAV and FLAC with unit, level, axes and exact rate in a comment."""
 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,6 +30,10 @@ _LARGEST_WAV = 2**32 - 2**20
 _FLAC_CHANNELS = 8
 _FLAC_RATE = 655_350
 _BLOCK = 2**20
+_CUT = re.compile(r": (\d+) \(should be (\d+)\)")
+"""Chunk of a truncated file in libsndfile's log; it reads what is there without an error."""
+_SLACK, _UNKNOWN = 8, 2**32 - 2
+"""Bytes that padding may lack, and sizes of streams, which are not known when they begin."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,7 @@ class _SoundInfo:
 
 
 def read(path: Path, *, full_scale: float | None = None) -> FileContent:
-    """Return the content of a WAV or FLAC file; ``full_scale`` is the value of 1.0, if the file does not state it.
+    """Return the content of a sound file; ``full_scale`` is the value of 1.0, if the file does not state it.
 
     A `DataError` if it is not what its suffix says, is truncated, or was changed after it was described.
     """
@@ -51,7 +56,7 @@ def read(path: Path, *, full_scale: float | None = None) -> FileContent:
             expected = file.frames
             blocks = list(_blocks(file))
     except soundfile.LibsndfileError as error:
-        raise DataError(f"{path}: {one_line(error)}") from error
+        raise DataError(f"{path}: {error.error_string}") from error
     samples: NDArray[Any] = np.concatenate(blocks).T if blocks else np.zeros((facts.channels, 0), np.float32)
     if samples.shape[1] < expected:
         raise DataError(f"{path}: truncated: {expected} samples expected, {samples.shape[1]} are there")
@@ -136,7 +141,7 @@ def _blocks(file: soundfile.SoundFile) -> Iterator[NDArray[Any]]:
 
 
 def _facts(path: Path) -> _SoundInfo:
-    if path.suffix.lower() == ".wav":
+    if path.suffix.lower() in (".wav", ".rf64"):
         header = read_header(path)
         width = header.bits // 8
 
@@ -148,10 +153,11 @@ def _facts(path: Path) -> _SoundInfo:
         head = stream.read(4)
     if not head:
         raise DataError(f"{path}: empty file")
-    if head != b"fLaC":
-        raise DataError(f"{path}: not a FLAC file: expected fLaC at byte 0, got {head!r}")
     try:
         with soundfile.SoundFile(_name(path)) as file:
+            for claimed, there in _CUT.findall(file.extra_info):
+                if int(there) + _SLACK < int(claimed) < _UNKNOWN:
+                    raise DataError(f"{path}: truncated: {claimed} bytes expected, {there} are there")
             return _SoundInfo(
                 file.samplerate,
                 file.channels,
@@ -159,7 +165,10 @@ def _facts(path: Path) -> _SoundInfo:
                 lambda axis, sample: f"axis {axis}, sample {sample}",
             )
     except soundfile.LibsndfileError as error:
-        raise DataError(f"{path}: {one_line(error)}") from error
+        kind = path.suffix[1:].upper()
+        raise DataError(
+            f"{path}: not a {kind} file, or damaged at byte 0, got {head!r}: {error.error_string}"
+        ) from error
 
 
 def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:

@@ -114,10 +114,13 @@ def table_of_cells(path: Path, cells: Sequence[Sequence[object]], *, name: str =
         Counter(part).most_common(1)[0][0] for part in (ends[len(ends) // 2 :][:SNIFFED_ROWS], ends[:5])
     )
     width = max(common)
-    rows = [row[:width] + [None] * (width - len(row)) for row in rows]
-    start = body_start(rows[: 5 * SNIFFED_ROWS], rows[len(rows) // 2 :][:SNIFFED_ROWS], width)
+    cut = [row[:width] + [None] * (width - len(row)) for row in rows]
+    start = body_start(cut[: 5 * SNIFFED_ROWS], cut[len(cut) // 2 :][:SNIFFED_ROWS], width)
     if start is None:
         raise DataError(f"{path}: no rows of numbers below the heading")
+    if start and all(isinstance(cell, str) for cell in rows[start - 1] if cell is not None):
+        width = max(width, ends[start - 1])  # a column that is empty in most rows
+    rows = [row[:width] + [None] * (width - len(row)) for row in rows]
     above = [row[:end] for row, end in zip(rows[:start], ends, strict=False)]
     head = head_of(above, width)
     columns = [converted([row[i] for row in rows[start:]]) for i in range(width)]

@@ -14,7 +14,7 @@ from tactogram.signal.io.content import FileContent, default_axes
 from tactogram.signal.io.labels import LONGEST_STEP, cut, label_of_cell
 from tactogram.signal.io.layout import TableLayout
 from tactogram.signal.io.raw_table import RawTable
-from tactogram.signal.io.roles import StreamColumns, TableRoles, roles_of
+from tactogram.signal.io.roles import StreamColumns, TableRoles, rank_of, roles_of
 from tactogram.signal.io.stamps import stamp_seconds
 from tactogram.signal.io.table_head import is_number
 from tactogram.signal.timing import MOST_REPEATED, MOST_SPAN
@@ -43,6 +43,7 @@ def table_contents(
     """Return the streams of the tables in a file, that of the signal first; arguments and errors as `roles_of`."""
     found: list[FileContent] = []
     problem: DataError | None = None
+    left_out: list[str] = []
     for table in [part for whole in tables for part in split_by_clocks(with_whole_seconds(whole))]:
         try:
             roles = roles_of(
@@ -50,13 +51,37 @@ def table_contents(
             )
         except DataError as error:
             problem = problem or error
+            left_out.append(f"left out: {', '.join(table.headings)} (rows of their own)")
             continue
         found += [_content(table, roles, stream, rate) for stream in roles.streams]
     if not found:
         raise problem or DataError("no columns of numbers")
     uses = tuple(use for content in {id(c.uses): c for c in found}.values() for use in content.uses)
-    notes = tuple(dict.fromkeys(note for content in found for note in content.notes))
+    notes = tuple(dict.fromkeys([*(note for content in found for note in content.notes), *left_out]))
+    if not any(content.chosen or content.layout for content in found):
+        found = _main_first(found, tables[0])
     return (replace(found[0], uses=uses, notes=notes), *found[1:])
+
+
+def _main_first(found: Sequence[FileContent], table: RawTable) -> list[FileContent]:
+    """Return the streams of several tables, that of the signal first; a `DataError` if two may be it."""
+    if all(content.uses is found[0].uses for content in found):
+        return [*found]
+
+    def rank(content: FileContent) -> tuple[bool, int]:
+        return content.unit is None and "acceleration" not in content.stream, rank_of(content.stream)
+
+    first, *others = sorted(found, key=rank)
+    alike = [content for content in others if content.uses is not first.uses and content.stream == first.stream]
+    alike = [first, *(content for content in alike if (content.unit is None) == (first.unit is None))]
+    if len(alike) > 1:
+        names = [[use.heading for use in content.uses if use.role in content.axes] for content in alike]
+        what = first.stream.replace("_", " ") or "columns"
+        raise DataError(
+            f"{table.path}: which {what}, at rates of their own: {' or '.join(', '.join(each) for each in names)}? "
+            f"choose, e.g. `axes={','.join(names[0])}`"
+        )
+    return [first, *others]
 
 
 def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileContent, ...]:
@@ -194,13 +219,13 @@ def _trusted(
 
     Without a rate a `DataError` names the likely one.
     """
-    if len(times) > 1 and np.ptp(times) == 0:
+    if len(times) > 1 and times.min() == times.max():
         if rate is None and table.rate is None:
             raise DataError(
                 f"{table.path}: time stands still: all {len(times)} stamps are the same; give the rate instead, e.g. `rate=1000`"
             )
         return None, "time stamps are all the same: not used"
-    if len(times) < 4 or not times[-1] > times[0] or np.ptp(times) > MOST_SPAN:
+    if len(times) < 4 or not times[-1] > times[0] or times[-1] / 2 - times[0] / 2 > MOST_SPAN / 2:
         return times, None
     steps = np.diff(times)
     forward = steps[steps > 0]

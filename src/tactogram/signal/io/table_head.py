@@ -143,7 +143,7 @@ def rate_in(lines: Sequence[str]) -> float | None:
     found = set()
     joined = [
         f"{line} {following}" if line.strip().endswith(":") else line
-        for line, following in zip(lines, [*lines[1:], ""], strict=True)
+        for line, following in zip(lines, [*lines[1:], ""], strict=False)
     ]
     for line in joined:
         for match in _RATE.finditer(line):

@@ -1,7 +1,9 @@
-"""Workbooks: XLSX, XLS, XLSB and ODS read by calamine, which is quick and knows them all; XLSX written by openpyxl."""
+"""Workbooks: XLSX, XLS and ODS read by calamine, which is quick and knows them all; XLSX written by openpyxl."""
 
 from __future__ import annotations
 
+import re
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError, one_line
-from tactogram.signal.io.archives import check_archive
+from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.table import heading, table_of_cells
@@ -19,6 +21,9 @@ SHEET = "signal"
 DESCRIPTION = "tactogram"
 MOST_ROWS = 1_048_576
 """Rows of a worksheet (Excel's limit)."""
+MOST_CELLS = 2**25
+"""Cells up to the last, 1 GiB in calamine."""
+_PLACE = re.compile(rb"""\sr=["']([A-Z]{0,7})(\d{1,12})["']""")
 
 
 def tables(path: Path, *, sheet: str | None = None) -> list[RawTable]:
@@ -83,9 +88,35 @@ def _opened(path: Path) -> Any:
     if path.suffix.lower() != ".xls":
         with path.open("rb") as file:
             check_archive(file, path)
+        _check_cells(path)
     try:
         return python_calamine.load_workbook(str(path))
     except Exception as error:  # calamine has an exception for each format
+        raise DataError(
+            f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
+        ) from None
+
+
+def _check_cells(path: Path) -> None:
+    """Raise a `DataError` if a sheet of an XLSX is too large up to its last cell, for all of which calamine makes room.
+
+    It ends the process if it cannot: a workbook of 5 kB whose last cell is filled takes 512 GiB.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for member in archive.namelist():
+                found = {
+                    (b"A", 1),
+                    *((c or b"A", int(r)) for c, r in set(_PLACE.findall(archive.read(member)))),
+                }
+                column = max((name for name, _ in found), key=lambda name: (len(name), name))
+                width = sum((byte - 64) * 26**i for i, byte in enumerate(reversed(column)))
+                if (cells := width * max(row for _, row in found)) > MOST_CELLS:
+                    raise DataError(
+                        f"{path}: a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; "
+                        "save it as CSV"
+                    )
+    except ZIP_ERRORS as error:
         raise DataError(
             f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
         ) from None

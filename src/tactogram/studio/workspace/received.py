@@ -164,7 +164,7 @@ def _places(paths: Sequence[str], name: str) -> tuple[str, dict[str, tuple[str, 
 def _copy(file: IO[bytes], target: Path, path: str, room: int) -> int:
     """Write a file within the limits of its kind and of the folder; return its size."""
     suffix = target.suffix.lower()
-    most = min(room, most_bytes_of(suffix)) if suffix in READABLE else room
+    most = min(room, most_bytes_of(suffix)) if target.name.lower().endswith(READABLE) else room
     size = 0
     with file, target.open("xb") as out:
         while chunk := file.read(_CHUNK):
@@ -174,7 +174,7 @@ def _copy(file: IO[bytes], target: Path, path: str, room: int) -> int:
                 one = f"must have at most {most_bytes_of(suffix) // MIB} MiB"
                 raise DataError(f"{path[:200]}: {whole if most == room else one}; {REMEDY}")
             out.write(chunk)
-    if suffix in READABLE:
+    if target.name.lower().endswith(READABLE):
         try:
             check_unpacked_size(target)
         except UnpackedSizeError as error:

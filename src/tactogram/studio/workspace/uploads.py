@@ -13,7 +13,7 @@ import tempfile
 import threading
 import unicodedata
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, BinaryIO, Literal
 
 import soundfile
 
@@ -23,7 +23,8 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import READABLE, decode_image, read_signal
 from tactogram.signal.io.archives import UnpackedSizeError, check_archive
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.files import TEXTS
+from tactogram.signal.io.files import JSON_LINES, PACKED, SOUND, TEXTS
+from tactogram.signal.io.hdf5 import MAGIC
 from tactogram.signal.io.matlab import check_unpacked
 from tactogram.signal.io.picture import picture_size
 from tactogram.signal.io.riff import read_header
@@ -34,7 +35,7 @@ Kind = Literal["signal", "image", "table", "study", "haptic"]
 
 SUFFIXES: dict[Kind, tuple[str, ...]] = {
     "signal": READABLE,
-    "image": (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif", ".ppm"),
+    "image": (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp", ".gif", ".ppm", ".heic", ".heif"),
     "table": (".csv", ".tsv", ".xlsx", ".parquet"),
     "study": (".toml",),
 }
@@ -50,17 +51,31 @@ MOST_MEMBERS = 200
 MOST_CHANNELS = 64
 LONGEST_NAME = 160
 """Bytes of a name without its suffix; file systems allow 255 in all."""
+ZIPPED = (".npz", ".xlsx", ".xlsm", ".ods", ".zip")
 HEADS: dict[str, tuple[bytes, ...]] = {
     ".wav": (b"RIFF", b"RF64"),
     ".flac": (b"fLaC",),
-    ".npz": (b"PK\x03\x04",),
-    ".xlsx": (b"PK\x03\x04",),
+    **dict.fromkeys((".aif", ".aiff"), (b"FORM",)),
+    **dict.fromkeys((".au", ".snd"), (b".snd",)),
+    **dict.fromkeys((".ogg", ".oga", ".opus"), (b"OggS",)),
+    ".caf": (b"caff",),
+    ".w64": (b"riff",),
+    ".rf64": (b"RF64", b"RIFF"),
+    **dict.fromkeys(ZIPPED, (b"PK\x03\x04",)),
+    ".xls": (b"\xd0\xcf\x11\xe0",),
+    ".npy": (b"\x93NUMPY",),
     ".parquet": (b"PAR1",),
-    ".mat": (b"MATLAB 5.0",),
+    **dict.fromkeys((".feather", ".arrow"), (b"ARROW1", b"FEA1")),
+    ".mat": (b"MATLAB 5.0", b"MATLAB 7.3", MAGIC),
+    **dict.fromkeys((".h5", ".hdf5"), (MAGIC,)),
+    ".tdms": (b"TDSm",),
+    ".gz": (b"\x1f\x8b",),
+    ".bz2": (b"BZh",),
+    ".xz": (b"\xfd7zXZ",),
     ".lvm": (b"LabVIEW Measurement",),
 }
 """First bytes by suffix; all others are text, or pictures, which Pillow recognises."""
-_TEXT = (*TEXTS, ".lvm")
+_TEXT = (*TEXTS, ".lvm", *JSON_LINES)
 RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 """Names that Windows keeps for devices."""
 _saving = threading.Lock()
@@ -72,12 +87,15 @@ def safe_name(name: str) -> str:
     stem, dot, suffix = last.rpartition(".")
     if not dot:
         stem, suffix = last, ""
+    inner = Path(stem).suffix.lower() if f".{suffix.lower()}" in PACKED else ""
+    stem = stem[: len(stem) - len(inner)]
     stem = re.sub(r"[^\w-]+", "_", stem).strip("_")
     stem = stem.encode()[:LONGEST_NAME].decode("utf-8", "ignore").rstrip("_") or "upload"
     suffix = re.sub(r"[^A-Za-z0-9]", "", suffix)[:10].lower()
     if stem.lower() in RESERVED:
         stem = f"_{stem}"
-    return f"{stem}.{suffix}" if suffix else stem
+    inner = inner if inner in TEXTS else re.sub(r"[^\w-]+", "_", inner)
+    return f"{stem}{inner}.{suffix}" if suffix else stem
 
 
 def most_bytes_of(suffix: str) -> int:
@@ -153,7 +171,7 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
     suffix = Path(safe).suffix
     # Those of haptic files may come from plug-ins.
     suffixes = haptic_suffixes() if kind == "haptic" else SUFFIXES[kind]
-    if suffix not in suffixes:
+    if not safe.endswith(suffixes):
         known = ", ".join(suffixes)
         raise ParameterError(f"{safe}: expected a {kind} in one of {known}, got {suffix or 'no suffix'}")
     most = most_bytes_of(suffix)
@@ -171,10 +189,7 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
         detected_text(data, safe)
     if kind == "image":
         picture_size(data, name=safe)
-    if suffix in (".npz", ".xlsx"):
-        check_archive(io.BytesIO(data), safe, most_bytes=MOST_UNPACKED, most_members=MOST_MEMBERS)
-    if suffix == ".mat":
-        check_unpacked(io.BytesIO(data), safe, most_bytes=MOST_UNPACKED)
+    _check_unpacked(io.BytesIO(data), safe)
     if suffix == ".parquet":
         from tactogram.datasets.parquet_table import check_parquet
 
@@ -186,15 +201,20 @@ def check_unpacked_size(path: Path) -> None:
     """Raise an `UnpackedSizeError` if a signal file is too large once unpacked; its reader says if it is damaged."""
     try:
         with path.open("rb") as file:
-            if path.suffix.lower() in (".npz", ".xlsx"):
-                check_archive(file, path.name, most_bytes=MOST_UNPACKED, most_members=MOST_MEMBERS)
-            elif path.suffix.lower() == ".mat":
-                check_unpacked(file, path.name, most_bytes=MOST_UNPACKED)
+            _check_unpacked(file, path.name)
         _check_samples(path)
     except UnpackedSizeError:
         raise
     except (DataError, soundfile.SoundFileError):
         return
+
+
+def _check_unpacked(file: BinaryIO, name: str) -> None:
+    suffix, head = Path(name).suffix.lower(), file.read(8)
+    if suffix in ZIPPED:
+        check_archive(file, name, most_bytes=MOST_UNPACKED, most_members=MOST_MEMBERS)
+    elif suffix == ".mat" and head[:7] == b"MATLAB ":
+        check_unpacked(file, name, most_bytes=MOST_UNPACKED)
 
 
 def _check_samples(path: Path) -> None:
@@ -203,7 +223,7 @@ def _check_samples(path: Path) -> None:
         head = read_header(path)
         channels = head.channels
         samples = head.size // max(1, head.bits // 8)
-    elif path.suffix.lower() == ".flac":
+    elif path.suffix.lower() in SOUND:
         facts = soundfile.info(str(path))
         channels, samples = facts.channels, facts.frames * facts.channels
     else:

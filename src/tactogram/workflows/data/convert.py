@@ -149,7 +149,7 @@ def convert_folder(
     if target.resolve() != source.resolve():
         present = [p for p in present if not p.resolve().is_relative_to(target.resolve())]
     suffixes = (*READABLE, *haptic_suffixes())
-    paths = [p for p in present if p.suffix.lower() in suffixes]
+    paths = [p for p in present if p.name.lower().endswith(suffixes)]
     if not paths:
         raise DataError(f"{source}: no file in it can be read; known are {', '.join(suffixes)}")
     made: dict[Path, Path] = {}
@@ -197,7 +197,7 @@ def check(path: Path | str, *, format: str | None = None, **reading: Any) -> dic
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    if format is not None or suffix not in READABLE or not path.is_file():
+    if format is not None or not path.name.lower().endswith(READABLE) or not path.is_file():
         return check_file(path, format=format)
     problems, found, notes = [], (), ()
     try:

@@ -188,7 +188,7 @@ class TouchSources:
     def _recorded(self, request: TextureRequest, path: Path) -> tuple[Signal, float | None]:
         if request.where == "kept":
             signal = self._shelf.get(request.of).signal()
-        elif path.suffix.lower() not in READABLE:
+        elif not path.name.lower().endswith(READABLE):
             raise ParameterError(
                 f"{request.of}: expected a file of {', '.join(READABLE)}, got {path.suffix!r}"
             )
@@ -201,7 +201,7 @@ class TouchSources:
     def _facts(self, request: TextureRequest, path: Path) -> dict[str, Any]:
         if request.where == "kept":
             return dict(self._shelf.get(request.of).facts)
-        return read_metadata(path) if path.suffix.lower() in READABLE else {}
+        return read_metadata(path) if path.name.lower().endswith(READABLE) else {}
 
 
 class _ValueCache:
