@@ -8,8 +8,9 @@ from typing import Annotated, Any, Self, TypeVar
 from pydantic import Field, ValidationError, model_validator
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.documents import DocumentPart, problems_of
-from tactogram.rendering.files.envelope import HIGHEST_HZ, PHONE_HZ, PULSE_S
+from tactogram.rendering.files.events import PHONE_HZ, PULSE_S
 
 T = TypeVar("T", bound=DocumentPart)
 LONGEST_S = 60.0
@@ -37,7 +38,7 @@ Points = Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS, strict=False
 
 
 class Transient(DocumentPart):
-    """A moment too short for a line, as `envelope.Pulse`: its ``amplitude`` is added to the track's."""
+    """A moment too short for a line, as `events.Transient`: the stronger of it and the track's amplitude is felt."""
 
     time: Seconds
     amplitude: Share

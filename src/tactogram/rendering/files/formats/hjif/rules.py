@@ -7,12 +7,11 @@ The standard's JSON schema is not public. Required members, ranges and vocabular
 from __future__ import annotations
 
 import re
-from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import DocumentPart, problems_of
+from tactogram.rendering.files.documents import DocumentPart
 
 MOST_TICKS = 48_000
 
@@ -33,22 +32,24 @@ MODALITIES = (
     "Electrotactile",
 )
 
-Id = Annotated[int, Field(ge=0)]
+Whole = Annotated[int, Field(strict=False)]
+"""A whole number, also as 20.0."""
+Id = Annotated[int, Field(ge=0, strict=False)]
 
 
 class Keyframe(DocumentPart):
     """Point of an effect, its position relative to the effect's, in ticks."""
 
-    relative_position: int | None = Field(None, ge=0)
+    relative_position: Whole | None = Field(None, ge=0)
     amplitude_modulation: float | None = None
-    frequency_modulation: int | None = Field(None, ge=0)
+    frequency_modulation: Whole | None = Field(None, ge=0)
 
 
 class Effect(DocumentPart):
     """Section of a band."""
 
     effect_type: Literal["Basis", "Reference", "Composite"] = "Basis"
-    position: int = 0
+    position: Whole = 0
     phase: float = 0.0
     base_signal: Literal["Sine", "Square", "Triangle", "SawToothUp", "SawToothDown"] = "Sine"
     keyframes: tuple[Keyframe, ...] = Field((), strict=False)
@@ -59,9 +60,9 @@ class Band(DocumentPart):
 
     band_type: Literal["Transient", "Curve", "VectorialWave", "WaveletWave"]
     curve_type: Literal["Unknown", "Cubic", "Linear", "Akima", "Bezier", "Bspline"] = "Unknown"
-    block_length: int | None = Field(None, gt=0)
-    lower_frequency_limit: int = Field(ge=0)
-    upper_frequency_limit: int = Field(ge=0)
+    block_length: Whole | None = Field(None, gt=0)
+    lower_frequency_limit: Whole = Field(ge=0)
+    upper_frequency_limit: Whole = Field(ge=0)
     effects: tuple[Effect, ...] = Field(strict=False)
 
     @model_validator(mode="after")
@@ -88,10 +89,10 @@ class Channel(DocumentPart):
     description: str
     gain: float
     mixing_coefficient: float
-    body_part_mask: int = Field(ge=0)
+    body_part_mask: Whole = Field(ge=0)
     bands: tuple[Band, ...] = Field(strict=False)
-    frequency_sampling: int | None = Field(None, gt=0)
-    sample_count: int | None = Field(None, ge=0)
+    frequency_sampling: Whole | None = Field(None, gt=0)
+    sample_count: Whole | None = Field(None, ge=0)
     reference_device_id: Id | None = None
 
 
@@ -129,14 +130,14 @@ class Perception(DocumentPart):
 class Avatar(DocumentPart):
     """A body."""
 
-    id: int = Field(ge=1)
+    id: Whole = Field(ge=1)
     """0 is reserved for an unspecified avatar."""
 
 
 class Sync(DocumentPart):
     """Start position, in ticks."""
 
-    timestamp: int = Field(ge=0)
+    timestamp: Whole = Field(ge=0)
 
 
 class Haptics(DocumentPart):
@@ -147,7 +148,7 @@ class Haptics(DocumentPart):
     level: Literal[1, 2]
     date: str
     description: str
-    timescale: int = Field(ge=1, le=MOST_TICKS)
+    timescale: Whole = Field(ge=1, le=MOST_TICKS)
     avatars: tuple[Avatar, ...] = Field(strict=False)
     perceptions: tuple[Perception, ...] = Field(strict=False)
     syncs: tuple[Sync, ...] = Field(strict=False)
@@ -180,9 +181,6 @@ class Haptics(DocumentPart):
         for channel in perception.channels:
             if self.level == 1 and len(channel.bands) > 7:
                 raise ValueError(f"level 1 holds 7 bands per channel at most, got {len(channel.bands)}")
-
-
-validate = partial(problems_of, Haptics)
 
 
 def _check_unique(numbers: list[int], what: str) -> None:
