@@ -106,7 +106,9 @@ class Part:
         edges = [start, self.start - JUMP_S, self.end + JUMP_S, end]
         times = np.union1d(self.times, edges)
         times = times[(times >= start) & (times <= end)]
-        return Part(times, self.at(times), self.hz(times))
+        inside = np.clip(times, self.start, self.end)
+        amplitude = np.where(np.abs(times - inside) < JUMP_S / 2, self.at(inside), 0.0)
+        return Part(times, amplitude, self.hz(times))
 
 
 @dataclass(frozen=True, eq=False)
