@@ -11,7 +11,7 @@ from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.displays.catalogue import FOLDER as SHIPPED
 from tactogram.rendering.files import check_file, haptic_formats
-from tactogram.rendering.files.conversion import read_haptic
+from tactogram.rendering.files.reading import read_haptic
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_metadata, read_signal, write_image, write_signal
 from tactogram.workflows.data.convert import check, convert, convert_folder

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from tactogram.rendering.files.envelope import Envelope, Pulse, envelope_of
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.effects import (
@@ -16,7 +17,6 @@ from tactogram.rendering.effects.editing import shifted
 from tactogram.rendering.effects.effect import effect_from_json
 from tactogram.rendering.effects.mixing import signal_of
 from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
-from tactogram.rendering.files.envelope import Envelope, Pulse, envelope_of
 from tactogram.signal import Signal
 
 
@@ -29,7 +29,7 @@ def test_a_mix_adds_powers_and_weights_frequencies_by_them():
     mix = mixed(Effect(tracks=(tone(0.6, 100.0), tone(0.8, 200.0, gain=0.5), tone(1.0, 300.0, muted=True))))
     assert np.interp(0.5, mix.times, mix.amplitude) == pytest.approx(np.hypot(0.6, 0.4), abs=1e-6)
     hz = (0.36 * 100 + 0.16 * 200) / (0.36 + 0.16)
-    assert np.interp(0.5, mix.frequency_times, mix.frequency) == pytest.approx(hz, rel=1e-6)
+    assert np.interp(0.5, mix.times, mix.frequency) == pytest.approx(hz, rel=1e-6)
 
 
 def test_a_mix_is_each_track_where_it_is_alone():
@@ -39,7 +39,7 @@ def test_a_mix_is_each_track_where_it_is_alone():
     expected = [0.5, 0.5, 0.5, 0, 0, 0.25, 0.25]
     assert np.interp(t, mix.times, mix.amplitude) == pytest.approx(expected, abs=1e-6)
     at = [0.0, 0.4, 0.6, 1.0]
-    assert np.interp(at, mix.frequency_times, mix.frequency) == pytest.approx([100, 100, 200, 200])
+    assert np.interp(at, mix.times, mix.frequency) == pytest.approx([100, 100, 200, 200])
 
 
 def test_transients_at_the_same_time_become_one():
@@ -52,9 +52,9 @@ def test_transients_at_the_same_time_become_one():
 
 def test_the_signal_of_an_effect_has_its_envelope():
     effect = Effect(tracks=(tone(0.5, 150.0, end=0.5),))
-    found = envelope_of(signal_of(effect), pulses=False)
+    found = envelope_of(signal_of(effect))
     assert np.interp(0.25, found.times, found.amplitude) == pytest.approx(0.5, abs=0.005)
-    assert np.interp(0.25, found.frequency_times, found.frequency) == pytest.approx(150, abs=1)
+    assert np.interp(0.25, found.times, found.frequency) == pytest.approx(150, abs=1)
 
 
 def test_nothing_to_play_is_refused():

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from tactogram.rendering.files.envelope import Envelope, Pulse, carrier
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import check_file, haptic_formats, read_haptic, to_one_axis, write_haptic
 from tactogram.rendering.files.conversion import losses
 from tactogram.rendering.files.documents import encoded
-from tactogram.rendering.files.envelope import Envelope, Pulse, carrier
 from tactogram.rendering.files.loss import loss_between
 from tactogram.signal import Signal
 

@@ -101,7 +101,8 @@ def carrier(events: Events, rate: float | None = None) -> Signal:
         phase = 2 * np.pi * (np.cumsum(hz) - hz) / rate
         x += one.at(t) * np.sin(phase)
     whole = events.joined
-    for tap in events.transients:
+    strongest = {tap.time: tap for tap in sorted(events.transients, key=lambda tap: tap.amplitude)}
+    for tap in strongest.values():
         first = min(count - 1, max(0, math.ceil(tap.time * rate - 1e-6)))
         inside = slice(first, min(count, first + math.ceil(PULSE_S * rate)))
         away = t[inside] - t[first]

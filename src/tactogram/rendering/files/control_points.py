@@ -16,6 +16,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.documents import Node, has_key
 from tactogram.rendering.files.events import STEP_S, Events, FrequencySpan, Part, Transient, thinned
 
@@ -27,6 +28,8 @@ CLOSE = 0.02
 CLOSE_OCTAVES = 0.1
 STEPS = round(SHORTEST_MS / 1e3 / STEP_S)
 """Points of the analysed envelope in the shortest line."""
+BANDS = ((0.0, HIGHEST_HZ),)
+"""In which a waveform is analysed: all that is felt, without transients, which take two lines each."""
 MOST_STEPS = LONGEST_MS // SHORTEST_MS
 
 
@@ -95,7 +98,8 @@ def control_points(events: Events, *, what: str) -> ControlPoints:
             "format without that limit"
         )
     taps = sorted(events.transients, key=lambda one: -one.amplitude)
-    for kept in range(min(len(taps), MOST_POINTS // 2), len(taps) // 2 - 1, -1):
+    designed = taps or len(events.joined.times) <= 4 * MOST_POINTS
+    for kept in range(min(len(taps), MOST_POINTS // 2), len(taps) // 2 - 1, -1) if designed else ():
         exact = _exact(replace(events, transients=tuple(taps[:kept])), length)
         if exact is not None:
             return exact

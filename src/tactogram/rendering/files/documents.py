@@ -125,24 +125,34 @@ class Node:
         return str(self._at(key, str, "text", default))
 
     def number(
-        self, key: str, default: float | None = None, low: float = -math.inf, high: float = math.inf
+        self,
+        key: str,
+        default: float | None = None,
+        low: float = -math.inf,
+        high: float = math.inf,
+        *,
+        name: str = "",
     ) -> float:
-        """Return the number at a key, within limits as players clamp it; required if there is no default."""
-        value = self._at(key, (int, float, str), "a number", _REQUIRED if default is None else default)
+        """Return the number at a key, within limits as players clamp it; required if there is no default.
+
+        It is called ``name`` where it is out of range, by default its key.
+        """
+        stated = value = self._at(key, (int, float, str), "a number", _REQUIRED if default is None else default)
         if isinstance(value, str):
             try:
                 value = float(value)
             except ValueError:
-                value = math.nan
-            self.notes.warn(f"{key} must be a number", shown(self.value[key]), "read as one")
+                value = True
         if isinstance(value, bool) or (value is not None and not math.isfinite(value)):
-            self.notes.problems.append(f"{self._place(key)}: must be a number, got {shown(self.value[key])}")
+            self.notes.problems.append(f"{self._place(key)}: must be a number, got {shown(stated)}")
             value = None
         if value is None:
             return max(low, min(high, default or 0.0))
+        if isinstance(stated, str):
+            self.notes.warn(f"{key} must be a number", shown(stated), "read as one")
         if not low <= value <= high:
             bounds = f"{low:g} to {high:g}" if math.isfinite(high) else f"at least {low:g}"
-            self.notes.warn(f"{key} must be {bounds}", f"{value:g}", "clamped")
+            self.notes.warn(f"{name or key} must be {bounds}", f"{value:g}", "clamped")
         return float(max(low, min(high, value)))
 
     def _place(self, key: str) -> str:

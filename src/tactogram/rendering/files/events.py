@@ -204,8 +204,10 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
     times = np.unique(np.round(np.concatenate(t), 7))
     times = times[(times >= spans[0][0]) & (times <= reached)]
     power, turning, weights = np.zeros((3, len(times)))
+    starts = {round(start, 6) for start, _ in spans}
     for part in parts:
-        inside = slice(*np.searchsorted(times, [part.start - 1e-7, part.end + 1e-7]))
+        last = part.end + (-1e-7 if round(part.end, 6) in starts and part.end > part.start else 1e-7)
+        inside = slice(*np.searchsorted(times, [part.start - 1e-7, last]))
         own = np.interp(times[inside], part.times, part.amplitude) ** 2
         # A silent vibration's frequency counts where nothing else sounds.
         weight = own + 1e-12

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactogram.rendering.files.control_points import control_points, events_of_points, has_points
+from tactogram.rendering.files.control_points import BANDS, control_points, events_of_points, has_points
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node
 from tactogram.rendering.files.events import Events, FrequencySpan
 from tactogram.rendering.files.format import HapticFormat
@@ -52,6 +52,7 @@ FORMAT = HapticFormat(
     holds="envelope",
     encode=encode,
     decode=decode,
+    bands=BANDS,
     recognise=has_points("sharpness"),
     instead="android (faster changes) or android_envelope (any frequency)",
 )

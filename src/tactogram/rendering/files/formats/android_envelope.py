@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.rendering.files.control_points import control_points, events_of_points, has_points
+from tactogram.rendering.files.control_points import BANDS, control_points, events_of_points, has_points
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node
 from tactogram.rendering.files.events import Events
 from tactogram.rendering.files.format import HapticFormat
@@ -52,6 +52,7 @@ FORMAT = HapticFormat(
     holds="envelope",
     encode=encode,
     decode=decode,
+    bands=BANDS,
     recognise=has_points("frequencyHz"),
     instead="android (a strength every 10 ms, at the phone's own frequency)",
 )

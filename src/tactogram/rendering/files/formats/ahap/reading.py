@@ -106,8 +106,7 @@ def _values(event: Node, left_out: Counter[str], known: dict[str, float] | list[
     values = dict(DEFAULTS)
     for one in event.nodes("EventParameters", optional=True):
         if (name := one.text("ParameterID")) in known:
-            value = Node({name: one.value.get("ParameterValue")}, one.notes, one.place)
-            values[name] = value.number(name, None, 0.0, 1.0)
+            values[name] = one.number("ParameterValue", None, 0.0, 1.0, name=name)
         else:
             left_out[name or "unnamed parameters"] += 1
     return values
@@ -161,10 +160,8 @@ def _control(entries: list[Node], name: str) -> Control:
             points = part.nodes("ParameterCurveControlPoints") if kind == "ParameterCurve" else [part]
             ready = [
                 (
-                    start + (point.number("Time", 0.0, 0.0) if kind == "ParameterCurve" else 0.0),
-                    Node({name: point.value.get("ParameterValue")}, point.notes, point.place).number(
-                        name, None, *CONTROLS[name]
-                    ),
+                    start + (0.0 if point is part else point.number("Time", 0.0, 0.0)),
+                    point.number("ParameterValue", None, *CONTROLS[name], name=name),
                 )
                 for point in points
             ]
