@@ -223,6 +223,8 @@ def test_a_sound_is_checked_by_reading_it(tmp_path):
         "format": "wav",
         "valid": True,
         "problems": [],
+        "columns": [],
+        "notes": [],
     }
     (tmp_path / "b.wav").write_bytes(b"RIFF")
     assert not check(tmp_path / "b.wav")["valid"]

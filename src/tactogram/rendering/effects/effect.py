@@ -38,7 +38,7 @@ Points = Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS, strict=False
 
 
 class Transient(DocumentPart):
-    """A moment too short for a line, as `events.Transient`: the stronger of it and the track's amplitude is felt."""
+    """A moment too short for a line, as `events.Transient`, but that its ``amplitude`` is added to the track's."""
 
     time: Seconds
     amplitude: Share

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -22,7 +23,7 @@ from tactogram.rendering.effects.effect import (
 from tactogram.rendering.effects.effect import MOST_POINTS as MOST_TRANSIENTS
 from tactogram.rendering.files.analysis import HIGHEST_HZ, carrier, events_of
 from tactogram.rendering.files.conversion import GRAVITY
-from tactogram.rendering.files.events import Events, Part, densified, thinned
+from tactogram.rendering.files.events import Events, Part, densified, joined, thinned
 from tactogram.rendering.files.events import Transient as Tap
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
@@ -42,9 +43,8 @@ def mixed(effect: Effect) -> Events:
     seconds = max((track.end for track in tracks), default=0.0)
     if seconds == 0:
         raise ParameterError("nothing to play: add a ready effect, or draw on a track that is not muted")
-    events = Events.of(
-        (_part(track) for track in tracks if track.amplitude), _transients(tracks), seconds, limited=False
-    )
+    parts = [_part(track) for track in tracks if track.amplitude]
+    events = Events.of(parts, _transients(tracks, joined(parts)), seconds, limited=False)
     if events.peak == 0:
         raise ParameterError("nothing to play: every amplitude is 0; raise one")
     return events
@@ -76,7 +76,7 @@ def track_of(events: Events, title: str) -> Track:
     transients = tuple(
         Transient(
             time=round(one.time, DIGITS),
-            amplitude=float(np.clip(one.amplitude, 0, 1)),
+            amplitude=float(np.clip(one.amplitude - whole.at(one.time), 0, 1)),
             frequency=float(np.clip(one.frequency, LOWEST_HZ, HIGHEST_HZ)),
         )
         for one in events.transients
@@ -109,7 +109,7 @@ def _part(track: Track) -> Part:
     return Part.of(times, track.gain * amplitude, at, hz)
 
 
-def _transients(tracks: list[Track]) -> list[Tap]:
+def _transients(tracks: list[Track], whole: Part) -> list[Tap]:
     """Return the transients; at the same time, amplitudes add up, and the frequency is their weighted mean."""
     by_time: dict[float, Tap] = {}
     for track in tracks:
@@ -120,7 +120,7 @@ def _transients(tracks: list[Track]) -> list[Tap]:
             if amplitude > 0:
                 hz = (before.amplitude * before.frequency + added * one.frequency) / amplitude
                 by_time[one.time] = Tap(one.time, amplitude, hz)
-    return list(by_time.values())
+    return [replace(tap, amplitude=tap.amplitude + float(whole.at(tap.time))) for tap in by_time.values()]
 
 
 def _points(times: NDArray[np.float64], values: NDArray[np.float64], tolerance: float) -> tuple[Point, ...]:

@@ -53,7 +53,7 @@ def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None
     if not clocks and len(table.columns) > 1 and (not table.named or not found[0].name):
         for i, column in enumerate(table.columns[:3]):
             steps = np.diff(column[np.isfinite(column)]) if column.dtype != object else np.array([])
-            if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:
+            if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:  # noqa: PLR2004
                 continue  # words, a counter, a constant
             if _forward(column):
                 clocks[i] = None
@@ -69,7 +69,7 @@ def split_by_clocks(table: RawTable) -> list[RawTable]:
     found = [heading(text, unit) for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)]
     clocks = [i for i in clocks_of(table, found) if table.columns[i].dtype != object]
     named = {re.sub(r"\d+", "", found[i].name.lower()) for i in clocks}
-    if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(found)]) < 2):
+    if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(found)]) < 2):  # noqa: PLR2004
         return [table]
     first = table.columns[0]
     if all(np.array_equal(first, table.columns[i], equal_nan=True) for i in clocks[1:]):
@@ -145,7 +145,7 @@ def choose_clock(
         if dated:
             repeated = len({*map(str, column)}) < (1 - 0.05) * len(column)
         else:
-            repeated = float(np.mean(np.diff(column) == 0)) > 0.05 if len(column) > 1 else False
+            repeated = float(np.mean(np.diff(column) == 0)) > 0.05 if len(column) > 1 else False  # noqa: PLR2004
         return float(repeated), dated, clocks[place] is None, place
 
     best = min(clocks, key=rank)
@@ -197,7 +197,7 @@ def _asked(table: RawTable, found: Sequence[Heading], rate: float | None) -> Non
                 "rate instead, e.g. `rate=1000`"
             )
     for each, column in zip(found, table.columns, strict=True):
-        if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:
+        if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:  # noqa: PLR2004
             continue
         steps = np.diff(column)
         if (steps > 0).all() and float(np.ptp(steps)) <= 0.01 * abs(float(steps.mean())):
@@ -221,9 +221,9 @@ def _named(time: str, table: RawTable, found: Sequence[Heading]) -> tuple[int, s
 def _forward(column: NDArray[np.generic], share: float = _MEASURED) -> bool:
     """Return whether a share of the steps goes forward as time does, or all but a few restarts."""
     values = column[np.isfinite(column)].astype(np.float64)  # type: ignore[arg-type]
-    if len(values) < 2:
+    if len(values) < 2:  # noqa: PLR2004
         return len(values) == 1
     steps = np.diff(values)
     back = int(np.count_nonzero(steps < 0))
-    allowed = max(3 if len(steps) > 60 else 0, (1 - share) * len(steps))
+    allowed = max(3 if len(steps) > 60 else 0, (1 - share) * len(steps))  # noqa: PLR2004
     return values.max() > values.min() and back <= allowed

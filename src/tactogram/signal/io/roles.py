@@ -5,7 +5,8 @@ One quantity becomes the signal, others with units become further streams, and t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import is_date
 from tactogram.signal.io.table_head import is_number
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, Heading, heading
-from tactogram.signal.units import split_heading
+from tactogram.signal.units import parse_unit, split_heading
 
 MAIN = (
     *("acceleration", "linear_acceleration", "force", "friction", "velocity", "position", "sound", "voltage"),
@@ -88,7 +89,7 @@ def roles_of(
         named = {} if by_layout else label_columns(table, at)
         own = {} if stated is None else {role: table.headings.index(text) for role, text in stated.labels.items()}
         labels = {role: i for role, i in named.items() if i not in own.values()} | own
-    others = {i: "clock" for i in clocks if i != at} | dict.fromkeys(labels.values(), "label")
+    others = {i: "clock" for i in clocks if i != at} | {i: "label" for i in labels.values()}
     if table.rate_name in table.headings:
         others[table.headings.index(table.rate_name)] = RATE
     notes = [] if clock is None or clock.note is None else [clock.note]
@@ -232,8 +233,8 @@ def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, plac
         return "empty"
     steps = np.diff(values)
     whole = bool(np.all(values == np.round(values)))
-    counts = whole and len(steps) > 0 and float(np.mean(steps == 1)) > 0.9
-    plain = place == 0 and each.quantity is None and len(table.columns) > 2
+    counts = whole and len(steps) > 0 and float(np.mean(steps == 1)) > 0.9  # noqa: PLR2004
+    plain = place == 0 and each.quantity is None and len(table.columns) > 2  # noqa: PLR2004
     if counts and len(table.columns) > 1 and (each.is_counter or not table.named or plain):
         return "counter"
     rising = whole and len(steps) > 0 and bool((steps >= 0).all()) and values[-1] > values[0]
@@ -275,7 +276,7 @@ def _axes_of(
         names = [*letters] if letters else _names(lettered, table, found)
         return _converted(name, lettered, names, [found[i] for i in lettered], table)
     names = _names(places, table, found)
-    if not table.named and len(places) == 3:
+    if not table.named and len(places) == 3:  # noqa: PLR2004
         names = ["x", "y", "z"]
     if len(places) == 1 and not table.named:
         names = ["z"]

@@ -145,7 +145,7 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
             hour, minute, second = 0, hour, minute
         if half := found["half"]:
             hour = hour % 12 + (12 if half[0] in "pP" else 0)
-        if hour > 24 or minute > 59 or second > 60:
+        if hour > 24 or minute > 59 or second > 60:  # noqa: PLR2004
             return None
         seconds = 3600.0 * hour + 60 * minute + second + fraction
     zone = found["zone"]

@@ -30,14 +30,7 @@ from tactogram.signal.io.table_head import (
     rate_in,
     units_in,
 )
-from tactogram.signal.io.table_lines import (
-    NumberedLine,
-    cleaned,
-    is_ruler,
-    pairs_apart,
-    prefix_apart,
-    without_brackets,
-)
+from tactogram.signal.io.table_lines import NumberedLine, cleaned, is_ruler, pairs_apart, prefix_apart, without_brackets
 from tactogram.signal.signal import Signal
 from tactogram.text_files import detected_text
 
@@ -242,7 +235,7 @@ def _spaced(text: str, cells: list[str], width: int) -> list[str]:
 def _side_unit(column: Column, across: str | None, along: str) -> str | None:
     """Return the unit of a column of an oscilloscope: that of the time if it goes evenly forward."""
     steps = np.diff(column) if column.dtype != object else np.array([0.0])
-    even = len(steps) > 1 and (steps > 0).all() and float(np.ptp(steps)) <= 0.1 * float(steps.mean())
+    even = len(steps) > 1 and (steps > 0).all() and float(np.ptp(steps)) <= 0.1 * float(steps.mean())  # noqa: PLR2004
     if even and (steps == 1).all():
         return None  # a counter
     return across if even else along

@@ -103,7 +103,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     times = None if roles.time is None else _times(table, roles.time, roles.seconds, rows, where)
     labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
     kept: NDArray[np.int64] | None = None
-    if times is not None and len(times) < 2:
+    if times is not None and len(times) < 2:  # noqa: PLR2004
         raise DataError(f"{table.path}: one row of numbers is no signal")
     if times is not None and not own:
         if np.isnan(times[:-1]).mean() > MOST_HOLES:  # stamps of the first sample of each block alone
@@ -192,7 +192,7 @@ def _trusted(
                 f"{table.path}: time stands still: all {len(times)} stamps are the same; give the rate instead, e.g. `rate=1000`"
             )
         return None, "time stamps are all the same: not used"
-    if len(times) < 4 or not times[-1] > times[0] or np.ptp(times) > MOST_SPAN:
+    if len(times) < 4 or not times[-1] > times[0] or np.ptp(times) > MOST_SPAN:  # noqa: PLR2004
         return times, None
     steps = np.diff(times)
     forward = steps[steps > 0]
@@ -228,9 +228,9 @@ def _without_unit(stream: StreamColumns, samples: NDArray[np.float64]) -> str | 
         return None
     mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
     for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
-        if len(samples) == 3 and abs(mean / one - 1) < 0.15:
+        if len(samples) == 3 and abs(mean / one - 1) < 0.15:  # noqa: PLR2004
             return f"no unit stated: read as plain numbers; their mean of {mean:.3g} is that of gravity in {unit}: `unit={unit}`"
-    whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10
+    whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10  # noqa: PLR2004
     return f"no unit stated: read as {'counts' if whole else 'plain numbers'}; say it, e.g. `unit=g`"
 
 

@@ -154,8 +154,7 @@ def increment_in(above: Sequence[Sequence[object]]) -> float | None:
 
 def _fitted(row: list[str], width: int, *, over: bool) -> list[str] | None:
     """Return a row of headings with as many cells as the numbers: one less if rows are named, more or, ``over`` others,
-    fewer if these are empty.
-    """
+    fewer if these are empty."""
     if len(row) == width + 1 and row[0].lower().rstrip(":") in ("header", "headers", "columns", "fields"):
         row = row[1:]
     if len(row) == width - 1 and width > 1:
@@ -172,7 +171,7 @@ def _heads(row: list[str]) -> bool:
     filled = [text for text in row if text]
     numbers = sum(is_value(text) for text in filled)
     counted = [str(i) for i in range(len(filled) - 1)], [str(i + 1) for i in range(len(filled) - 1)]
-    return bool(filled) and (2 * numbers < len(filled) or (len(filled) > 2 and filled[1:] in counted))
+    return bool(filled) and (2 * numbers < len(filled) or (len(filled) > 2 and filled[1:] in counted))  # noqa: PLR2004
 
 
 def _are_units(row: list[str]) -> bool:
