@@ -78,7 +78,9 @@ def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
     except UnicodeDecodeError as error:
         if error.reason == "unexpected end of data" and error.end == len(raw):
             return raw.decode("utf-8-sig", "ignore"), "utf-8"
-    encoding = next((name for name, form in _CLUES.items() if form.search(raw.decode(name, "ignore"))), "cp1252")
+    encoding = next(
+        (name for name, form in _CLUES.items() if form.search(raw.decode(name, "ignore"))), "cp1252"
+    )
     run = re.search(rb"[\x80-\xff]{3}", raw) if encoding == "cp1252" else None
     if run is not None:
         from charset_normalizer import from_bytes

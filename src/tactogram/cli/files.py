@@ -53,7 +53,12 @@ def _formats(show: Printer) -> None:
 
 def _checked_text(facts: Mapping[str, Any]) -> str:
     rows = [
-        (use["heading"], " ".join(filter(None, (use["stream"], use["role"]))), use["unit"] or "", use["reason"] or "")
+        (
+            use["heading"],
+            " ".join(filter(None, (use["stream"], use["role"]))),
+            use["unit"] or "",
+            use["reason"] or "",
+        )
         for use in facts.get("columns", [])
     ]
     table = [columns([("column", "read as", "unit", ""), *rows])] if rows else []

@@ -94,7 +94,9 @@ def with_options(message: str, verb: Verb) -> str:
         name, value = found.groups()
         if name in flags:
             return f"`{flags[name]} {shlex.quote(value)}`"
-        return f"`{others.format(name, value) if ' ' not in value else others.format(name, shlex.quote(value))}`"
+        return (
+            f"`{others.format(name, value) if ' ' not in value else others.format(name, shlex.quote(value))}`"
+        )
 
     message = re.sub(r"`(\w+)=([^`]+)`", option, message)
     message = re.sub(r"`(\w+)`", lambda name: flags.get(name[1], name[0]), message)

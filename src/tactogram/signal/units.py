@@ -11,15 +11,37 @@ from tactogram.signal.signal import UNITS
 STANDARD_GRAVITY = 9.80665
 """m/s^2 (BIPM, CGPM 1901)."""
 
-_ACCELERATION = {"m/s^2": 1.0, "mm/s^2": 1e-3, "cm/s^2": 1e-2, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY}
-_FORCE = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "gf": 1e-3 * STANDARD_GRAVITY, "kgf": STANDARD_GRAVITY, "lbf": 4.4482216}
+_ACCELERATION = {
+    "m/s^2": 1.0,
+    "mm/s^2": 1e-3,
+    "cm/s^2": 1e-2,
+    "g": STANDARD_GRAVITY,
+    "mg": 1e-3 * STANDARD_GRAVITY,
+}
+_FORCE = {
+    "N": 1.0,
+    "mN": 1e-3,
+    "kN": 1e3,
+    "gf": 1e-3 * STANDARD_GRAVITY,
+    "kgf": STANDARD_GRAVITY,
+    "lbf": 4.4482216,
+}
 _SPELLINGS: dict[str, tuple[str, float]] = {
     **{name: ("m/s^2", factor) for name, factor in _ACCELERATION.items()},
     **{name: ("N", factor) for name, factor in _FORCE.items()},
-    **{f"{name}/s": ("m/s", factor) for name, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6))},
-    **{name: ("m", factor) for name, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9))},
+    **{
+        f"{name}/s": ("m/s", factor)
+        for name, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6))
+    },
+    **{
+        name: ("m", factor)
+        for name, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9))
+    },
     **{name: ("V", factor) for name, factor in (("V", 1.0), ("mV", 1e-3), ("uV", 1e-6))},
-    **{name: ("Pa", factor) for name, factor in (("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("mbar", 1e2), ("bar", 1e5))},
+    **{
+        name: ("Pa", factor)
+        for name, factor in (("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("mbar", 1e2), ("bar", 1e5))
+    },
     **{name: ("T", factor) for name, factor in (("T", 1.0), ("mT", 1e-3), ("uT", 1e-6), ("nT", 1e-9))},
     **{name: ("T", factor) for name, factor in (("gauss", 1e-4), ("mgauss", 1e-7))},
     "rad/s": ("rad/s", 1.0),
@@ -106,13 +128,22 @@ def parse_seconds(text: str) -> float | None:
 
 def split_heading(heading: str) -> tuple[str, str | None]:
     """Return name and unit of a column headed ``name [unit]`` or ``name (unit)``; the unit is None if missing."""
-    found = re.fullmatch(r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*((?:[^()]|\([^()]*\))*?)\s*\))\s*", heading)
+    found = re.fullmatch(
+        r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*((?:[^()]|\([^()]*\))*?)\s*\))\s*", heading
+    )
     return (found[1], found[2] or found[3] or "") if found and found[1] else (heading.strip(), None)
 
 
 def _plain(text: str) -> str:
     """Return a unit without blanks, brackets and other ways to write the same characters."""
-    text = text.strip().translate(_CHARACTERS).replace("⁻^2", "^-2").replace("**", "^").replace(" ", "")
+    text = (
+        text.strip()
+        .rstrip("*")
+        .translate(_CHARACTERS)
+        .replace("⁻^2", "^-2")
+        .replace("**", "^")
+        .replace(" ", "")
+    )
     text = re.sub(r"sec(?=\b|\^|\d|$)(?!ond)", "s", text) if "/" in text else text
     text = re.sub(r"/\((.*)\)", r"/\1", text).strip("[]()")
     return re.sub(r"(?<=/s)2$|(?<=/s)\^\(2\)$", "^2", text)

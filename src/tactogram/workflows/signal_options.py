@@ -19,9 +19,7 @@ class SignalOptions(Request):
         str | None, Option("column of the time stamps, e.g. 'ticks [us]'; none to use none", "COLUMN")
     ] = None
     sheet: Annotated[str | None, Option("sheet of a workbook, if it has several")] = None
-    part: Annotated[
-        int | None, Option("part of a table that is interrupted, from 1", "N", least=1)
-    ] = None
+    part: Annotated[int | None, Option("part of a table that is interrupted, from 1", "N", least=1)] = None
 
     @property
     def reading(self) -> dict[str, Any]:

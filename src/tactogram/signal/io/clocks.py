@@ -21,8 +21,24 @@ EPOCHS = (("ns", 1e17, 1e19), ("us", 1e14, 1e17), ("ms", 1e11, 1e14), ("s", 1e9,
 """Units by the size of stamps since 1970."""
 STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7))
 """Units by the step between stamps without any: rates of 20 Hz to 50 kHz. Ours."""
-_FRACTIONS = {"nanosec": "ns", "nanosecs": "ns", "nsec": "ns", "nsecs": "ns", "nanosecond": "ns", "nanoseconds": "ns", "ns": "ns"}
-_FRACTIONS |= {"usec": "us", "microsec": "us", "microseconds": "us", "us": "us", "msec": "ms", "milliseconds": "ms", "ms": "ms"}
+_FRACTIONS = {
+    "nanosec": "ns",
+    "nanosecs": "ns",
+    "nsec": "ns",
+    "nsecs": "ns",
+    "nanosecond": "ns",
+    "nanoseconds": "ns",
+    "ns": "ns",
+}
+_FRACTIONS |= {
+    "usec": "us",
+    "microsec": "us",
+    "microseconds": "us",
+    "us": "us",
+    "msec": "ms",
+    "milliseconds": "ms",
+    "ms": "ms",
+}
 _FRACTIONS |= {"millis": "ms", "micros": "us", "millisec": "ms", "usecs": "us"}
 _NEAR = 0.1
 """Relative difference between a stated rate and that of stamps in the right unit."""
@@ -48,12 +64,17 @@ def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None
             cells = [cell for cell in column[:50] if cell is not None]
             if kind := stamp_kind(cells):
                 clocks[i] = kind
-        elif each.is_clock and _forward(column, 0.5 if table.named and not each.sensor.count(" ") else _MEASURED):
+        elif each.is_clock and _forward(
+            column, 0.5 if table.named and not each.sensor.count(" ") else _MEASURED
+        ):
             clocks[i] = time_unit_of(each)
-    if not clocks and len(table.columns) > 1 and (not table.named or not found[0].name):
+    values = [i for i, each in enumerate(found) if each.words == ["x", "value"]]
+    if not clocks and values and not any(each.words == ["y", "value"] for each in found):  # LabVIEW
+        clocks |= {i: None for i in values if table.columns[i].dtype != object and _forward(table.columns[i])}
+    if not clocks and len(table.columns) > 1 and (table.numbered or not found[0].name):
         for i, column in enumerate(table.columns[:3]):
             steps = np.diff(column[np.isfinite(column)]) if column.dtype != object else np.array([])
-            if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:  # noqa: PLR2004
+            if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:
                 continue  # words, a counter, a constant
             if _forward(column):
                 clocks[i] = None
@@ -66,10 +87,13 @@ def split_by_clocks(table: RawTable) -> list[RawTable]:
 
     Clocks that are alike, or are not alternately with their channels, leave it as it is.
     """
-    found = [heading(text, unit) for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)]
+    found = [
+        heading(text, unit)
+        for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)
+    ]
     clocks = [i for i in clocks_of(table, found) if table.columns[i].dtype != object]
     named = {re.sub(r"\d+", "", found[i].name.lower()) for i in clocks}
-    if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(found)]) < 2):  # noqa: PLR2004
+    if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(found)]) < 2):
         return [table]
     first = table.columns[0]
     if all(np.array_equal(first, table.columns[i], equal_nan=True) for i in clocks[1:]):
@@ -103,7 +127,11 @@ def with_whole_seconds(table: RawTable) -> RawTable:
             continue
         unit = _FRACTIONS.get(following[-1])
         both = table.columns[i : i + 2]
-        if words[-1] not in ("sec", "secs", "s", "second", "seconds") or unit is None or any(c.dtype == object for c in both):
+        if (
+            words[-1] not in ("sec", "secs", "s", "second", "seconds")
+            or unit is None
+            or any(c.dtype == object for c in both)
+        ):
             continue
         whole, part = (column.astype(np.float64) for column in both)
         seconds = (whole - whole[0]) + part * (parse_seconds(unit) or 1.0)
@@ -126,6 +154,8 @@ def choose_clock(
 ) -> Clock | None:
     """Return the time stamps: those of the column ``time``, else the clock with the fewest repeated stamps."""
     if table.description is not None:
+        if len(table.headings) == len(table.description.axes):
+            return None
         return Clock(0, found[0].unit or "s", parse_seconds(found[0].unit or "s") or 1.0)
     if time == NONE:
         return None
@@ -145,7 +175,7 @@ def choose_clock(
         if dated:
             repeated = len({*map(str, column)}) < (1 - 0.05) * len(column)
         else:
-            repeated = float(np.mean(np.diff(column) == 0)) > 0.05 if len(column) > 1 else False  # noqa: PLR2004
+            repeated = float(np.mean(np.diff(column) == 0)) > 0.05 if len(column) > 1 else False
         return float(repeated), dated, clocks[place] is None, place
 
     best = min(clocks, key=rank)
@@ -175,14 +205,20 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         if counts and not fitting:
             return None
     if len(fitting) != 1 or (counts and rate is None):
-        likely = [c for c in ("s", "ms", "us", "ns") if 1 <= 1 / (typical * (parse_seconds(c) or 1) or 1) <= 1e6]
+        likely = [
+            c for c in ("s", "ms", "us", "ns") if 1 <= 1 / (typical * (parse_seconds(c) or 1) or 1) <= 1e6
+        ]
         listed = ", ".join(f"{1 / (typical * (parse_seconds(c) or 1)):g} Hz in {c}" for c in likely)
         raise DataError(
             f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
             f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only counts"
         )
     unit = fitting[0]
-    note = None if unit == "s" else f"{name} without unit taken as {unit}: {1 / (typical * (parse_seconds(unit) or 1)):g} Hz"
+    note = (
+        None
+        if unit == "s"
+        else f"{name} without unit taken as {unit}: {1 / (typical * (parse_seconds(unit) or 1)):g} Hz"
+    )
     return Clock(place, unit, parse_seconds(unit), note)
 
 
@@ -191,13 +227,19 @@ def _asked(table: RawTable, found: Sequence[Heading], rate: float | None) -> Non
     if rate is not None or table.rate is not None or not table.named:
         return
     for each, column in zip(found, table.columns, strict=True):
-        if each.is_clock and each.axis is None and column.dtype != object and len(column) > 1 and float(np.ptp(column)) == 0:
+        if (
+            each.is_clock
+            and each.axis is None
+            and column.dtype != object
+            and len(column) > 1
+            and float(np.ptp(column)) == 0
+        ):
             raise DataError(
                 f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}; give the "
                 "rate instead, e.g. `rate=1000`"
             )
     for each, column in zip(found, table.columns, strict=True):
-        if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:  # noqa: PLR2004
+        if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:
             continue
         steps = np.diff(column)
         if (steps > 0).all() and float(np.ptp(steps)) <= 0.01 * abs(float(steps.mean())):
@@ -221,9 +263,9 @@ def _named(time: str, table: RawTable, found: Sequence[Heading]) -> tuple[int, s
 def _forward(column: NDArray[np.generic], share: float = _MEASURED) -> bool:
     """Return whether a share of the steps goes forward as time does, or all but a few restarts."""
     values = column[np.isfinite(column)].astype(np.float64)  # type: ignore[arg-type]
-    if len(values) < 2:  # noqa: PLR2004
+    if len(values) < 2:
         return len(values) == 1
     steps = np.diff(values)
     back = int(np.count_nonzero(steps < 0))
-    allowed = max(3 if len(steps) > 60 else 0, (1 - share) * len(steps))  # noqa: PLR2004
+    allowed = max(3 if len(steps) > 60 else 0, (1 - share) * len(steps))
     return values.max() > values.min() and back <= allowed

@@ -5,8 +5,7 @@ One quantity becomes the signal, others with units become further streams, and t
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,13 +13,14 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.signal.io.clocks import choose_clock, clocks_of
+from tactogram.signal.io.content import default_axes
 from tactogram.signal.io.labels import label_columns
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout, layout_for
+from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import is_date
 from tactogram.signal.io.table_head import is_number
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, Heading, heading
-from tactogram.signal.units import parse_unit, split_heading
+from tactogram.signal.units import split_heading
 
 MAIN = (
     *("acceleration", "linear_acceleration", "force", "friction", "velocity", "position", "sound", "voltage"),
@@ -74,7 +74,10 @@ def roles_of(
     headings; else headings, units and values decide. ``time`` names the time stamps (``none`` for none), with their
     unit if need be: ``ticks [us]``. Columns of labels are found if ``labelled``.
     """
-    found = [heading(text, unit) for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)]
+    found = [
+        heading(text, unit)
+        for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)
+    ]
     alike = layouts_of(table, layouts) if columns is None and table.description is None else []
     by_layout = [layout for layout in alike if layout.axes]
     clocks = clocks_of(table, found)
@@ -87,18 +90,24 @@ def roles_of(
     labels: dict[str, int] = {}
     if labelled and columns is None and table.description is None:
         named = {} if by_layout else label_columns(table, at)
-        own = {} if stated is None else {role: table.headings.index(text) for role, text in stated.labels.items()}
+        own = (
+            {}
+            if stated is None
+            else {role: table.headings.index(text) for role, text in stated.labels.items()}
+        )
         labels = {role: i for role, i in named.items() if i not in own.values()} | own
-    others = {i: "clock" for i in clocks if i != at} | {i: "label" for i in labels.values()}
-    if table.rate_name in table.headings:
-        others[table.headings.index(table.rate_name)] = RATE
+    others = {i: "clock" for i in clocks if i != at} | dict.fromkeys(labels.values(), "label")
     notes = [] if clock is None or clock.note is None else [clock.note]
     if by_layout:
         streams = tuple(_of_layout(layout, table, found) for layout in by_layout)
+        reasons = {i: _no_signal(found[i], table.columns[i], table, i) for i in range(len(found))}
+        others = {i: what for i, what in reasons.items() if what} | others
     elif table.description is not None and columns is None:
         streams = (_described(table, at),)
     else:
-        chosen = columns or (axes if axes and all(_place(name, table, found) is not None for name in axes) else None)
+        chosen = columns or (
+            axes if axes and all(_place(name, table, found) is not None for name in axes) else None
+        )
         if chosen is not None:
             streams = (_chosen(chosen, table, found),)
         else:
@@ -111,9 +120,9 @@ def roles_of(
 
 def layouts_of(table: RawTable, layouts: Sequence[TableLayout]) -> list[TableLayout]:
     """Return the layouts of tables with these headings; labels that one of them states hold for all."""
-    if (first := layout_for(table.headings, layouts)) is None:
-        return []
-    alike = [layout for layout in layouts if layout.columns == first.columns]
+    alike = [
+        each for each in layouts if tuple(c for c in each.columns if c != table.rate_name) == table.headings
+    ]
     labels = {role: name for layout in alike for role, name in layout.labels.items()}
     return [layout.model_copy(update=labels) for layout in alike]
 
@@ -149,6 +158,9 @@ def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> 
     """Return the columns of these names as one stream."""
     places = []
     for name in names:
+        if name in table.groups and name not in table.headings:
+            places += [i for i, group in enumerate(table.groups) if group == name]
+            continue
         place = _place(name, table, found)
         if place is None:
             raise DataError(f"{table.path}: no column {name!r}, there are {', '.join(table.headings)}")
@@ -170,7 +182,9 @@ def _place(name: str, table: RawTable, found: Sequence[Heading]) -> int | None:
     return letters[0] if len(letters) == 1 else None
 
 
-def _found(table: RawTable, found: Sequence[Heading], at: int | None, others: dict[int, str]) -> tuple[StreamColumns, ...]:
+def _found(
+    table: RawTable, found: Sequence[Heading], at: int | None, others: dict[int, str]
+) -> tuple[StreamColumns, ...]:
     """Return the streams in a table, that of the signal first; ``others`` gets what the other columns are."""
     for i, (each, column) in enumerate(zip(found, table.columns, strict=True)):
         if i != at and i not in others and (what := _no_signal(each, column, table, i)):
@@ -196,14 +210,20 @@ def _found(table: RawTable, found: Sequence[Heading], at: int | None, others: di
     for i in places:
         groups.setdefault(_stream_of([found[i]]), []).append(i)
     if "acceleration" not in groups and "linear_acceleration" in groups:
-        groups = {"acceleration" if name == "linear_acceleration" else name: each for name, each in groups.items()}
+        groups = {
+            "acceleration" if name == "linear_acceleration" else name: each for name, each in groups.items()
+        }
     if "" in groups and len(groups) == 1 and (named := heading(table.path.stem).quantity):
         groups = {named: groups[""]}
     units = {name: found[each[0]].converted()[0] for name, each in groups.items()}
     lettered = {name: any(found[i].axis for i in each) for name, each in groups.items()}
 
     def rank(name: str) -> tuple[bool, int]:
-        later = units[name] is None and name not in ("acceleration", "linear_acceleration") and not (name == "" and lettered[name])
+        later = (
+            units[name] is None
+            and name not in ("acceleration", "linear_acceleration")
+            and not (name == "" and lettered[name])
+        )
         return later, MAIN.index(name) if name in MAIN else len(MAIN)
 
     first = min(groups, key=rank)
@@ -212,7 +232,9 @@ def _found(table: RawTable, found: Sequence[Heading], at: int | None, others: di
         if name == first:
             continue
         if units[name] in (None, "1") and name != "friction":
-            others |= dict.fromkeys(groups[name], f"{name.replace('_', ' ')} without unit" if name else "no unit")
+            others |= dict.fromkeys(
+                groups[name], f"{name.replace('_', ' ')} without unit" if name else "no unit"
+            )
         elif name in ("torque",):
             others |= dict.fromkeys(groups[name], "torque")
         else:
@@ -226,22 +248,26 @@ def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, plac
         numbers = sum(is_number(cell) for cell in column[:200] if cell is not None)
         if all(is_date(cell) for cell in column[:200] if cell is not None):
             return "date"
-        mixed = 2 * numbers > sum(cell is not None for cell in column[:200])
+        mixed = 2 * numbers >= sum(cell is not None for cell in column[:200])
         return None if mixed and not each.other else "text"
     values = column[np.isfinite(column)]
     if not len(values):
         return "empty"
     steps = np.diff(values)
     whole = bool(np.all(values == np.round(values)))
-    counts = whole and len(steps) > 0 and float(np.mean(steps == 1)) > 0.9  # noqa: PLR2004
-    plain = place == 0 and each.quantity is None and len(table.columns) > 2  # noqa: PLR2004
+    counts = whole and len(steps) > 0 and float(np.mean(steps == 1)) > 0.9
+    plain = place == 0 and each.quantity is None and len(table.columns) > 2
     if counts and len(table.columns) > 1 and (each.is_counter or not table.named or plain):
         return "counter"
     rising = whole and len(steps) > 0 and bool((steps >= 0).all()) and values[-1] > values[0]
     if each.is_counter and each.name and rising and len(table.columns) > 1:
         return "counter"
     constant = len(values) > 1 and bool((steps == 0).all())
-    if constant and (not table.named or (each.axis is None and each.quantity is None)) and len(table.columns) > 1:
+    if (
+        constant
+        and (not table.named or (each.axis is None and each.quantity is None))
+        and len(table.columns) > 1
+    ):
         return "constant"
     if each.other is not None:
         return each.other
@@ -251,7 +277,13 @@ def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, plac
 
 
 def _axes_of(
-    name: str, places: Sequence[int], table: RawTable, found: Sequence[Heading], others: dict[int, str], *, ask: bool = True
+    name: str,
+    places: Sequence[int],
+    table: RawTable,
+    found: Sequence[Heading],
+    others: dict[int, str],
+    *,
+    ask: bool = True,
 ) -> StreamColumns:
     """Return the axes of a stream: those of the only sensor with axes, else all of its columns under their names."""
     sensors: dict[str, list[int]] = {}
@@ -260,7 +292,12 @@ def _axes_of(
             sensors.setdefault(found[i].sensor, []).append(i)
     stated = {name: each for name, each in sensors.items() if found[each[0]].unit is not None}
     if len(sensors) > 1 and len(stated) == 1:
-        others |= {i: "without unit, beside those with one" for name, each in sensors.items() if name not in stated for i in each}
+        others |= {
+            i: "without unit, beside those with one"
+            for name, each in sensors.items()
+            if name not in stated
+            for i in each
+        }
         sensors = stated
         places = [i for i in places if i not in others]
     if len(sensors) > 1 and ask and not _one_set(sensors, found):
@@ -275,11 +312,9 @@ def _axes_of(
         others |= {i: _beside(found[i]) for i in places if i not in lettered}
         names = [*letters] if letters else _names(lettered, table, found)
         return _converted(name, lettered, names, [found[i] for i in lettered], table)
-    names = _names(places, table, found)
-    if not table.named and len(places) == 3:  # noqa: PLR2004
-        names = ["x", "y", "z"]
-    if len(places) == 1 and not table.named:
-        names = ["z"]
+    numbered = table.groups and all(table.headings[i] != table.groups[i] for i in places)
+    plain = numbered or (not table.named and len(places) in (1, 3))
+    names = [*default_axes(len(places))] if plain else _names(places, table, found)
     return _converted(name, places, names, [found[i] for i in places], table)
 
 
@@ -304,7 +339,9 @@ def _converted(
     known = {unit for unit, _ in units if unit is not None}
     if len(known) > 1:
         listed = ", ".join(part.text for part in parts)
-        raise DataError(f"{table.path}: columns are in different units: {listed}; choose those of one: `axes=NAME,NAME`")
+        raise DataError(
+            f"{table.path}: columns are in different units: {listed}; choose those of one: `axes=NAME,NAME`"
+        )
     if len(set(axes)) < len(axes):
         numbers = ",".join(str(i + 1) for i in places)
         raise DataError(
@@ -334,22 +371,28 @@ def _uses(
     labels: Mapping[str, int],
 ) -> tuple[ColumnUse, ...]:
     """Return the role of every column."""
-    uses = [ColumnUse(text, IGNORED, each.unit, reason=others.get(i)) for i, (text, each) in enumerate(zip(table.headings, found, strict=True))]
+    uses = [
+        ColumnUse(text, IGNORED, each.unit, reason=others.get(i))
+        for i, (text, each) in enumerate(zip(table.headings, found, strict=True))
+    ]
     for role, i in labels.items():
         uses[i] = ColumnUse(table.headings[i], role)
-    for i, what in others.items():
-        if what == RATE:
-            uses[i] = ColumnUse(table.headings[i], RATE)
     for number, stream in enumerate(streams):
         for i, axis in zip(stream.places, stream.axes, strict=True):
             unit = stream.layout.unit if stream.layout and stream.layout.unit else found[i].unit
             uses[i] = ColumnUse(table.headings[i], axis, unit, stream=stream.name if number else None)
     if at is not None:
         uses[at] = ColumnUse(table.headings[at], TIME, time_unit)
+    if table.groups and table.rate_name is not None:
+        uses.append(ColumnUse(table.rate_name, RATE))
     return tuple(uses)
 
 
 def _left_out(uses: Sequence[ColumnUse], found: Sequence[Heading]) -> list[str]:
     """Return a line that names the columns without a role, if there are any."""
-    texts = [f"{use.heading or 'a column without heading'} ({use.reason})" if use.reason else use.heading for use in uses if use.role == IGNORED]
+    texts = [
+        f"{use.heading or 'a column without heading'} ({use.reason})" if use.reason else use.heading
+        for use in uses
+        if use.role == IGNORED
+    ]
     return [f"left out: {', '.join(texts)}"] if texts else []

@@ -17,9 +17,10 @@ _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct",
 _STAMP = re.compile(
     r"""\s*(?:(?:[A-Za-z]{3},?\ +)?
     (?:(?P<a>\d{4}|\d{1,2})[-/. ]\ ?(?P<b>\d{1,2}|[A-Za-z]{3,9})[-/. ],?\ ?(?P<c>\d{4}|\d{1,2})
-       |(?P<year>(?:19|20)\d\d)(?P<month>\d\d)(?P<day>\d\d))年?\.?(?=[T_\ ,;]|$)[T_\ ,;]*)?
-    (?:(?P<hour>\d{1,2})[:.h-](?P<minute>\d{2})(?:[:.m-](?P<second>\d{2}))?(?:[.,:_](?P<fraction>\d{1,9}))?
-       \s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?)?\s*""",
+       |(?P<word>(?i:jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec)[a-z]{0,6})\ +(?P<wordday>\d{1,2}),?(?:\ (?P<wordyear>\d{4}))?
+       |(?P<year>(?:19|20)\d\d)(?P<month>\d\d)(?P<day>\d\d))(?=[T_\ ,;]|$)[T_\ ,;]*)?
+    (?:(?P<hour>\d{1,2})[:.h-](?P<minute>\d{1,2})(?:[:.m-](?P<second>\d{1,2}))?(?:[.,:_](?P<fraction>\d{1,9}))?
+       \s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?(?:\ (?P<lastyear>\d{4}))?)?\s*""",
     re.VERBOSE,
 )
 _COMPACT = re.compile(r"(\d{8}T\d\d)(\d\d)(\d\d)")
@@ -31,7 +32,7 @@ def is_stamp(cell: object) -> bool:
     if isinstance(cell, datetime | time):
         return True
     found = isinstance(cell, str) and _match(cell)
-    return bool(found) and any(found.group("a", "year") + (":" in str(cell) and found["minute"],))  # type: ignore[operator]
+    return bool(found) and any(found.group("a", "year", "word") + (":" in found.string and found["minute"],))  # type: ignore[operator]
 
 
 def stamp_kind(cells: Sequence[object]) -> str | None:
@@ -68,7 +69,9 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
         date, seconds, zone = part
         kinds.add((date is not None, zone is not None))
         if len(kinds) > 1:
-            raise DataError(f"{where.format(rows[i])}: expected a time stamp like the first, got {cells[i]!r}")
+            raise DataError(
+                f"{where.format(rows[i])}: expected a time stamp like the first, got {cells[i]!r}"
+            )
         days = 0
         if date is not None:
             year, second, third = date
@@ -91,6 +94,15 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
 
 def _match(text: str) -> re.Match[str] | None:
     text = _COMPACT.sub(r"\1:\2:\3", text.strip())
+    if "年" in text:
+        text = (
+            re.sub("年|月", "-", text)
+            .replace("日", " ")
+            .replace("時", ":")
+            .replace("分", ":")
+            .replace("秒", "")
+            .strip()
+        )
     return None if not text or _is_number(text) else _STAMP.fullmatch(text)
 
 
@@ -106,7 +118,7 @@ def _has_date(cell: object) -> bool:
     if isinstance(cell, datetime | time):
         return isinstance(cell, datetime)
     found = _match(str(cell))
-    return bool(found and (found["a"] or found["year"]))
+    return bool(found and (found["a"] or found["year"] or found["word"]))
 
 
 def _has_time(cell: object) -> bool:
@@ -129,6 +141,11 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
     date = None
     if found["year"]:
         date = (int(found["year"]), int(found["month"]), int(found["day"]))
+    elif found["word"]:
+        if (word := found["word"][:3].lower()) not in _MONTHS:
+            return None
+        year = found["wordyear"] or found["lastyear"] or 1970
+        date = (int(year), _MONTHS.index(word) + 1, int(found["wordday"]))
     elif found["a"]:
         middle = found["b"]
         named = middle[:3].lower() if not middle.isdigit() else ""
@@ -141,16 +158,22 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
     if found["hour"]:
         hour, minute, second = (int(found[name] or 0) for name in ("hour", "minute", "second"))
         fraction = float(f"0.{found['fraction'] or 0}")
-        if found["second"] is None and found["fraction"]:  # minutes, seconds and a fraction, as Excel shows them
+        if (
+            found["second"] is None and found["fraction"]
+        ):  # minutes, seconds and a fraction, as Excel shows them
             hour, minute, second = 0, hour, minute
         if half := found["half"]:
             hour = hour % 12 + (12 if half[0] in "pP" else 0)
-        if hour > 24 or minute > 59 or second > 60:  # noqa: PLR2004
+        if hour > 24 or minute > 59 or second > 60:
             return None
         seconds = 3600.0 * hour + 60 * minute + second + fraction
     zone = found["zone"]
     offset: float | None = None
     if zone is not None:
         digits = re.sub(r"\D", "", zone)
-        offset = (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:])) if digits else 0.0
+        offset = (
+            (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:]))
+            if digits
+            else 0.0
+        )
     return date, seconds, offset

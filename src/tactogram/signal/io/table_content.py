@@ -73,7 +73,8 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
         first, second = intervals[:2]
         stop, start = first.contents[0].times, second.contents[0].times
         assert stop is not None and start is not None  # noqa: S101
-        step = start[0] - stop[-1]
+        with np.errstate(over="ignore"):
+            step = start[0] - stop[-1]
         what = f"time goes back by {-step:.4g} s" if step < 0 else f"{step:.4g} s without samples"
         if len(intervals) > MOST_HOLES * len(contents[0].rows) + 2:
             raise DataError(
@@ -93,7 +94,7 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
 def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: float | None) -> FileContent:
     rows = table.rows if len(table.rows) else range(len(table))
     where = f"{table.path}: row {{}}, column "
-    numbers = [_numbers(table, i, rows) for i in stream.places]
+    numbers = [column_numbers(table, i) for i in stream.places]
     own = table.description is not None
     notes = [*table.notes, *roles.notes]
     if not own and (marker := _marker(numbers)) is not None:
@@ -103,7 +104,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     times = None if roles.time is None else _times(table, roles.time, roles.seconds, rows, where)
     labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
     kept: NDArray[np.int64] | None = None
-    if times is not None and len(times) < 2:  # noqa: PLR2004
+    if not own and times is not None and len(times) < 2:
         raise DataError(f"{table.path}: one row of numbers is no signal")
     if times is not None and not own:
         if np.isnan(times[:-1]).mean() > MOST_HOLES:  # stamps of the first sample of each block alone
@@ -119,7 +120,10 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     known = table.rate if times is None or own else None
     if times is not None and table.rate is not None and _on_grid(times, table.rate):
         times, known = None, table.rate
-    if note := _without_unit(stream, samples):
+    spelled = {use.unit for use in roles.uses if use.role in stream.axes and use.unit}
+    if stream.unit is None and spelled:
+        notes.append(f"unit {', '.join(sorted(spelled))} is not known: read as plain numbers, unit 1")
+    elif note := _without_unit(stream, samples):
         notes.append(note)
 
     def place(axis: int, sample: int) -> str:
@@ -145,9 +149,9 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     )
 
 
-def _numbers(table: RawTable, place: int, rows: Sequence[int]) -> NDArray[np.float64]:
+def column_numbers(table: RawTable, place: int) -> NDArray[np.float64]:
     """Return a column as float64; a `DataError` names the cell that is no number."""
-    column = table.columns[place]
+    column, rows = table.columns[place], table.rows if len(table.rows) else range(len(table))
     if column.dtype != object:
         return column.astype(np.float64)
     values = np.full(len(column), np.nan)
@@ -158,7 +162,11 @@ def _numbers(table: RawTable, place: int, rows: Sequence[int]) -> NDArray[np.flo
             values[i] = float(cell)
         else:
             comma = isinstance(cell, str) and "," in cell
-            hint = "write decimal points, not commas" if comma else "choose the columns to read, `axes=NAME,NAME`"
+            hint = (
+                "write decimal points, not commas"
+                if comma
+                else "choose the columns to read, `axes=NAME,NAME`"
+            )
             raise DataError(
                 f"{table.path}: row {rows[i]}, column {table.headings[place]!r}: expected a number, got {str(cell)!r}; "
                 f"{hint}"
@@ -172,7 +180,7 @@ def _times(
     column = table.columns[place]
     if seconds is None:
         return stamp_seconds(column.astype(object), f"{where}{table.headings[place]!r}", rows)
-    values = _numbers(table, place, rows)
+    values = column_numbers(table, place)
     known = values[np.isfinite(values)]
     if len(known) and LONG_AGO_S < abs(known[0] * seconds) < MOST_SPAN**2:
         values = values - known[0]
@@ -192,7 +200,7 @@ def _trusted(
                 f"{table.path}: time stands still: all {len(times)} stamps are the same; give the rate instead, e.g. `rate=1000`"
             )
         return None, "time stamps are all the same: not used"
-    if len(times) < 4 or not times[-1] > times[0] or np.ptp(times) > MOST_SPAN:  # noqa: PLR2004
+    if len(times) < 4 or not times[-1] > times[0] or np.ptp(times) > MOST_SPAN:
         return times, None
     steps = np.diff(times)
     forward = steps[steps > 0]
@@ -228,9 +236,9 @@ def _without_unit(stream: StreamColumns, samples: NDArray[np.float64]) -> str | 
         return None
     mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
     for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
-        if len(samples) == 3 and abs(mean / one - 1) < 0.15:  # noqa: PLR2004
+        if len(samples) == 3 and abs(mean / one - 1) < 0.15:
             return f"no unit stated: read as plain numbers; their mean of {mean:.3g} is that of gravity in {unit}: `unit={unit}`"
-    whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10  # noqa: PLR2004
+    whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10
     return f"no unit stated: read as {'counts' if whole else 'plain numbers'}; say it, e.g. `unit=g`"
 
 
@@ -239,7 +247,10 @@ def _marker(columns: Sequence[NDArray[np.float64]]) -> float | None:
     for marker in MARKERS:
         found = [values == marker for values in columns]
         if any(each.any() for each in found):
-            rest = max(float(np.nanmax(np.abs(v[~each]), initial=0.0)) for v, each in zip(columns, found, strict=True))
+            rest = max(
+                float(np.nanmax(np.abs(v[~each]), initial=0.0))
+                for v, each in zip(columns, found, strict=True)
+            )
             return marker if rest < abs(marker) / 10 else None
     return None
 

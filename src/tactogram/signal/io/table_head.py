@@ -12,9 +12,11 @@ from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.units import parse_seconds, parse_unit
 
 MISSING = frozenset(
-    ["", "nan", "na", "n/a", "#n/a", "#na", "null", "none", "--", "-", "---", "ovf", "#value!", "#num!", "#div/0!"]
-    + ["-nan", "nan(ind)", "-1.#ind", "1.#qnan", ".", "inf", "-inf", "+inf", "∞", "-∞", "+∞", "infinity", "-infinity"]
-    + ["ol", "over", "overload", "overflow", "overrange"]
+    [
+        "",
+        *"nan na n/a #n/a #na null none - -- --- . ovf ol over overload overflow overrange #value! #num! #div/0!".split(),
+    ]
+    + "-nan nan(ind) -1.#ind 1.#qnan inf -inf +inf ∞ -∞ +∞ infinity -infinity".split()
 )
 """Cells that hold no number, in lower case."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
@@ -66,14 +68,22 @@ def is_value(cell: object) -> bool:
     return bool(DECIMAL_COMMA.fullmatch(cell.strip())) or bool(found and _is_unit(found[2]))
 
 
-def body_start(rows: Sequence[Sequence[object]], sample: Sequence[Sequence[object]], width: int) -> int | None:
+def body_start(
+    rows: Sequence[Sequence[object]], sample: Sequence[Sequence[object]], width: int
+) -> int | None:
     """Return the first of the rows of numbers: with ``width`` cells, and numbers where most rows of a sample have them."""
-    filled = [[row[i] for row in sample if len(row) >= width and not is_missing(row[i])] for i in range(width)]
+    filled = [
+        [row[i] for row in sample if len(row) >= width and not is_missing(row[i])] for i in range(width)
+    ]
     numeric = [i for i, cells in enumerate(filled) if cells and 2 * sum(map(is_value, cells)) > len(cells)]
 
     def is_data(row: Sequence[object]) -> bool:
         cells = [row[i] for i in numeric if i < len(row)]
-        return abs(len(row) - width) <= 1 and any(map(is_value, cells)) and all(is_value(c) or is_missing(c) for c in cells)
+        return (
+            abs(len(row) - width) <= 1
+            and any(map(is_value, cells))
+            and all(is_value(c) or is_missing(c) for c in cells)
+        )
 
     data = [bool(numeric) and is_data(row) for row in rows]
     for i, found in enumerate(data):
@@ -87,9 +97,17 @@ def body_start(rows: Sequence[Sequence[object]], sample: Sequence[Sequence[objec
 def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
     """Return headings and units from the rows above the numbers, the last of which are nearest to them."""
     texts = [[str("" if cell is None else cell).strip() for cell in row] for row in above]
-    labelled = {row[0].lower().strip(" =:"): tuple(row[1:width]) for row in texts if len(row) >= width and row[0].endswith("=")}
+    labelled = {
+        row[0].lower().strip(" =:"): tuple(row[1:width])
+        for row in texts
+        if len(row) >= width and row[0].endswith("=")
+    }
     if (names := labelled.get("channeltitle")) is not None:  # LabChart
-        return TableHead(("time", *names), (None, *(unit or None for unit in labelled.get("unitname", ("",) * len(names)))), named=True)
+        return TableHead(
+            ("time", *names),
+            (None, *(unit or None for unit in labelled.get("unitname", ("",) * len(names)))),
+            named=True,
+        )
     rows: list[list[str]] = []
     lengths: set[int] = set()
     for row in reversed(texts[-2 * HEAD_ROWS :]):
@@ -113,14 +131,20 @@ def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
         return TableHead(tuple(str(i + 1) for i in range(width)), (), named=False)
     names = rows[-1]
     for group in reversed(rows[:-1]):
-        names = [f"{over} {name}".strip() if over != name else name for over, name in zip(_spread(group), names, strict=True)]
+        names = [
+            f"{over} {name}".strip() if over != name else name
+            for over, name in zip(_spread(group), names, strict=True)
+        ]
     return TableHead(tuple(names), units, named=True)
 
 
 def rate_in(lines: Sequence[str]) -> float | None:
     """Return the rate in Hz that lines above a table state, by a rate or by an interval; None if there is none, or two."""
     found = set()
-    joined = [f"{line} {following}" if line.strip().endswith(":") else line for line, following in zip(lines, [*lines[1:], ""], strict=True)]
+    joined = [
+        f"{line} {following}" if line.strip().endswith(":") else line
+        for line, following in zip(lines, [*lines[1:], ""], strict=True)
+    ]
     for line in joined:
         for match in _RATE.finditer(line):
             number, unit = float(match["number"].replace(",", ".")), match["unit"].lower()
@@ -137,7 +161,9 @@ def units_in(lines: Sequence[str]) -> tuple[str | None, str | None]:
     """Return the units of time stamps and samples in lines such as ``Horizontal Units,s`` and ``Vertical Units,V``."""
     found: list[str | None] = []
     for axis in (r"horizontal|x-axis|h", r"vertical|y-axis|v"):
-        form = re.compile(rf"[\"'#\s]*(?:{axis})[ _-]*units?\b[\"':=\s]*[,;:\t=]?[\"'\s]*([^\",;\t\s]+)", re.IGNORECASE)
+        form = re.compile(
+            rf"[\"'#\s]*(?:{axis})[ _-]*units?\b[\"':=\s]*[,;:\t=]?[\"'\s]*([^\",;\t\s]+)", re.IGNORECASE
+        )
         units = [match[1] for line in lines if (match := form.match(line)) and _is_unit(match[1])]
         found.append(units[0] if units else None)
     return found[0], found[1]
@@ -154,7 +180,8 @@ def increment_in(above: Sequence[Sequence[object]]) -> float | None:
 
 def _fitted(row: list[str], width: int, *, over: bool) -> list[str] | None:
     """Return a row of headings with as many cells as the numbers: one less if rows are named, more or, ``over`` others,
-    fewer if these are empty."""
+    fewer if these are empty.
+    """
     if len(row) == width + 1 and row[0].lower().rstrip(":") in ("header", "headers", "columns", "fields"):
         row = row[1:]
     if len(row) == width - 1 and width > 1:
@@ -171,7 +198,7 @@ def _heads(row: list[str]) -> bool:
     filled = [text for text in row if text]
     numbers = sum(is_value(text) for text in filled)
     counted = [str(i) for i in range(len(filled) - 1)], [str(i + 1) for i in range(len(filled) - 1)]
-    return bool(filled) and (2 * numbers < len(filled) or (len(filled) > 2 and filled[1:] in counted))  # noqa: PLR2004
+    return bool(filled) and (2 * numbers < len(filled) or (len(filled) > 2 and filled[1:] in counted))
 
 
 def _are_units(row: list[str]) -> bool:
@@ -188,7 +215,17 @@ def _bare(text: str) -> str:
 
 def _is_unit(text: str) -> bool:
     text = _bare(text)
-    if parse_seconds(text) is not None or text.lower() in ("°c", "degc", "hz", "db", "bpm", "lux", "no units", "nm", "n·m"):
+    if parse_seconds(text) is not None or text.lower() in (
+        "°c",
+        "degc",
+        "hz",
+        "db",
+        "bpm",
+        "lux",
+        "no units",
+        "nm",
+        "n·m",
+    ):
         return True
     try:
         parse_unit(text)
@@ -199,7 +236,11 @@ def _is_unit(text: str) -> bool:
 
 def _spreads(group: list[str], names: list[str]) -> bool:
     """Return whether groups stand over names: none over an empty one, each over the first of its names."""
-    return any(group) and all(name or not over for over, name in zip(group, names, strict=True)) and len(set(names)) < len(names)
+    return (
+        any(group)
+        and all(name or not over for over, name in zip(group, names, strict=True))
+        and len(set(names)) < len(names)
+    )
 
 
 def _spread(group: list[str]) -> list[str]:

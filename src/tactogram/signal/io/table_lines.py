@@ -59,7 +59,11 @@ def cleaned(text: str) -> str:
 def prefix_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], tuple[str, list[str]] | None]:
     """Return the lines without the time that a terminal put in front, and its heading and stamps if there are any."""
     headless = bool(rows) and bool(_PLAIN.fullmatch(rows[0].text.strip()))
-    for form, heading in ((_STAMPED, "time"), (_TICKED, "time [ms]"), *([(_PLAIN, "time")] if headless else [])):
+    for form, heading in (
+        (_STAMPED, "time"),
+        (_TICKED, "time [ms]"),
+        *([(_PLAIN, "time")] if headless else []),
+    ):
         if not _alike(rows, lambda text, form=form: bool(form.fullmatch(text.strip()))):
             continue
         found = [form.fullmatch(line.text.strip()) for line in rows]
@@ -77,7 +81,10 @@ def without_brackets(rows: list[NumberedLine]) -> list[NumberedLine]:
     if not _alike(rows, lambda text: bool(bracketed.fullmatch(text))):
         return rows
     found = [bracketed.fullmatch(line.text) for line in rows]
-    return [NumberedLine(line.number, match[1]) if match else line for line, match in zip(rows, found, strict=True)]
+    return [
+        NumberedLine(line.number, match[1]) if match else line
+        for line, match in zip(rows, found, strict=True)
+    ]
 
 
 def pairs_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], list[str]]:
@@ -96,7 +103,10 @@ def pairs_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], list[str]
     units = [next((pairs[i][2] for _, pairs in kept if pairs[i][2]), "") for i in range(len(names))]
     # A unit at the end of the line is that of all: ``X: 0.1 Y: 0.2 Z: 9.8 m/s^2``.
     shared = units[-1] if units[-1] and not any(units[:-1]) else ""
-    headings = [f"{name} [{unit or shared}]" if unit or shared else name for name, unit in zip(names, units, strict=True)]
+    headings = [
+        f"{name} [{unit or shared}]" if unit or shared else name
+        for name, unit in zip(names, units, strict=True)
+    ]
     lines = [NumberedLine(line.number, "\t".join(value for _, value, _ in pairs)) for line, pairs in kept]
     return lines, headings
 

@@ -10,7 +10,7 @@ from tactogram.errors import UnitError
 from tactogram.signal.units import STANDARD_GRAVITY, parse_seconds, parse_unit, split_heading
 
 CLOCK = re.compile(
-    r"t|time|times|timestamp|timestamps|zeit\w*|uhrzeit|temps|tiempo|tempo|tijd|tid|czas|čas|cas|время|zaman|waktu|tempus|"
+    r"t|ts|time|times|timestamp|timestamps|zeit\w*|uhrzeit|temps|tiempo|tempo|tijd|tid|czas|čas|cas|время|zaman|waktu|tempus|"
     r"時間|時刻|经过时间|时间|時間戳|시간|elapsed|elapsedtime|seconds|secs?|millis|micros|ms|us|msec|usec|epoch?|epoc|clock|ticks?|"
     r"date|datetime|datum|fecha|sampletimefine|hostname? ?timestamp|unix|utc|stamp|seconds elapsed|temps écoulé"
 )
@@ -75,6 +75,7 @@ ENVIRONMENT = ("temperature", "humidity", "battery", "light", "heart rate")
 """Those of `OTHERS` that no unit makes a signal of touch."""
 _ENDINGS = ("mm_s^2", "m_s^2", "m_s2", "mps2", "ms2", "m_s", "mm_s", "deg_s", "rad_s", "dps", "mdps")  # fmt: skip
 _AXIS_WORD = re.compile(rf"({'|'.join(sorted(_LETTERS, key=len, reverse=True))})(\d*)([xyz])")
+_AXIS_FIRST = re.compile(r"([xyz])(acc|accel|gyr|gyro|mag|pos|vel)")
 _CAMEL = re.compile(
     r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])|(?<=[a-z])(?=\d)"
     r"|(?<=[A-Za-z])(?=[\u3040-\u9fff\uac00-\ud7af])|(?<=[\u3040-\u9fff\uac00-\ud7af])(?=[A-Za-z])"
@@ -102,15 +103,27 @@ class Heading:
         """Whether it names time stamps."""
         joined = " ".join(self.words)
         seconds = self.unit is not None and parse_seconds(self.unit) is not None
-        named = bool(CLOCK.fullmatch(joined)) or any(CLOCK.fullmatch(word) for word in self.words if len(word) > 1)
+        named = bool(CLOCK.fullmatch(joined)) or any(
+            CLOCK.fullmatch(word) for word in self.words if len(word) > 1
+        )
         return (named and self.quantity is None) or (seconds and self.other is None)
 
     @property
     def is_counter(self) -> bool:
         """Whether it names the number of a row or packet, or nothing."""
         words = [word for word in self.words if not word.isdigit()]
-        return self.quantity is None and (not words or (all(COUNTER.fullmatch(word) for word in words) or
-            bool(COUNTER.fullmatch("".join(words))) or (len(words) > 1 and bool(COUNTER.fullmatch(words[-1])) and words[-1] not in ("i", "n", "no"))))
+        return self.quantity is None and (
+            not words
+            or (
+                all(COUNTER.fullmatch(word) for word in words)
+                or bool(COUNTER.fullmatch("".join(words)))
+                or (
+                    len(words) > 1
+                    and bool(COUNTER.fullmatch(words[-1]))
+                    and words[-1] not in ("i", "n", "no")
+                )
+            )
+        )
 
     def converted(self) -> tuple[str | None, float]:
         """Return the unit of a Signal that the unit spells, and the factor to it; None if it spells none.
@@ -133,7 +146,9 @@ class Heading:
 
 def heading(text: str, unit: str | None = None) -> Heading:
     """Return what a heading says, with the unit beside it if the file has one there."""
-    plain = unicodedata.normalize("NFKC", text.replace("⁻", "^-").replace("²", "^2").replace("^-^", "^-")).strip()
+    plain = unicodedata.normalize(
+        "NFKC", text.replace("⁻", "^-").replace("²", "^2").replace("^-^", "^-")
+    ).strip()
     name, spelled = _name_and_unit(plain)
     spelled = unit or spelled
     words = words_of(name)
@@ -150,8 +165,12 @@ def heading(text: str, unit: str | None = None) -> Heading:
     if other in ENVIRONMENT and axis is None:
         return Heading(text, name, spelled, None, None, sensor, other)
     if si is not None and si != "1" and UNITS_OF.get(quantity or "", "") != si:
-        quantity = quantity if si == "V" and quantity in ("sound", "force", "pressure") else STREAM_OF_UNIT[si]
-    if other is not None and (axis is not None or (other != "magnitude" and quantity is not None and si not in (None, "1"))):
+        quantity = (
+            quantity if si == "V" and quantity in ("sound", "force", "pressure") else STREAM_OF_UNIT[si]
+        )
+    if other is not None and (
+        axis is not None or (other != "magnitude" and quantity is not None and si not in (None, "1"))
+    ):
         other = None
     if spelled is not None and parse_seconds(spelled) is not None:
         quantity = None
@@ -171,7 +190,14 @@ def _name_and_unit(text: str) -> tuple[str, str | None]:
             return known
         if not inside:
             return name.rstrip(" /,:"), None
-        if re.search(r"[°%]|^[a-zA-Zµ]{1,4}$", inside) and inside.lower() not in ("x", "y", "z", "txt", "n", "r"):
+        if re.search(r"[°%]|^[a-zA-Zµ]{1,4}$", inside) and inside.lower() not in (
+            "x",
+            "y",
+            "z",
+            "txt",
+            "n",
+            "r",
+        ):
             return name.rstrip(" /,:"), inside
         return f"{name} {inside}", None
     return _unit_at_end(text.rstrip(" /,:"))
@@ -200,13 +226,23 @@ def _axis(words: list[str]) -> tuple[str | None, str, str | None]:
         return match[3], match[1] + match[2], _LETTERS[match[1]] or None
     for i, word in enumerate(words):
         if word in ("x", "y", "z") and not (i and words[i - 1] in ("quat", "quaternion", "q")):
-            rest = [w for w in [*words[:i], *words[i + 1 :]] if w not in ("axis", "achse", "value", "as", "eje", "asse", "軸")]
+            rest = [
+                w
+                for w in [*words[:i], *words[i + 1 :]]
+                if w not in ("axis", "achse", "value", "as", "eje", "asse", "軸")
+            ]
             prefix = _LETTERS.get(rest[0]) if len(rest) == 1 else None
             return word, " ".join(rest), prefix or None
     for i, word in enumerate(words):
+        if match := _AXIS_FIRST.fullmatch(word):
+            return match[1], " ".join([*words[:i], match[2], *words[i + 1 :]]), _LETTERS[match[2]]
         if match := _AXIS_WORD.fullmatch(word):
             rest = [*words[:i], match[1] + match[2], *words[i + 1 :]]
-            return match[3], " ".join(w for w in rest if w not in ("axis", "value")), _LETTERS[match[1]] or None
+            return (
+                match[3],
+                " ".join(w for w in rest if w not in ("axis", "value")),
+                _LETTERS[match[1]] or None,
+            )
     return None, " ".join(words), None
 
 
@@ -216,6 +252,7 @@ def _fits(form: str, words: list[str], joined: str) -> bool:
 
 def _unit_at_end(name: str) -> tuple[str, str | None]:
     """Return name and unit of ``acc_x_mg``, ``t/s``, ``Time, s`` and ``Force N``."""
+    name = re.sub(r" in (?=\S+$)", " ", name)
     blank, _, last = name.rpartition(" ")
     if blank and len(last) > 1 and "/" in last and _is_unit(last):
         return blank.rstrip(" ,"), last
@@ -229,12 +266,22 @@ def _unit_at_end(name: str) -> tuple[str, str | None]:
     head, _, last = re.sub(r"[ ._-](?=[^ ._-]*$)", "\0", name).partition("\0")
     if not last or not _is_unit(last) or last in ("-", "1", "%") or last.isdigit():
         return name, None
-    quantity = next((key for key, form in QUANTITIES.items() if _fits(form, words_of(head), " ".join(words_of(head)))), None)
+    quantity = next(
+        (key for key, form in QUANTITIES.items() if _fits(form, words_of(head), " ".join(words_of(head)))),
+        None,
+    )
     quantity = quantity or _axis(words_of(head))[2]
     if parse_seconds(last) is not None:
         short = len(last) == 1
-        return (head, last) if CLOCK.fullmatch(" ".join(words_of(head))) or (not short and quantity is None and _axis(words_of(head))[0] is None) else (name, None)
+        return (
+            (head, last)
+            if CLOCK.fullmatch(" ".join(words_of(head)))
+            or (not short and quantity is None and _axis(words_of(head))[0] is None)
+            else (name, None)
+        )
     alone = Heading(name, head, last, quantity).converted()[0]
+    if words_of(head) in (["x"], ["y"], ["z"]) and last in ("g", "N", "V"):
+        return head, last
     fits = quantity is not None and alone in (UNITS_OF.get(quantity), "V")
     return (head, last) if fits or (quantity is None and len(last) > 1 and alone != "1") else (name, None)
 

@@ -122,7 +122,9 @@ def read_uploaded_study(name: str, data: bytes) -> Study:
     return Study.of(values, where=name)
 
 
-def save_upload(folder: Path, name: str, data: bytes, *, kind: Kind, read: bool = True, **options: Any) -> Path:
+def save_upload(
+    folder: Path, name: str, data: bytes, *, kind: Kind, read: bool = True, **options: Any
+) -> Path:
     """Check an uploaded file, store it in a folder under a safe unused name, and return its path.
 
     A signal is ``read`` with ``options`` as for `read_uploaded_signal`, unless its columns are asked about later. The file is written under a temporary name and

@@ -302,7 +302,9 @@ def _read(source: Path, options: dict[str, Any]) -> _Given:
         if timing is not None:
             metadata["timing"] = timing
         return _Given(file.signal, metadata, timing=timing, notes=_notes(file))
-    useless = [name for name in ("unit", "columns", "time", "sheet", "part", "full_scale") if options.get(name)]
+    useless = [
+        name for name in ("unit", "columns", "time", "sheet", "part", "full_scale") if options.get(name)
+    ]
     if useless:
         raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
     haptic = read_haptic(source, rate=options["rate"])

@@ -128,7 +128,10 @@ def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str
             f"recordings, photographs, materials and `words` must have different names, got {twice[0]!r} twice"
         )
     for file in map(Path, request.recordings):
-        found[file.stem] = {"vibration": loaded.prepare_vibration(read_signal(file, **request.reading)), **known}
+        found[file.stem] = {
+            "vibration": loaded.prepare_vibration(read_signal(file, **request.reading)),
+            **known,
+        }
     found |= {Path(file).stem: {"image": read_image(file)} for file in request.images}
     found |= {name: {"material": name} for name in request.materials}
     if request.words:

@@ -151,7 +151,10 @@ def generate_files(
         condition = with_materials(loaded, condition)
         found |= {"text": text, "material": condition["material"]}
     if recording is not None:
-        condition = {**condition, "vibration": loaded.prepare_vibration(read_signal(recording, **reading or {}))}
+        condition = {
+            **condition,
+            "vibration": loaded.prepare_vibration(read_signal(recording, **reading or {})),
+        }
     if motion is not None:
         _check_motion(loaded)
         condition = {**condition, "motion": motion_of(motion, seconds=seconds, seed=seed)}

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+# fmt: off
 from tests.signal.io.foreign.case import PEAKS, Ask, Case, G, Refused, Right, acceleration, case, one, plain
 
 FILES = Path(__file__).parent / "files"
@@ -30,14 +31,16 @@ GIVEN = (
     given("csv_encodings/excel_unicode.txt", one("acceleration", "m/s^2")),
     given("csv_epoch/ms.csv", plain("acceleration")),
     given("csv_epoch/ns.csv", plain("acceleration")),
-    given("csv_gap/gap_2s.csv", Ask("2 s|missing|gap|hole", {"part": 1}, Right("acceleration", "m/s^2", (G * PEAKS["x"],), samples=50))),
+    given("csv_gap/gap_2s.csv", Ask(
+        "2 s|missing|gap|hole", {"part": 1}, Right("acceleration", "m/s^2", (G * PEAKS["x"],), samples=50))),
     given("csv_index_column/pandas.csv", plain()),
     given("csv_index_column/seq.csv", plain("acceleration", left_out=["seq"])),
     given("csv_mixed_imu/imu.csv", plain("acceleration", left_out=["gx", "temp"])),
     given("csv_ros_echo/imu.csv", Right("acceleration|linear_acceleration", "1", acceleration(G).peaks, note="unit")),
     given("csv_second_clock/sensorlog.csv", acceleration(G)),
     given("csv_time_by_unit/fr.csv", acceleration()),
-    given("csv_time_by_unit/phyphox_ja.csv", Right("acceleration|linear_acceleration", "m/s^2", PEAKS, left_out=["絶対"])),
+    given("csv_time_by_unit/phyphox_ja.csv",
+        Right("acceleration|linear_acceleration", "m/s^2", PEAKS, left_out=["絶対"])),
     given("csv_trailing_separator/counts.csv", Right("vibration", "1", COUNTS, note="unit|count"), rate=100),
     given("csv_unit_spellings/G.csv", acceleration(G)),
     given("csv_unit_spellings/gees.csv", one("acceleration", "m/s^2", G * PEAKS["x"])),

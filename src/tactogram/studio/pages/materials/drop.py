@@ -193,7 +193,9 @@ class _UploadedFile:
         examples = {"unit": "m/s^2, g, N", "axes": "x,y,z", "time": "ticks [us], or none"}
         with expansion, ui.row().classes("items-end gap-3"):
             fields = {
-                name: ui.input(title, value=self.query[name], placeholder=examples.get(name, "")).classes("w-36")
+                name: ui.input(title, value=self.query[name], placeholder=examples.get(name, "")).classes(
+                    "w-36"
+                )
                 for name, title in FIELDS.items()
             }
 
@@ -319,9 +321,7 @@ def _positive(text: str) -> str:
 
 def in_words_of_the_page(text: str) -> str:
     """Return an error or note on reading in which arguments are the fields of this page."""
-    return re.sub(
-        r"`(\w+)=([^`]+)`", lambda found: f"{FIELDS.get(found[1], found[1])}: {found[2]}", text
-    )
+    return re.sub(r"`(\w+)=([^`]+)`", lambda found: f"{FIELDS.get(found[1], found[1])}: {found[2]}", text)
 
 
 def store_signal(folder: Path, name: str, data: bytes) -> Path:
