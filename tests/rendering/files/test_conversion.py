@@ -271,7 +271,9 @@ def test_any_signal_makes_a_valid_file_or_a_clear_refusal(tmp_path, format, sign
         if not found["resampled_to"]:
             np.testing.assert_allclose(back.samples, signal.samples, atol=tolerance, rtol=1e-6)
     elif format != "vibration":
-        assert back.seconds == pytest.approx(signal.seconds, abs=2e-3)
+        assert back.seconds <= signal.seconds + 0.04  # a last transient has its length
+        if format not in ("ahap", "haps"):  # these have no length but that of their events
+            assert back.seconds >= signal.seconds - 2e-3
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from tactogram.rendering.effects.effect import (
 from tactogram.rendering.effects.effect import MOST_POINTS as MOST_TRANSIENTS
 from tactogram.rendering.files.analysis import HIGHEST_HZ, carrier, events_of
 from tactogram.rendering.files.conversion import GRAVITY
-from tactogram.rendering.files.events import Events, Part, densified, joined, thinned
+from tactogram.rendering.files.events import JUMP_S, Events, Part, densified, joined, thinned
 from tactogram.rendering.files.events import Transient as Tap
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
@@ -134,8 +133,10 @@ def _points(times: NDArray[np.float64], values: NDArray[np.float64], tolerance: 
             break
         tolerance *= 2
     at = [round(float(times[i]), DIGITS) for i in chosen]
-    for i, (before, now) in enumerate(pairwise(at), 1):
-        at[i] = round(max(now, before, at[i - 1] + LEAST_S), DIGITS)
+    for i in range(1, len(at)):
+        if at[i] - at[i - 1] < 2 * JUMP_S:
+            at[i - 1] = round(at[i - 1], 4)
+        at[i] = round(max(at[i], at[i - 1] + LEAST_S), DIGITS)
     rounded = [round(float(values[i]), DIGITS) for i in chosen]
     return tuple(
         Point(time=time, value=value) for time, value in zip(at, rounded, strict=True) if time <= LONGEST_S
