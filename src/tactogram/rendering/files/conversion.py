@@ -92,10 +92,11 @@ def write_haptic(
     unit = "1" if isinstance(content, Events) else content.unit
     if full_scale is not None and not (full_scale > 0 and np.isfinite(full_scale)):
         raise ParameterError(f"full_scale must be > 0 {unit}, got {full_scale:g}")
-    written = _signal_written if isinstance(content, Signal) else _events_written
-    facts, document = written(
-        content, kind, axis, full_scale, replace(header, unit=unit), dict(metadata or {})
-    )
+    options = (kind, axis, full_scale, replace(header, unit=unit), dict(metadata or {}))
+    if isinstance(content, Signal):
+        facts, document = _signal_written(content, *options)
+    else:
+        facts, document = _events_written(content, *options)
     data = kind.serialise(document)
     with atomic_write(path) as part:
         part.write_bytes(data)
@@ -147,9 +148,11 @@ def _signal_written(
         )
     signal, constant = without_constant(signal, least=GRAVITY)
     chosen, how = to_one_axis(signal, axis) if waveform is None or axis else (signal, None)
-    ready: Signal | Events
     rate = chosen.rate
-    if waveform is not None:
+    if waveform is None:
+        events = events_of(chosen, kind.bands)
+        scale = _scale(events.peak, chosen.unit, full_scale)
+    else:
         scale = _scale(float(np.abs(chosen.samples).max()), chosen.unit, full_scale)
         ready = chosen.with_samples(chosen.samples.astype(np.float64) / scale, unit="1")
         if kind.highest_rate is not None and ready.domain == "time" and ready.rate > kind.highest_rate:
@@ -159,14 +162,10 @@ def _signal_written(
         if full_scale is None and over > 1:
             scale, ready = scale * over, ready.with_samples(ready.samples / np.float32(over))
         rate = ready.rate
-    else:
-        ready = events_of(chosen, kind.bands)
-        scale = _scale(ready.peak, chosen.unit, full_scale)
-        ready = ready.scaled(1 / scale)
     # The rate is that of the written samples.
     whole = SignalDescription(rate, chosen.unit, chosen.axes, chosen.domain, scale, metadata)
     header = replace(header, description=whole.encode())
-    made = waveform(ready, header) if waveform and isinstance(ready, Signal) else kind.encode(ready, header)  # type: ignore[arg-type]
+    made = waveform(ready, header) if waveform else kind.encode(events.scaled(1 / scale), header)
     document, back = _read_back(made, kind)
     loss = losses(chosen, back.signal)
     told, word = _told(loss, chosen, back.signal, kind)

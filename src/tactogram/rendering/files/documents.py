@@ -137,7 +137,9 @@ class Node:
 
         It is called ``name`` where it is out of range, by default its key.
         """
-        stated = value = self._at(key, (int, float, str), "a number", _REQUIRED if default is None else default)
+        stated = value = self._at(
+            key, (int, float, str), "a number", _REQUIRED if default is None else default
+        )
         if isinstance(value, str):
             try:
                 value = float(value)

@@ -201,9 +201,9 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
         if start < reached:
             t.append(np.arange(start, min(reached, end), STEP_S))  # The root of a sum of squares is no line.
         reached = max(reached, end)
-    times = np.unique(np.round(np.concatenate(t), 7))
+    times: Line = np.unique(np.round(np.concatenate(t), 7)).astype(np.float64)
     times = times[(times >= spans[0][0]) & (times <= reached)]
-    power, turning, weights = np.zeros((3, len(times)))
+    power, turning, weights = (np.zeros(len(times), np.float64) for _ in range(3))
     starts = {round(start, 6) for start, _ in spans}
     for part in parts:
         last = part.end + (-1e-7 if round(part.end, 6) in starts and part.end > part.start else 1e-7)
@@ -224,7 +224,9 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
 
 
 def stepped(edges: Line, strength: Line, hz: float) -> Part:
-    """Return the vibration that is constant between ``edges`` (s), at one frequency."""
+    """Return the vibration that is constant between ``edges`` (s), at one frequency; of one edge nothing."""
+    if len(edges) < 2:
+        return Part.of(edges, [0.0], 0.0, hz)
     return Part.of(np.repeat(edges, 2)[1:-1], np.repeat(strength, 2), 0.0, hz)
 
 

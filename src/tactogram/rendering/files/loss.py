@@ -118,13 +118,12 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
         octaves = abs(np.log2(max(free[found].frequency, 1.0) / max(tap.frequency, 1.0)))
         fates["frequency"] += bool(octaves > KEPT_OCTAVES)
     spans = _sounding(source.joined)
+    names = ("kept", "merged", "in_vibration", "lost", "strength", "frequency")
+    fate = {name: fates[name] for name in names}
     silent = sum(copy.strength(np.linspace(*span, 33)).max() == 0 for span in spans)
+    added = len(free) - len(used)
     counts = EventCounts(
-        len(source.transients),
-        *(fates[name] for name in ("kept", "merged", "in_vibration", "lost", "strength", "frequency")),
-        added=len(free) - len(used),
-        vibrations=len(spans),
-        vibrations_lost=int(silent),
+        len(source.transients), **fate, added=added, vibrations=len(spans), vibrations_lost=int(silent)
     )
     return loss, counts
 

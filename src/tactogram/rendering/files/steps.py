@@ -41,17 +41,13 @@ class StepRules:
         whole = events.joined
         jumps = np.flatnonzero(np.diff(whole.times) <= 2 * JUMP_S)
         sounds = np.flatnonzero(np.diff(whole.amplitude > 0))
-        bends = [
-            whole.times[jumps],
-            whole.times[sounds],
-            whole.times[sounds + 1],
-            [whole.start, whole.end, 0.0],
-        ]
-        fixed = np.rint(1e3 * np.concatenate(bends)).astype(np.int64)
+        bends = np.concatenate([jumps, sounds, sounds + 1])
+        ends = [whole.start, whole.end, 0.0]
+        fixed = np.rint(1e3 * np.append(whole.times[bends], ends)).astype(np.int64)
         fixed = np.array([0, first_ms]) if first_ms else np.append(fixed, length)
         edges = np.unique(np.clip(fixed, 0, length))
-        ends = zip(edges.tolist(), [*edges[1:].tolist(), length], strict=True)
-        grid = [np.arange(a, b - (0 if first_ms else self.step_ms / 2), self.step_ms) for a, b in ends]
+        spans = zip(edges.tolist(), [*edges[1:].tolist(), length], strict=True)
+        grid = [np.arange(a, b - (0 if first_ms else self.step_ms / 2), self.step_ms) for a, b in spans]
         edges = np.unique(np.concatenate([edges, *grid, [length]])).astype(np.int64)
         for start, _ in taps if self.pulse_ms else []:
             end = start + self.pulse_ms

@@ -24,7 +24,7 @@ SPLIT_HZ = 100.0
 STRONG_HZ, WEAK_HZ = 60.0, 160.0
 """Assumed when a file is read. A choice."""
 STEPS = StepRules(step_ms=50, pulse_ms=40, gap_ms=10, tap_ms=60, levels=100)
-"""An eccentric motor follows nothing faster than 50 ms, and hardly starts in 40 ms. Hundredths are not felt. Choices."""
+"""An eccentric motor follows nothing faster than 50 ms, nor starts in much less than 40 ms. Choices."""
 
 
 def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:

@@ -78,7 +78,8 @@ def decode(document: Node) -> DecodedDocument:
     if not (version.has("minor") and version.has("patch")):
         notes.warn("version must have a minor and a patch", done="taken as 0")
     envelopes = document.node("signals").node("continuous").node("envelopes")
-    points, taps = [], []
+    points: list[tuple[float, ...]] = []
+    taps = []
     for entry in envelopes.nodes("amplitude"):
         time, amplitude = entry.number("time", None, 0.0), entry.number("amplitude", None, 0.0, 1.0)
         points.append((time, amplitude))
@@ -93,7 +94,7 @@ def decode(document: Node) -> DecodedDocument:
             if tap.amplitude < amplitude:
                 rule = "the amplitude of an emphasis must be at least the envelope's"
                 notes.warn(rule, f"{tap.amplitude:g} of {amplitude:g}")
-    tones = [
+    tones: list[tuple[float, ...]] = [
         (entry.number("time", None, 0.0), entry.number("frequency", None, 0.0, 1.0))
         for entry in envelopes.nodes("frequency", optional=True)
     ]

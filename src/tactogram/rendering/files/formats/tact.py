@@ -160,7 +160,8 @@ def _paths(mode: Node, length: float) -> list[tuple[Line, Line]]:
         if len(points) == 1:
             points.append((max(length, points[0][0]), points[0][1]))
         if points:
-            lines.append(_faded(*np.array(points).T, feedback))
+            times, strength = np.array(points).T
+            lines.append(_faded(times, strength, feedback))
     return lines
 
 

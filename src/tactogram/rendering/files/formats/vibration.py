@@ -88,7 +88,7 @@ def decode(document: Node) -> DecodedDocument:
         notes.warn(f"an entry must be at most {LONGEST_MS} ms", longest[0], "Chromium shortens it")
     # W3C: the last entry of an even number of entries is ignored, since it does not vibrate.
     pattern = pattern[: len(pattern) - (len(pattern) + 1) % 2]
-    strength = np.arange(len(pattern) + 1)[1:] % 2.0
+    strength = np.array([1.0, 0.0] * len(pattern))[: len(pattern)]
     events = STEPS.read(np.append(0.0, np.cumsum(pattern)) / 1e3, strength, PHONE_HZ)
     facts = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
     return DecodedDocument(events, document.text("description"), facts)

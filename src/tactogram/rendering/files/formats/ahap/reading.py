@@ -61,7 +61,7 @@ def decode(document: Node) -> DecodedDocument:
             event, left_out, known=DEFAULTS if kind == "HapticContinuous" else list(DEFAULTS)[:2]
         )
         if kind == "HapticTransient":
-            strength = values["HapticIntensity"] * _at(controls[INTENSITY], start)
+            strength = values["HapticIntensity"] * float(_at(controls[INTENSITY], start))
             sharp = float(np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], start), 0, 1))
             taps.append(Transient(start, strength**2, float(SPAN.hz(sharp))))
         elif duration := event.number("EventDuration", None, 0.0, LONGEST_EVENT_S):

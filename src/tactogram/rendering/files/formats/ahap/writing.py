@@ -12,8 +12,8 @@ from tactogram.rendering.files.events import PULSE_S, Events, FrequencySpan, Lin
 from tactogram.rendering.files.formats.ahap.reading import INTENSITY, LONGEST_EVENT_S, SHARPNESS, SPAN
 
 MOST_POINTS = 16
-"""Points of a curve that is written: those of Meta's exporter (haptic_data). Apple states no limit, and curves of others
-have hundreds."""
+"""Points of a curve that is written: those of Meta's exporter (haptic_data). Apple states no limit, and curves of
+others have hundreds."""
 INTENSITY_STEP, SHARPNESS_STEP = 0.01, 0.02
 """Largest deviation of a curve from the vibration."""
 SHORTEST_S = 1e-5

@@ -84,9 +84,10 @@ def decode(document: Node) -> DecodedDocument:
 
 
 def _events(perception: Perception, timescale: int, seconds: float) -> Events:
-    channels, taps = [], {}
+    channels: list[list[Part]] = []
+    taps: dict[float, Transient] = {}
     for channel in perception.channels:
-        parts = []
+        parts: list[Part] = []
         for band in channel.bands:
             for effect in band.effects:
                 if band.band_type == "VectorialWave":
