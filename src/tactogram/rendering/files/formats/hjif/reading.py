@@ -112,8 +112,11 @@ def _part(band: Band, effect: Effect, gain: float, timescale: int) -> list[Part]
     end = max(places.max(initial=0.0), turns.max(initial=0.0))
     if not len(turns) or end <= 0:
         return []
-    at = np.union1d([0.0, end], places)
-    amplitude = np.interp(at, places, strength) if len(places) else np.ones(len(at))
+    if not len(places):
+        places, strength = np.array([0.0, end]), np.ones(2)
+    before, after = int(places[0] > 0), int(places[-1] < end)
+    at = np.concatenate([[0.0] * before, places, [end] * after])
+    amplitude = np.pad(strength, (before, after), mode="edge")
     hz = np.clip(hz, band.lower_frequency_limit, band.upper_frequency_limit)
     times = (effect.position + at) / timescale
     return [
