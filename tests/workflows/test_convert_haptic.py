@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -184,6 +185,34 @@ def test_a_folder_inside_its_source_is_not_read_again(tmp_path):
     write_signal(tmp_path / "a.wav", effect())
     for _ in range(2):
         assert len(convert_folder(tmp_path, tmp_path / "out", format="hjif")["files"]) == 1
+
+
+def test_a_designed_file_is_converted_and_the_sound_beside_it_is_named(tmp_path, capsys):
+    (tmp_path / "in").mkdir()
+    shutil.copy(GOLDEN / "my.haptic", tmp_path / "in" / "Tap1.haptic")
+    write_signal(tmp_path / "in" / "Tap1.wav", effect())
+    facts = convert_folder(tmp_path / "in", tmp_path / "out", format="ahap")
+    assert [Path(file["source"]).name for file in facts["files"]] == ["Tap1.haptic"]
+    assert facts["beside"] == {str(tmp_path / "in" / "Tap1.wav"): str(tmp_path / "in" / "Tap1.haptic")}
+    assert main(["convert", str(tmp_path / "in"), str(tmp_path / "out"), "--to", "ahap"]) == 0
+    assert "Tap1.wav, beside" in capsys.readouterr().out
+
+
+def test_a_click_in_silence_is_one_transient(tmp_path, capsys):
+    x = np.zeros(2 * RATE)
+    x[RATE : RATE + 4] = 0.9
+    write_signal(tmp_path / "click.wav", Signal(x, RATE, "1"))
+    assert main(["convert", str(tmp_path / "click.wav"), str(tmp_path / "click.ahap")]) == 0
+    [entry] = json.loads((tmp_path / "click.ahap").read_text())["Pattern"]
+    assert entry["Event"]["EventType"] == "HapticTransient"
+    assert entry["Event"]["Time"] == pytest.approx(1.0, abs=0.005)
+
+
+def test_events_become_a_waveform_only_where_one_is_asked_for(tmp_path):
+    events = convert(GOLDEN / "my.haptic", tmp_path / "x.ahap")["written"]
+    assert events["events"]["kept"] == events["events"]["transients"] == 1
+    analysed = convert(GOLDEN / "my.haptic", tmp_path / "x.ahap", resample_to=2000.0)["written"]
+    assert "events" not in analysed
 
 
 def test_two_files_that_would_become_one_are_refused(tmp_path):
