@@ -31,10 +31,9 @@ SHORTEST_DECAY_S = 0.02
 INTENSITY, SHARPNESS = "HapticIntensityControl", "HapticSharpnessControl"
 TIMES = ("AttackTime", "DecayTime", "ReleaseTime")
 DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5} | dict.fromkeys(TIMES, 0.0) | {"Sustained": 1.0}
-CONTROLS = {INTENSITY: (0.0, 1.0), SHARPNESS: (-1.0, 1.0)} | {
-    f"Haptic{name}Control": (-1.0, 1.0) for name in TIMES
-}
-"""Parameters of all events over time (CHHapticDynamicParameter.ID), and their ranges."""
+CONTROLS = {INTENSITY: (0.0, 1.0), SHARPNESS: (-1.0, 1.0)}
+"""Parameters of all events over time (CHHapticDynamicParameter.ID), and their ranges. Those of attack, decay and
+release change times by factors that Apple does not state: they are left out."""
 
 Control = tuple[Line, Line]
 
@@ -43,7 +42,7 @@ def decode(document: Node) -> DecodedDocument:
     """Return the events of a document: each continuous event a vibration of its own, with what the curves make of it.
 
     Intensity is multiplied by its control, sharpness added to (CHHapticDynamicParameter), of transients too; a control
-    holds after its last point. AttackTime, DecayTime and ReleaseTime are taken for seconds: Apple states no unit.
+    holds after its last point. AttackTime and DecayTime are in s, as Apple states of ReleaseTime.
     """
     notes, left_out = document.notes, Counter[str]()
     entries = list(_entries(document.nodes("Pattern")))
@@ -113,16 +112,16 @@ def _values(event: Node, left_out: Counter[str], known: dict[str, float] | list[
 
 
 def _vibration(start: float, duration: float, values: dict[str, float], controls: dict[str, Control]) -> Part:
-    """Return a continuous event: it rises within the attack, and falls within the release after its duration.
+    """Return a continuous event: it rises within the attack, and falls after its duration, within release or decay.
 
-    If it is not sustained, it falls within the decay after the attack.
+    If it is not sustained, it falls within the decay after the attack (`sustained`, Apple).
     """
-    attack, decay, release = (
-        float(np.clip(values[name] + _at(controls[f"Haptic{name}Control"], start), 0, 1)) for name in TIMES
-    )
+    attack, decay, release = (values[name] for name in TIMES)
     points = [(0.0, 0.0), (attack, 1.0)] if attack else [(0.0, 1.0)]
     if values["Sustained"] < 0.5:
         points.append((attack + max(decay, SHORTEST_DECAY_S), 0.0))
+    else:
+        release = max(decay, release)
     times, gain = np.array(points).T
     last = float(np.interp(duration, times, gain))
     times, gain = np.append(times[times < duration], duration), np.append(gain[times < duration], last)
