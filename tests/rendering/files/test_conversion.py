@@ -178,14 +178,13 @@ def test_a_document_that_would_fill_the_memory_is_refused(tmp_path, text, messag
     assert len(str(caught.value)) < 500
 
 
-@pytest.mark.parametrize("key", ["relative_position", "sample_count"])
-def test_a_place_beyond_all_in_hjif_is_refused(tmp_path, key):
+def test_a_length_beyond_all_in_hjif_is_refused(tmp_path):
     path = file_for(tmp_path, "hjif")
     write_haptic(path, effect(0.1), format="hjif")
     text = path.read_text()
-    path.write_text(re.sub(rf'"{key}":[1-9]\d*', f'"{key}":{2**63 - 1}', text, count=1))
+    path.write_text(re.sub(r'"sample_count":[1-9]\d*', f'"sample_count":{2**63 - 1}', text, count=1))
     assert path.read_text() != text
-    with pytest.raises(DataError, match="more than 33554432 samples|keyframes must be in order"):
+    with pytest.raises(DataError, match="more than 33554432 samples"):
         read_haptic(path)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.analysis import HIGHEST_HZ
-from tactogram.rendering.files.documents import Node, has_key
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import STEP_S, Events, FrequencySpan, Part, Transient, thinned
 
 MOST_POINTS = 16
@@ -47,41 +47,59 @@ class ControlPoints:
     hz: NDArray[np.float64]
 
 
-def events_of_points(
-    document: Node, names: tuple[str, str, str], start: str, span: FrequencySpan | None, *, most: float
-) -> Events:
-    """Return the lines of a document as events: what rises from silence and falls in the shortest lines is a transient.
+@dataclass(frozen=True)
+class EnvelopeBuilder:
+    """One of Android's builders, whose calls are a document.
 
-    ``names`` are those of a point's amplitude, frequency (up to ``most``, a share of ``span`` if there is one) and
-    duration, ``start`` that of the first frequency.
+    ``point`` are the names of a call's amplitude, frequency and duration, ``start`` that of the first frequency, a
+    share of ``span`` if there is one. An effect of shares ends at 0.
     """
-    notes = document.notes
-    points = [
-        (
-            point.number(names[0], None, 0.0, 1.0),
-            point.number(names[1], None, 0.0, most),
-            point.number(names[2], None, 0.0),
-        )
-        for point in document.nodes("controlPoints")
-    ]
-    if not points:
-        notes.problems.append("controlPoints: must not be empty")
-    notes.check()
-    if len(points) > MOST_POINTS:
-        notes.warn(f"an effect must have at most {MOST_POINTS} points", len(points), "phones differ")
-    rule = f"{names[2]} must be {SHORTEST_MS} to {LONGEST_MS}"
-    for ms in (ms for _, _, ms in points if not SHORTEST_MS <= ms <= LONGEST_MS):
-        notes.warn(rule, f"{ms:g}", "phones differ")
-    first = document.number(start, points[0][1], 0.0, most)
-    amplitude, hz, durations = np.array([(0.0, first, 0.0), *points]).T
-    times, hz = np.cumsum(durations) / 1e3, span.hz(hz) if span else hz
-    short = np.append(durations[1:] <= SHORTEST_MS, False)
-    peak = np.append(False, short[:-1] & short[1:]) & (amplitude > 0)
-    peak &= (np.append(0.0, amplitude[:-1]) == 0) & (np.append(amplitude[1:], 0.0) == 0)
-    taps = np.flatnonzero(peak)
-    transients = [Transient(float(times[i - 1]), float(amplitude[i]), float(hz[i])) for i in taps]
-    part = Part.of(times, np.where(peak, 0, amplitude), times, hz)
-    return Events.of([part], transients, float(times[-1]), span)
+
+    title: str
+    format: str
+    point: tuple[str, str, str]
+    start: str
+    span: FrequencySpan | None = None
+
+    def encode(self, events: Events, header: DocumentHeader) -> dict[str, Any]:
+        """Return the document of events within 0 to 1."""
+        points, span = control_points(events, what=self.title), self.span and (events.span or self.span)
+        tones = np.append(points.start_hz, points.hz)
+        first, *tones = (np.round(span.share(tones), 4) if span else np.round(tones, 1)).tolist()
+        calls = zip(np.round(points.amplitude, 4).tolist(), tones, points.ms.tolist(), strict=True)
+        listed = [dict(zip(self.point, call, strict=True)) for call in calls]
+        about = {"format": self.format, self.start: first, "controlPoints": listed}
+        return about | {"description": header.description}
+
+    def decode(self, document: Node) -> DecodedDocument:
+        """Return the events: lines, and as transients what rises from silence and falls in the shortest lines."""
+        notes, most = document.notes, 1.0 if self.span else np.inf
+        bounds = dict(zip(self.point, (1.0, most, np.inf), strict=True))
+        points = [
+            tuple(point.number(name, None, 0.0, high) for name, high in bounds.items())
+            for point in document.nodes("controlPoints")
+        ]
+        if not points:
+            notes.problems.append("controlPoints: must not be empty")
+        notes.check()
+        if len(points) > MOST_POINTS:
+            notes.warn(f"an effect must have at most {MOST_POINTS} points", len(points), "phones differ")
+        for ms in (ms for _, _, ms in points if not SHORTEST_MS <= ms <= LONGEST_MS):
+            notes.warn(f"{self.point[2]} must be {SHORTEST_MS} to {LONGEST_MS}", f"{ms:g}", "phones differ")
+        if self.span and points[-1][0] > 0:
+            notes.warn(f"the last control point must have an {self.point[0]} of 0", f"{points[-1][0]:g}")
+        first = document.number(self.start, points[0][1], 0.0, most)
+        amplitude, hz, durations = np.array([(0.0, first, 0.0), *points]).T
+        times, hz = np.cumsum(durations) / 1e3, self.span.hz(hz) if self.span else hz
+        short = np.append(durations[1:] <= SHORTEST_MS, False)
+        peak = np.append(False, short[:-1] & short[1:]) & (amplitude > 0)
+        peak &= (np.append(0.0, amplitude[:-1]) == 0) & (np.append(amplitude[1:], 0.0) == 0)
+        taps = [Transient(*map(float, (times[i - 1], amplitude[i], hz[i]))) for i in np.flatnonzero(peak)]
+        part = Part.of(times, np.where(peak, 0, amplitude), times, hz)
+        low, high = (self.span.low, self.span.high) if self.span else (float(hz.min()), float(hz.max()))
+        facts = {"carrier_hz": [low, high], "carrier_from": self.point[1]}
+        events = Events.of([part], taps, float(times[-1]), self.span)
+        return DecodedDocument(events, document.text("description"), facts)
 
 
 def control_points(events: Events, *, what: str) -> ControlPoints:

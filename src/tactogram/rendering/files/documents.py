@@ -9,8 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-
 from tactogram.errors import DataError, ParameterError, shown
 from tactogram.rendering.files.events import Events
 from tactogram.signal import Signal
@@ -182,26 +180,6 @@ def in_order(entries: Sequence[tuple[float, ...]], notes: Notes, name: str) -> l
     if ready != list(entries):
         notes.warn(f"{name} must be in order of time", done="sorted")
     return ready
-
-
-class DocumentPart(BaseModel):
-    """Part of a document: frozen, strictly typed, finite numbers; unknown keys are ignored."""
-
-    model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)
-
-
-def problems_of(kind: type[BaseModel], document: Any) -> list[str]:
-    """Return what prevents ``document`` from being read as a ``kind``, a line per place; empty if it is valid."""
-    lines: dict[str, str] = {}
-    try:
-        kind.model_validate(document)
-    except ValidationError as error:
-        for entry in error.errors(include_url=False):
-            place = ".".join(str(part) for part in entry["loc"]) or "document"
-            message = entry["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-            missing = entry["type"] == "missing"
-            lines.setdefault(place, "is required" if missing else f"{message}, got {shown(entry['input'])}")
-    return [f"{place}: {line}" for place, line in lines.items()]
 
 
 def parse(text: bytes, where: Path | str) -> Any:

@@ -15,13 +15,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.files.documents import (
-    DecodedDocument,
-    DocumentHeader,
-    Node,
-    has_key,
-    sample_count,
-)
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, sample_count
 from tactogram.rendering.files.events import PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.steps import StepRules

@@ -12,15 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tactogram.rendering.files.documents import DecodedDocument, Node, in_order
-from tactogram.rendering.files.events import (
-    JUMP_S,
-    STEP_S,
-    Events,
-    FrequencySpan,
-    Line,
-    Part,
-    Transient,
-)
+from tactogram.rendering.files.events import JUMP_S, STEP_S, Events, FrequencySpan, Line, Part, Transient
 
 SPAN = FrequencySpan(65.0, 300.0)
 """Sharpness 0 and 1, Hz: AhapEncoder of the MPEG haptics reference software. Apple names no frequency."""
