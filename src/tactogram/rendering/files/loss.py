@@ -34,8 +34,6 @@ MERGED_S = 0.060
 """A transient without a counterpart is merged if one of the file begins within this time. Ours."""
 ABOUT, ABOUT_SHARE = 0.02, 0.05
 """Difference of a transient's strength, of full scale and of the strength, up to which it is the same. Ours."""
-PAUSE_S = PULSE_S
-"""Pauses up to this long do not divide a vibration, s."""
 
 
 @dataclass(frozen=True)
@@ -236,11 +234,11 @@ def _strength_loss(
 
 
 def _sounding(part: Part) -> list[tuple[float, float]]:
-    """Return where a vibration is above 0, beginning and end in s."""
+    """Return where a vibration is above 0, beginning and end in s; pauses up to `PULSE_S` do not count."""
     spans: list[tuple[float, float]] = []
     on = (part.amplitude[:-1] > 0) | (part.amplitude[1:] > 0)
     for start, end in zip(part.times[:-1][on].tolist(), part.times[1:][on].tolist(), strict=True):
-        if spans and start - spans[-1][1] <= PAUSE_S:
+        if spans and start - spans[-1][1] <= PULSE_S:
             spans[-1] = (spans[-1][0], end)
         else:
             spans.append((start, end))

@@ -121,15 +121,14 @@ def _seconds(channel: Channel, timescale: float) -> float:
 
 
 def _played(channel: Channel, ticks: Line, timescale: float) -> Line:
-    players = {
-        "Curve": lambda band, effect, at: _curve(band.curve, effect, at),
-        "VectorialWave": lambda band, effect, at: _wave(band, effect, at, timescale),
-        "Transient": lambda _, effect, at: _transients(effect, at, timescale),
-    }
     total = np.zeros(len(ticks))
     for band in channel.bands:
         for effect in band.effects:
-            total += players[band.kind](band, effect, ticks - effect.position)
+            at = ticks - effect.position
+            if band.kind == "Curve":
+                total += _curve(band.curve, effect, at)
+            else:
+                total += (_wave if band.kind == "VectorialWave" else _transients)(band, effect, at, timescale)
     return np.clip(total, -1, 1) * channel.gain
 
 
@@ -179,7 +178,7 @@ def _base(name: str, cycles: Line) -> Line:
     return np.asarray(np.sin(2 * np.pi * cycles))
 
 
-def _transients(effect: Effect, at: Line, timescale: float) -> Line:
+def _transients(_: Band, effect: Effect, at: Line, timescale: float) -> Line:
     """Return two periods of a sine in `TRANSIENT_MS` at each keyframe, at any frequency, as the reference does."""
     length = TRANSIENT_MS / 1e3 * timescale
     total = np.zeros(len(at))

@@ -16,8 +16,19 @@ from tactogram.rendering.files.documents import Node
 from tactogram.rendering.files.events import Line
 
 MOST_TICKS = 48_000
-MODALITIES = tuple(
-    ["Other", "Pressure", "Acceleration", "Velocity", "Position", "Temperature", "Vibrotactile", "Water", "Wind", "Force", "Vibrotactile Texture", "Stiffness", "Friction", "Electrotactile"]
+MODALITIES = (
+    *(
+        "Other",
+        "Pressure",
+        "Acceleration",
+        "Velocity",
+        "Position",
+        "Temperature",
+        "Vibrotactile",
+        "Water",
+        "Wind",
+    ),
+    *("Force", "Vibrotactile Texture", "Stiffness", "Friction", "Electrotactile"),
 )
 BASES = ("Sine", "Square", "Triangle", "SawToothUp", "SawToothDown")
 BANDS = ("Transient", "Curve", "VectorialWave", "WaveletWave")
@@ -145,7 +156,8 @@ def _effect(node: Node) -> Effect:
         lines.append(np.stack([np.maximum(places[order], 0), values[order]]))
         ends += places[order][-1:].tolist()
     base = _one_of(node, "base_signal", BASES, required=False)
-    return Effect(node.number("position", 0), node.number("phase", 0), base, *lines, max(ends))
+    position, phase = node.number("position", 0), node.number("phase", 0)
+    return Effect(position, phase, base, lines[0], lines[1], max(ends))
 
 
 def _one_of(node: Node, key: str, names: tuple[str, ...], *, required: bool = True) -> str:
