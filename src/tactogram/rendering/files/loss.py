@@ -160,7 +160,7 @@ def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
     of = f"of {_number(counts.transients, 'transient')}"
     kept = [f"{counts.kept} {of}"] if counts.transients else []
     words = {
-        "merged": f"{counts.merged} {of} (merged with the next)",
+        "merged": f"{counts.merged} {of} (merged with a neighbour)",
         "in_vibration": f"{counts.in_vibration} {of} (part of a vibration)",
         "lost": f"{counts.lost} {of} (left out)",
         "strength": f"the strength of {counts.strength} {of}",

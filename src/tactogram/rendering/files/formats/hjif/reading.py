@@ -60,7 +60,7 @@ def decode(document: Node) -> DecodedDocument:
 
 def _events(channels: list[Channel], timescale: float, seconds: float) -> Events:
     parts: list[list[Part]] = []
-    taps: dict[float, Transient] = {}
+    taps: list[Transient] = []
     for channel in channels:
         parts.append([])
         for band in channel.bands:
@@ -72,10 +72,11 @@ def _events(channels: list[Channel], timescale: float, seconds: float) -> Events
                     same = effect.frequency[1][effect.frequency[0] == place]
                     hz = float(same[0]) if len(same) else UNKNOWN_HZ
                     time = (effect.position + place) / timescale
-                    tap = Transient(time, min(1.0, abs(channel.gain * strength)), hz)
-                    taps[time] = max(tap, taps.get(time, tap), key=lambda one: one.amplitude)
+                    taps.append(Transient(time, min(1.0, abs(channel.gain * strength)), hz))
+    if len(channels) > 1:
+        taps = list({one.time: one for one in sorted(taps, key=lambda one: one.amplitude)}.values())
     strongest = [joined([joined(own) for own in parts if own], strongest=True)]
-    return Events.of(parts[0] if len(parts) == 1 else strongest, taps.values(), seconds)
+    return Events.of(parts[0] if len(parts) == 1 else strongest, taps, seconds)
 
 
 def _part(band: Band, effect: Effect, gain: float, timescale: float) -> list[Part]:
