@@ -215,6 +215,19 @@ def test_events_become_a_waveform_only_where_one_is_asked_for(tmp_path):
     assert "events" not in analysed
 
 
+def test_several_channels_of_waves_remain_where_the_target_holds_them(tmp_path):
+    document = json.loads((GOLDEN / "min.hjif").read_text())
+    [channel] = document["perceptions"][0]["channels"]
+    document["perceptions"][0]["channels"].append(channel | {"id": 7, "description": "second", "gain": 0.5})
+    (tmp_path / "two.hjif").write_text(json.dumps(document))
+    assert len(convert(tmp_path / "two.hjif", tmp_path / "x.hjif")["axes"]) == 2
+    assert len(read_haptic(tmp_path / "x.hjif").signal.axes) == 2
+    found = convert(tmp_path / "two.hjif", tmp_path / "x.ahap")["written"]
+    assert found["told"][-1] == "Not read: of 2 channels as events all but the strongest at any time."
+    halved = convert(tmp_path / "two.hjif", tmp_path / "x.ahap", axis="second")
+    assert halved["reduced_by"].startswith("axis second of")
+
+
 def test_two_files_that_would_become_one_are_refused(tmp_path):
     write_signal(tmp_path / "in" / "a.wav", effect())
     write_signal(tmp_path / "in" / "a.csv", effect())

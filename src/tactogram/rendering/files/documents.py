@@ -50,7 +50,7 @@ class DecodedDocument:
 
 
 class Notes:
-    """What is wrong with a document: ``problems``, which no player accepts, and warnings, which players forgive."""
+    """Faults of a document: ``problems``, which no player accepts, and warnings, which players forgive."""
 
     def __init__(self) -> None:
         self.problems: list[str] = []

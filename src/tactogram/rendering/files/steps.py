@@ -14,7 +14,7 @@ from tactogram.rendering.files.events import JUMP_S, Events, Line, Transient, st
 
 @dataclass(frozen=True)
 class StepRules:
-    """How a format of steps holds events, in ms.
+    """Lengths of a format's steps, in ms.
 
     A vibration changes every ``step_ms``. A transient is a step of ``pulse_ms``, which is no multiple of it, so that it
     can be distinguished; the next one is at least ``gap_ms`` away, or the stronger of the two counts. When a file is

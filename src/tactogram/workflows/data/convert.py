@@ -86,9 +86,11 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
     axis = request.axis if mapped is None else None
     written = None
     if kind is not None:
+        # Several channels are events of one only where the target holds no more.
+        whole = len(signal.axes) == 1 or (axis is None and kind.holds != "waveform")
         written = write_haptic(
             target,
-            given.events or signal,
+            given.events if given.events is not None and whole else signal,
             format=kind.name,
             axis=axis,
             full_scale=request.full_scale,
