@@ -100,4 +100,4 @@ def test_the_builders_calls_are_those_of_the_format():
     module = import_module("tactogram.rendering.files.formats.android_envelope")
     source = (UNITY / "TactogramEffect.cs").read_text()
     called = re.search(r'"addControlPoint", point\.(\w+), point\.(\w+), point\.(\w+)', source).groups()
-    assert called == tuple(field.alias or name for name, field in module.Point.model_fields.items())
+    assert called == module.BUILDER.point

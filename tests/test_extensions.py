@@ -72,6 +72,7 @@ OTHER_MEANINGS = {
     ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
     ("haptic format", "rendering/displays/family.py", "vibration"): "what a display renders",
     ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
+    ("haptic format", "rendering/files/loss.py", "vibration"): "a kind of event",
     ("display family", "workflows/capture/requests.py", "linear"): "a way to fill gaps",
     ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",
     ("importer", "studio/pages/materials/columns.py", "folder"): "what names a material",
@@ -172,7 +173,7 @@ def test_a_haptic_format_is_one_file(recipe, touch, tmp_path, capsys):
     page = sending(tmp_path)
     assert haptic_formats()["taps"].title == "Taps, 0 to 9"
     assert page.file(FileRequest("file:touch.wav", "taps")).facts["files"]["taps"]["problems"] == []
-    (tmp_path / "wrong.taps").write_text('{"taps": [10]}')
+    (tmp_path / "wrong.taps").write_text('{"taps": 10}')
     assert main(["convert", "--check", "wrong.taps"]) == 1
 
 

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from tactogram.rendering.files.conversion import read_haptic
+from tactogram.rendering.files.reading import read_haptic
 from tactogram.signal import Image
 from tactogram.signal.io import write_image
 

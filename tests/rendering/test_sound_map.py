@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.sound_map import pitch_of, sound_to_touch
 from tactogram.signal import Signal
 
@@ -33,7 +33,7 @@ def rms(signal):
 def test_an_envelope_is_a_tone_of_250_hz_as_strong_as_the_sound():
     swell = np.sin(np.pi * TIME / 2) ** 2
     touch, facts = sound_to_touch(sound(0.6 * swell * np.sin(2 * np.pi * 3000 * TIME)), "envelope")
-    found = envelope_of(touch, pulses=False)
+    found = envelope_of(touch)
     at = [0.5, 1.0, 1.5]
     assert np.interp(at, found.times, found.amplitude) == pytest.approx([0.3, 0.6, 0.3], abs=0.01)
     assert np.interp(at, found.times, found.frequency) == pytest.approx([250] * 3, abs=1)
@@ -46,21 +46,21 @@ def test_an_envelope_is_a_tone_of_250_hz_as_strong_as_the_sound():
 def test_a_pitch_moves_down_by_whole_octaves(hz, octaves, felt):
     touch, facts = sound_to_touch(sound(voice(hz)), "pitch")
     assert (facts["octaves_down"], facts["voiced"]) == (octaves, pytest.approx(1, abs=0.06))
-    found = envelope_of(touch, pulses=False)
+    found = envelope_of(touch)
     assert np.interp([0.5, 1.0, 1.5], found.times, found.frequency) == pytest.approx([felt] * 3, rel=0.01)
     assert rms(touch) == pytest.approx(rms(sound(voice(hz))), rel=0.03)
 
 
 def test_intervals_remain_in_a_glide_over_an_octaves_border():
     touch, facts = sound_to_touch(sound(voice(np.linspace(300, 900, len(TIME)))), "pitch")
-    found = envelope_of(touch, pulses=False)
+    found = envelope_of(touch)
     assert np.interp([0.5, 1, 1.5], found.times, found.frequency) == pytest.approx([225, 300, 375], rel=0.02)
     assert facts["octaves_down"] == 1
 
 
 def test_a_pitch_that_would_fall_below_20_hz_is_moved_up():
     touch, facts = sound_to_touch(sound(np.where(TIME < 1, voice(60), voice(1760))), "pitch")
-    found = envelope_of(touch, pulses=False)
+    found = envelope_of(touch)
     assert np.interp([0.5, 1.5], found.times, found.frequency) == pytest.approx([30, 440], rel=0.02)
     assert facts["octaves_down"] == 2
 

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.displays.catalogue import FOLDER as SHIPPED
 from tactogram.rendering.files import check_file, haptic_formats
-from tactogram.rendering.files.conversion import read_haptic
+from tactogram.rendering.files.reading import read_haptic
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_metadata, read_signal, write_image, write_signal
 from tactogram.workflows.data.convert import check, convert, convert_folder
@@ -186,6 +187,47 @@ def test_a_folder_inside_its_source_is_not_read_again(tmp_path):
         assert len(convert_folder(tmp_path, tmp_path / "out", format="hjif")["files"]) == 1
 
 
+def test_a_designed_file_is_converted_and_the_sound_beside_it_is_named(tmp_path, capsys):
+    (tmp_path / "in").mkdir()
+    shutil.copy(GOLDEN / "my.haptic", tmp_path / "in" / "Tap1.haptic")
+    write_signal(tmp_path / "in" / "Tap1.wav", effect())
+    facts = convert_folder(tmp_path / "in", tmp_path / "out", format="ahap")
+    assert [Path(file["source"]).name for file in facts["files"]] == ["Tap1.haptic"]
+    assert facts["beside"] == {str(tmp_path / "in" / "Tap1.wav"): str(tmp_path / "in" / "Tap1.haptic")}
+    assert main(["convert", str(tmp_path / "in"), str(tmp_path / "out"), "--to", "ahap"]) == 0
+    assert "Tap1.wav, beside" in capsys.readouterr().out
+
+
+def test_a_click_in_silence_is_one_transient(tmp_path, capsys):
+    x = np.zeros(2 * RATE)
+    x[RATE : RATE + 4] = 0.9
+    write_signal(tmp_path / "click.wav", Signal(x, RATE, "1"))
+    assert main(["convert", str(tmp_path / "click.wav"), str(tmp_path / "click.ahap")]) == 0
+    [entry] = json.loads((tmp_path / "click.ahap").read_text())["Pattern"]
+    assert entry["Event"]["EventType"] == "HapticTransient"
+    assert entry["Event"]["Time"] == pytest.approx(1.0, abs=0.005)
+
+
+def test_events_become_a_waveform_only_where_one_is_asked_for(tmp_path):
+    events = convert(GOLDEN / "my.haptic", tmp_path / "x.ahap")["written"]
+    assert events["events"]["kept"] == events["events"]["transients"] == 1
+    analysed = convert(GOLDEN / "my.haptic", tmp_path / "x.ahap", resample_to=2000.0)["written"]
+    assert "events" not in analysed
+
+
+def test_several_channels_of_waves_remain_where_the_target_holds_them(tmp_path):
+    document = json.loads((GOLDEN / "min.hjif").read_text())
+    [channel] = document["perceptions"][0]["channels"]
+    document["perceptions"][0]["channels"].append(channel | {"id": 7, "description": "second", "gain": 0.5})
+    (tmp_path / "two.hjif").write_text(json.dumps(document))
+    assert len(convert(tmp_path / "two.hjif", tmp_path / "x.hjif")["axes"]) == 2
+    assert len(read_haptic(tmp_path / "x.hjif").signal.axes) == 2
+    found = convert(tmp_path / "two.hjif", tmp_path / "x.ahap")["written"]
+    assert found["told"][-1] == "Not read: of 2 channels as events all but the strongest at any time."
+    halved = convert(tmp_path / "two.hjif", tmp_path / "x.ahap", axis="second")
+    assert halved["reduced_by"].startswith("axis second of")
+
+
 def test_two_files_that_would_become_one_are_refused(tmp_path):
     write_signal(tmp_path / "in" / "a.wav", effect())
     write_signal(tmp_path / "in" / "a.csv", effect())
@@ -223,6 +265,8 @@ def test_a_sound_is_checked_by_reading_it(tmp_path):
         "format": "wav",
         "valid": True,
         "problems": [],
+        "columns": [],
+        "notes": [],
     }
     (tmp_path / "b.wav").write_bytes(b"RIFF")
     assert not check(tmp_path / "b.wav")["valid"]

@@ -63,13 +63,15 @@ def _checked_text(facts: Mapping[str, Any]) -> str:
     ]
     table = [columns([("column", "read as", "unit", ""), *rows])] if rows else []
     notes = [f"note: {note}" for note in facts.get("notes", [])]
+    notes += [f"warning: {line}" for line in facts.get("warnings", [])]
     if facts["valid"]:
         return "\n".join([f"{facts['file']}: valid ({facts['format']})", *table, *notes])
     count = len(facts["problems"])
     head = f"{facts['file']}: not valid ({facts['format']}), {count} problem{'s' if count > 1 else ''}"
-    return "\n".join([head, *facts["problems"], *table])
+    return "\n".join([head, *facts["problems"], *table, *notes])
 
 
+_TOLD = ("reduced_by", "loss", "events", "holds", "told", "verdict")
 DRAWN = "Drawn from brightness, bright as high: a design, no prediction of how the material feels."
 
 
@@ -78,7 +80,7 @@ def _converted_text(facts: Mapping[str, Any]) -> str:
     other = {name: value for name, value in facts.items() if name not in ("written", "notes")}
     lines = [
         lines_of(other),
-        lines_of({k: v for k, v in written.items() if k not in ("reduced_by", "loss", "holds", "verdict")}),
+        lines_of({k: v for k, v in written.items() if k not in _TOLD}),
     ]
     drawn = "mapped" in facts and facts["mapped"]["by"] == "relief"
     notes = [f"note: {note}" for note in facts.get("notes", [])]
@@ -86,20 +88,8 @@ def _converted_text(facts: Mapping[str, Any]) -> str:
 
 
 def loss_lines(written: Mapping[str, Any]) -> list[str]:
-    """Return what a haptic file keeps and loses, a line per axis, and the verdict; ``written`` as of `write_haptic`."""
-    loss = written.get("loss")
-    if not loss:
-        return []
-    from tactogram.rendering.files import ConversionLoss, loss_sentence
-
-    by_axis = loss if isinstance(next(iter(loss.values())), Mapping) else {"": loss}
-    told = {
-        axis: loss_sentence(ConversionLoss(**values), written["holds"]) for axis, values in by_axis.items()
-    }
-    return [
-        *(f"{axis or 'The file'} {text}." for axis, text in told.items()),
-        f"Verdict: {written['verdict']}.",
-    ]
+    """Return what a haptic file keeps and loses, and the verdict, a line each; ``written`` as of `write_haptic`."""
+    return [*written["told"], f"Verdict: {written['verdict']}."] if written else []
 
 
 def _folder_text(facts: Mapping[str, Any]) -> str:
@@ -117,9 +107,10 @@ def _folder_text(facts: Mapping[str, Any]) -> str:
                 text_of(file.get("reduced_by")),
             )
         )
+    beside = [f"not converted: {signal}, beside {designed}" for signal, designed in facts["beside"].items()]
     failed = [f"failed: {why}" for why in facts["failed"].values()]
     end = f"{len(facts['files'])} written, {len(facts['failed'])} failed, {facts['left_out']} of no known format"
-    return "\n".join([columns(rows), *failed, end])
+    return "\n".join([columns(rows), *beside, *failed, end])
 
 
 VERBS = {"convert": Verb(_ConvertRequest, _convert, listing=("list the formats", _formats))}

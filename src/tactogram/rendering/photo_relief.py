@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.envelope import READ_RATE
+from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
 

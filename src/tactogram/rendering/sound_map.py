@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.envelope import READ_RATE, Envelope, carrier, envelope_of
+from tactogram.rendering.files.analysis import READ_RATE, carrier, envelope_of
+from tactogram.rendering.files.events import Events, Part
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 
@@ -55,17 +56,17 @@ def sound_to_touch(sound: Signal, by: SoundMap) -> tuple[Signal, dict[str, Any]]
     facts: dict[str, Any] = {"by": by}
     if by == "bands":
         used = [(low, min(high, sound.rate / 2), hz) for low, high, hz in BANDS if low < sound.rate / 2]
-        tones = [_tone(_strength(sound, low, high), hz) for low, high, hz in used]
+        tones = [_tone(sound, envelope_of(sound, low=low, high=high), hz) for low, high, hz in used]
         touch = tones[0].with_samples(np.sum([tone.samples for tone in tones], axis=0))
         span = (used[0][2], used[-1][2])
     else:
-        strength = _strength(sound, 0.0, sound.rate / 2)
+        strength = envelope_of(sound, high=sound.rate / 2)
         hz: NDArray[np.float64] | float = CARRIER_HZ
         if by == "pitch":
             found = pitch_of(sound)
             hz, octaves = _moved_down(found, strength)
             facts |= {"octaves_down": octaves, "voiced": float(np.mean(np.isfinite(found)))}
-        touch = _tone(strength, hz)
+        touch = _tone(sound, strength, hz)
         span = (float(np.min(hz)), float(np.max(hz)))
     return touch.with_samples(touch.samples, unit=sound.unit), facts | {"touch_hz": list(span)}
 
@@ -117,7 +118,7 @@ def _pitches(frames: NDArray[np.float64], window: int, shortest: int) -> NDArray
     return pitch
 
 
-def _moved_down(pitch: NDArray[np.float64], strength: Envelope) -> tuple[NDArray[np.float64], int]:
+def _moved_down(pitch: NDArray[np.float64], strength: Part) -> tuple[NDArray[np.float64], int]:
     """Return the pitch at the times of an envelope, moved into the band of touch, and by how many octaves."""
     voiced = np.flatnonzero(np.isfinite(pitch))
     if not len(voiced):
@@ -129,12 +130,6 @@ def _moved_down(pitch: NDArray[np.float64], strength: Envelope) -> tuple[NDArray
     return hz * 2 ** np.maximum(0, np.ceil(np.log2(LOWEST_HZ / hz))), octaves
 
 
-def _strength(sound: Signal, low: float, high: float) -> Envelope:
-    return envelope_of(sound, low=low, high=high, pulses=False)
-
-
-def _tone(strength: Envelope, hz: NDArray[np.float64] | float) -> Signal:
-    times = strength.times if isinstance(hz, np.ndarray) else np.array([0.0])
-    return carrier(
-        Envelope(strength.seconds, strength.times, strength.amplitude, times, np.atleast_1d(hz)), READ_RATE
-    )
+def _tone(sound: Signal, strength: Part, hz: NDArray[np.float64] | float) -> Signal:
+    tone = Part(strength.times, strength.amplitude, np.broadcast_to(hz, strength.times.shape))
+    return carrier(Events(sound.seconds, (tone,)), READ_RATE)

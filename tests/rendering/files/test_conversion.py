@@ -11,9 +11,10 @@ from hypothesis.extra.numpy import arrays
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import check_file, haptic_formats, read_haptic, to_one_axis, write_haptic
 from tactogram.rendering.files.conversion import losses
-from tactogram.rendering.files.documents import encoded
-from tactogram.rendering.files.envelope import Envelope, Pulse, carrier
+from tactogram.rendering.files.documents import Notes, encoded
+from tactogram.rendering.files.events import Events, Part, Transient
 from tactogram.rendering.files.loss import loss_between
+from tactogram.rendering.files.reading import decoded
 from tactogram.signal import Signal
 
 FORMATS = haptic_formats()
@@ -35,7 +36,13 @@ def file_for(folder, format):
 def test_every_format_is_valid_and_read_back(tmp_path, format):
     path = file_for(tmp_path, format)
     found = write_haptic(path, effect(), format=format, metadata={"simulated": True})
-    assert check_file(path) == {"file": str(path), "format": format, "valid": True, "problems": []}
+    assert check_file(path) == {
+        "file": str(path),
+        "format": format,
+        "valid": True,
+        "problems": [],
+        "warnings": [],
+    }
     file = read_haptic(path)
     assert file.metadata == {"simulated": True}
     assert (file.signal.unit, file.facts["format"], file.facts["full_scale"]) == ("1", format, 1.0)
@@ -132,7 +139,7 @@ def test_a_carrier_of_an_envelope_is_stated(tmp_path):
     [
         (b"", "not a JSON document"),
         (b"{", "not a JSON document"),
-        (b"\xff\xfe", "not UTF-8 text at byte 0"),
+        (b"\xff\xfe", "not a JSON document"),
         (b'{"Pattern": [NaN]}', "NaN is not a JSON number"),
         (b"[" * 200_000, "not a JSON document"),
         (b'{"Pattern": 1e999}', "not valid AHAP"),
@@ -160,8 +167,8 @@ ANDROID = '{"format": "android-waveform", "timings": [%s], "amplitudes": [%s]}'
         (HAPTIC % "1e300", "1e\\+300 s at 8000 Hz are more than 33554432 samples; cut the file"),
         (HAPTIC % ("9" * 400), "an integer must have at most 64 bits"),
         (HAPTIC % ("9" * 5000), "an integer must have at most 64 bits, got thousands of digits"),
-        (ANDROID % (2**62, 1), "timings.0: must be less than or equal to 86400000, got 4611686018427387904"),
-        (ANDROID % (",".join("1" * 1_000_001), 1), "timings: Tuple should have at most 1000000 items"),
+        (ANDROID % (2**62, 1), "more than 33554432 samples; cut the file"),
+        (ANDROID % (",".join("1" * 1_000_001), 1), "timings: must have at most 1000000 entries"),
     ],
 )
 def test_a_document_that_would_fill_the_memory_is_refused(tmp_path, text, message):
@@ -171,14 +178,13 @@ def test_a_document_that_would_fill_the_memory_is_refused(tmp_path, text, messag
     assert len(str(caught.value)) < 500
 
 
-@pytest.mark.parametrize("key", ["relative_position", "sample_count"])
-def test_a_place_beyond_all_in_hjif_is_refused(tmp_path, key):
+def test_a_length_beyond_all_in_hjif_is_refused(tmp_path):
     path = file_for(tmp_path, "hjif")
     write_haptic(path, effect(0.1), format="hjif")
     text = path.read_text()
-    path.write_text(re.sub(rf'"{key}":[1-9]\d*', f'"{key}":{2**63 - 1}', text, count=1))
+    path.write_text(re.sub(r'"sample_count":[1-9]\d*', f'"sample_count":{2**63 - 1}', text, count=1))
     assert path.read_text() != text
-    with pytest.raises(DataError, match="more than 33554432 samples|keyframes must be in order"):
+    with pytest.raises(DataError, match="more than 33554432 samples"):
         read_haptic(path)
 
 
@@ -264,7 +270,9 @@ def test_any_signal_makes_a_valid_file_or_a_clear_refusal(tmp_path, format, sign
         if not found["resampled_to"]:
             np.testing.assert_allclose(back.samples, signal.samples, atol=tolerance, rtol=1e-6)
     elif format != "vibration":
-        assert back.seconds == pytest.approx(signal.seconds, abs=2e-3)
+        assert back.seconds <= signal.seconds + 0.04  # a last transient has its length
+        if format not in ("ahap", "haps"):  # these have no length but that of their events
+            assert back.seconds >= signal.seconds - 2e-3
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -298,10 +306,11 @@ def test_any_signal_makes_a_valid_file_or_a_clear_refusal(tmp_path, format, sign
     format=st.sampled_from(sorted(FORMATS)),
 )
 def test_any_json_is_valid_or_named_wrong(document, format):
-    problems = FORMATS[format].validate(document)
-    assert all(isinstance(line, str) and line and "\n" not in line for line in problems)
-    if not problems:
-        FORMATS[format].decode(document, 8000)
+    notes = Notes()
+    file = decoded(document, FORMATS[format], notes)
+    lines = [*notes.problems, *notes.warnings]
+    assert all(isinstance(line, str) and line and "\n" not in line for line in lines)
+    assert notes.problems or len(file.signal)
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -315,7 +324,9 @@ def test_what_is_written_has_not_changed(tmp_path, golden, format):
         made["date"] = "2026-01-01"
     kept = json.loads(golden(f"burst-{format}.json", encoded(made).decode()))
     _compare(made, kept)
-    assert FORMATS[format].validate(kept) == []
+    notes = Notes()
+    decoded(kept, FORMATS[format], notes)
+    assert (notes.problems, notes.warnings) == ([], [])
 
 
 def _compare(made, kept):
@@ -360,24 +371,22 @@ def test_golden_files_of_the_formats_are_valid():
 
 
 def drawn(peak):
-    times, amplitude = np.array([0.0, 0.2, 0.4]), np.array([0.0, peak, 0.0])
-    return Envelope(0.4, times, amplitude, np.array([0.0]), np.array([120.0]), (Pulse(0.3, 0.25, 180.0),))
+    part = Part.of([0.0, 0.2, 0.4], [0.0, peak, 0.0], 0.0, 120.0)
+    return Events(0.4, (part,), (Transient(0.3, 0.5, 180.0),))
 
 
-def test_a_drawn_envelope_is_written_point_by_point(tmp_path):
-    envelope = drawn(0.5)
-    write_haptic(tmp_path / "x.haptic", carrier(envelope), format="haptic", envelope=envelope)
-    read = read_haptic(tmp_path / "x.haptic").envelope
-    assert read.times.tolist() == [0.0, 0.2, 0.3, 0.4]
-    assert read.amplitude == pytest.approx([0, 0.5, 0.25, 0], abs=1e-4)
-    [pulse] = read.pulses
-    assert (pulse.time, pulse.amplitude) == (0.3, pytest.approx(0.25, abs=1e-4))
-    assert pulse.frequency == pytest.approx(180, abs=0.1)
+def test_drawn_events_are_written_point_by_point(tmp_path):
+    write_haptic(tmp_path / "x.haptic", drawn(0.5), format="haptic")
+    back = read_haptic(tmp_path / "x.haptic").events
+    assert back.joined.times.tolist() == [0.0, 0.2, 0.3, 0.4]
+    assert back.joined.amplitude == pytest.approx([0, 0.5, 0.25, 0], abs=1e-4)
+    [tap] = back.transients
+    assert (tap.time, tap.amplitude) == (0.3, pytest.approx(0.5, abs=1e-4))
+    assert tap.frequency == pytest.approx(180, abs=0.1)
 
 
 @pytest.mark.parametrize("format", ENVELOPES)
-def test_a_drawn_envelope_above_full_scale_sets_it(format, tmp_path):
-    envelope = drawn(1.6)
-    found = write_haptic(file_for(tmp_path, format), carrier(envelope), format=format, envelope=envelope)
+def test_drawn_events_above_full_scale_set_it(format, tmp_path):
+    found = write_haptic(file_for(tmp_path, format), drawn(1.6), format=format)
     assert found["full_scale"] == pytest.approx(1.6)
     assert check_file(file_for(tmp_path, format))["valid"]

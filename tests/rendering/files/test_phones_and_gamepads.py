@@ -6,10 +6,11 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files import write_haptic
+from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.documents import DocumentHeader
-from tactogram.rendering.files.envelope import envelope_of
 from tactogram.rendering.files.formats import android, gamepad, vibration
 from tactogram.signal import Signal
+from tests.rendering.files.documents import problems, read, written_by
 
 RATE = 2000
 
@@ -23,13 +24,13 @@ def bursts(*spans, seconds=1.0, hz=150, strength=0.8):
 
 
 def level(document, module, time):
-    found = envelope_of(module.decode(document, 8000).signal, pulses=False)
+    found = envelope_of(read(module, document).signal)
     return np.interp(time, found.times, found.amplitude)
 
 
 def test_android_steps_are_whole_ms_and_0_to_255():
-    document = android.encode(bursts((0.2, 0.5)), DocumentHeader())
-    assert android.validate(document) == []
+    document = written_by(android, bursts((0.2, 0.5)))
+    assert problems(android, document) == []
     assert sum(document["timings"]) == 1000
     at = np.repeat(document["amplitudes"], document["timings"])
     assert at[[100, 350, 800]] == pytest.approx([0, 0.8 * 255, 0], abs=2)
@@ -37,7 +38,7 @@ def test_android_steps_are_whole_ms_and_0_to_255():
 
 
 def test_android_joins_equal_steps():
-    document = android.encode(Signal(np.zeros(RATE), RATE, "1"), DocumentHeader())
+    document = written_by(android, Signal(np.zeros(RATE), RATE, "1"))
     assert (document["timings"], document["amplitudes"]) == ([1000], [0])
 
 
@@ -46,28 +47,27 @@ def test_android_joins_equal_steps():
     [
         ({"timings": [10]}, "equally many, got 1 and 2"),
         ({"timings": [0, 0]}, "above 0 ms"),
-        ({"timings": [10, -1]}, "timings.1: must be greater than or equal to 0"),
-        ({"timings": [10, 2.5]}, "valid integer"),
-        ({"timings": [10, "5"]}, "valid integer"),
-        ({"amplitudes": [0, 256]}, "less than or equal to 255"),
-        ({"repeat": 2}, "repeat must be -1 or"),
-        ({"format": "other"}, "format"),
+        ({"timings": [10, -1]}, "timings must be 0 to 8.64e+07, got -1: clamped"),
+        ({"timings": [10, "5"]}, "timings must be a number, got '5': read as one"),
+        ({"timings": [10, "x"]}, "timings: must be a number, got 'x'"),
+        ({"amplitudes": [0, 256]}, "amplitudes must be -1 to 255, got 256: clamped"),
+        ({"repeat": 2}, "repeat must be -1 to 1, got 2: clamped"),
     ],
 )
 def test_android_rules(changes, problem):
     good = {"timings": [10, 20], "amplitudes": [0, 255], "repeat": -1}
-    assert android.validate(good) == []
-    assert any(problem in line for line in android.validate(good | changes))
+    assert problems(android, good) == []
+    assert any(problem in line for line in problems(android, good | changes))
 
 
 def test_android_repetition_is_left_out_and_said():
     document = {"timings": [100], "amplitudes": [255], "repeat": 0}
-    assert android.decode(document, 8000).facts["left_out"] == "repetition from entry 0"
+    assert read(android, document).facts["left_out"] == "repetition from entry 0"
 
 
 def test_a_pattern_vibrates_in_its_odd_entries():
-    document = vibration.encode(bursts((0.2, 0.5), (0.7, 0.8)), DocumentHeader())
-    assert vibration.validate(document) == []
+    document = written_by(vibration, bursts((0.2, 0.5), (0.7, 0.8)))
+    assert problems(vibration, document) == []
     assert document["pattern"] == pytest.approx([0, 200, 300, 200, 100], abs=12)
     assert level(document, vibration, [0.1, 0.35, 0.6, 0.75]) == pytest.approx([0, 1, 0, 1], abs=0.05)
 
@@ -97,14 +97,14 @@ def test_a_motor_gets_no_shorter_pulse_than_it_needs(shortest_ms, tmp_path):
     assert len(pattern) >= 6
     assert min(pattern[1:]) >= shortest_ms
     short = bursts((0, 0.02), seconds=0.02)
-    assert vibration.encode(short, DocumentHeader(shortest_ms=shortest_ms))["pattern"] == [
+    assert written_by(vibration, short, DocumentHeader(shortest_ms=shortest_ms))["pattern"] == [
         max(20, shortest_ms)
     ]
 
 
 def test_the_shipped_motor_is_the_default():
     shipped = open_display("phone-on-off").shortest_ms
-    assert vibration.encode(bursts((0, 0.02), seconds=0.02), DocumentHeader())["pattern"] == [shipped]
+    assert written_by(vibration, bursts((0, 0.02), seconds=0.02))["pattern"] == [shipped]
 
 
 def test_a_display_without_that_fact_or_a_format_without_use_for_it_is_refused(tmp_path):
@@ -119,12 +119,12 @@ def test_a_display_without_that_fact_or_a_format_without_use_for_it_is_refused(t
 
 def test_a_long_vibration_is_split_and_a_busy_one_made_coarser():
     t = np.arange(25 * RATE) / RATE
-    long = vibration.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), DocumentHeader())
+    long = written_by(vibration, Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"))
     assert long["pattern"] == [10000, 0, 10000, 0, 5000]
-    busy = vibration.encode(
-        bursts(*[(k / 10, k / 10 + 0.05) for k in range(100)], seconds=10), DocumentHeader()
+    busy = written_by(
+        vibration, bursts(*[(k / 10, k / 10 + 0.05) for k in range(100)], seconds=10), DocumentHeader()
     )
-    assert vibration.validate(busy) == []
+    assert problems(vibration, busy) == []
     assert len(busy["pattern"]) <= 99
 
 
@@ -138,35 +138,34 @@ def test_a_long_vibration_is_split_and_a_busy_one_made_coarser():
 )
 def test_what_no_pattern_can_hold_is_refused(signal, message):
     with pytest.raises(ParameterError, match=message):
-        vibration.encode(signal, DocumentHeader())
+        written_by(vibration, signal)
 
 
 @pytest.mark.parametrize(
     ("document", "problem"),
     [
-        ([], "at least 1 item"),
-        ([100] * 100, "at most 99 items"),
-        ([10_001], "less than or equal to 10000"),
+        ([], "must be above 0 ms"),
+        ([100] * 100, "at most 99 entries, got 100: Chromium drops the rest"),
+        ([10_001], "an entry must be at most 10000 ms, got 10001"),
         ([0, 100], "must be above 0 ms"),
-        ([1.5], "valid integer"),
-        ([-1], "greater than or equal to 0"),
+        ([50, -1, 100], "pattern must be at least 0, got -1: clamped"),
         ({"format": "w3c-vibration"}, "pattern: is required"),
-        ("buzz", "document"),
+        ("buzz", "pattern: is required"),
     ],
 )
 def test_pattern_rules(document, problem):
-    assert any(problem in line for line in vibration.validate(document)), vibration.validate(document)
+    assert any(problem in line for line in problems(vibration, document)), problems(vibration, document)
 
 
 def test_a_bare_list_is_a_pattern_and_a_last_pause_does_not_count():
-    assert vibration.validate([100, 50]) == []
-    assert vibration.decode([100, 50], 8000).signal.seconds == pytest.approx(0.1)
+    assert problems(vibration, [100, 50]) == []
+    assert read(vibration, [100, 50]).signal.seconds == pytest.approx(0.1)
 
 
 def test_slow_drives_the_strong_motor_and_fast_the_weak_one():
     for hz, strong, weak in ((50, 0.8, 0), (250, 0, 0.8)):
-        document = gamepad.encode(bursts((0, 1), hz=hz), DocumentHeader())
-        assert gamepad.validate(document) == []
+        document = written_by(gamepad, bursts((0, 1), hz=hz))
+        assert problems(gamepad, document) == []
         effect = document["effects"][len(document["effects"]) // 2]
         assert (effect["strongMagnitude"], effect["weakMagnitude"]) == pytest.approx((strong, weak), abs=0.03)
         assert level(document, gamepad, 0.5) == pytest.approx(0.8, abs=0.05)
@@ -174,7 +173,7 @@ def test_slow_drives_the_strong_motor_and_fast_the_weak_one():
 
 def test_a_long_rumble_is_a_sequence_of_at_most_5_s():
     t = np.arange(12 * RATE) / RATE
-    document = gamepad.encode(Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"), DocumentHeader())
+    document = written_by(gamepad, Signal(np.sin(2 * np.pi * 150 * t), RATE, "1"))
     durations = [effect["duration"] for effect in document["effects"]]
     assert (sum(durations), max(durations)) == (12_000, 5000)
 
@@ -184,16 +183,16 @@ def test_a_long_rumble_is_a_sequence_of_at_most_5_s():
     [
         ({"duration": 5001}, "at most 5000 ms together, got 5001"),
         ({"startDelay": 4999}, "at most 5000 ms together"),
-        ({"startDelay": -1}, "startDelay: must be greater than or equal to 0"),
-        ({"strongMagnitude": 1.1}, "less than or equal to 1"),
-        ({"weakMagnitude": True}, "valid number"),
+        ({"startDelay": -1}, "startDelay must be at least 0, got -1: clamped"),
+        ({"strongMagnitude": 1.1}, "strongMagnitude must be 0 to 1, got 1.1: clamped"),
+        ({"weakMagnitude": True}, "weakMagnitude: must be a number, got True"),
         ({"duration": 0}, "longer than 0 ms"),
     ],
 )
 def test_gamepad_rules(changes, problem):
     effect = {"startDelay": 0, "duration": 100, "strongMagnitude": 0.5, "weakMagnitude": 0.5}
     document = {"type": "dual-rumble", "effects": [effect]}
-    assert gamepad.validate(document) == []
+    assert problems(gamepad, document) == []
     bad = {"type": "dual-rumble", "effects": [effect | changes]}
-    assert any(problem in line for line in gamepad.validate(bad)), gamepad.validate(bad)
-    assert gamepad.validate({"type": "trigger-rumble", "effects": [effect]})
+    assert any(problem in line for line in problems(gamepad, bad)), problems(gamepad, bad)
+    assert problems(gamepad, {"type": "trigger-rumble", "effects": [effect]})

@@ -20,7 +20,8 @@ from tactogram.rendering.effects.effect import (
     Transient,
 )
 from tactogram.rendering.effects.mixing import mixed, track_of
-from tactogram.rendering.files.envelope import HIGHEST_HZ, thinned
+from tactogram.rendering.files.analysis import HIGHEST_HZ
+from tactogram.rendering.files.events import thinned
 
 Line = Literal["amplitude", "frequency"]
 RANGES: dict[str, tuple[float, float]] = {"amplitude": (0.0, 1.0), "frequency": (LOWEST_HZ, HIGHEST_HZ)}
@@ -181,11 +182,11 @@ def shifted(track: Track, seconds: float) -> Track:
 
 def merged(effect: Effect) -> Effect:
     """Return an effect whose tracks that are not muted are mixed into one, behind the muted ones."""
-    envelope = mixed(effect)
-    quieter = envelope if envelope.peak <= 1 else envelope.scaled(1 / envelope.peak)
+    events = mixed(effect)
+    quieter = events if events.peak <= 1 else events.scaled(1 / events.peak)
     title = " + ".join(track.title for track in effect.tracks if not track.muted)
     mix = track_of(quieter, title)
-    gain = min(2.0, max(1.0, envelope.peak))
+    gain = min(2.0, max(1.0, events.peak))
     muted = tuple(track for track in effect.tracks if track.muted)
     return effect.changed(tracks=(*muted, mix.changed(gain=gain)))
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files.documents import DocumentPart, problems_of
-from tactogram.rendering.files.envelope import HIGHEST_HZ, PHONE_HZ, PULSE_S
+from tactogram.errors import DataError, ParameterError, shown
+from tactogram.rendering.files.analysis import HIGHEST_HZ
+from tactogram.rendering.files.events import PHONE_HZ, PULSE_S
 
-T = TypeVar("T", bound=DocumentPart)
 LONGEST_S = 60.0
 LEAST_S = 0.001
 """Least distance between two points of a line, s: a jump takes this long."""
@@ -26,7 +25,16 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Hertz = Annotated[float, Field(ge=LOWEST_HZ, le=HIGHEST_HZ)]
 
 
-class Point(DocumentPart):
+class EffectPart(BaseModel):
+    """Part of an effect: frozen, strictly typed, finite numbers; unknown keys are ignored."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)
+
+
+T = TypeVar("T", bound=EffectPart)
+
+
+class Point(EffectPart):
     """Point of a line: ``time`` in s, ``value`` an amplitude (0 to 1) or a frequency (Hz)."""
 
     time: Seconds
@@ -36,15 +44,15 @@ class Point(DocumentPart):
 Points = Annotated[tuple[Point, ...], Field(max_length=MOST_POINTS, strict=False)]
 
 
-class Transient(DocumentPart):
-    """A moment too short for a line, as `envelope.Pulse`: its ``amplitude`` is added to the track's."""
+class Transient(EffectPart):
+    """A moment too short for a line, as `events.Transient`, but that its ``amplitude`` is added to the track's."""
 
     time: Seconds
     amplitude: Share
     frequency: Hertz
 
 
-class Track(DocumentPart):
+class Track(EffectPart):
     """A vibration: amplitude and frequency over time, linear between their points, and transients.
 
     The amplitude is 0 before its first and after its last point, the frequency constant there. All times are those of
@@ -91,7 +99,7 @@ class Track(DocumentPart):
         return _validated(Track, {**dict(self), **values})
 
 
-class Effect(DocumentPart):
+class Effect(EffectPart):
     """Tracks that play together. ``simulated`` if any of them derives from a simulated signal."""
 
     title: Annotated[str, Field(min_length=1, max_length=120)] = "Effect"
@@ -128,13 +136,18 @@ def effect_from_json(text: str, *, where: str) -> Effect:
     try:
         return Effect.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        place = ".".join(str(part) for part in first["loc"]) or "document"
-        raise DataError(f"{where}: not an effect: {place}: {first['msg']}") from None
+        raise DataError(f"{where}: not an effect: {_problem(error)}") from None
 
 
 def _validated(kind: type[T], values: dict[str, Any]) -> T:
     try:
         return kind.model_validate(values)
-    except ValidationError:
-        raise ParameterError(problems_of(kind, values)[0]) from None
+    except ValidationError as error:
+        raise ParameterError(_problem(error)) from None
+
+
+def _problem(error: ValidationError) -> str:
+    first = error.errors(include_url=False)[0]
+    place = ".".join(str(part) for part in first["loc"]) or "document"
+    message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    return f"{place}: {message}, got {shown(first['input'])}"

@@ -7,30 +7,30 @@ own. An effect begins at amplitude 0, and each point states how long the line to
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import has_key
-from tactogram.rendering.files.envelope import STEP_S, Envelope, envelope_of
-from tactogram.signal import Signal
+from tactogram.rendering.files.analysis import HIGHEST_HZ
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
+from tactogram.rendering.files.events import STEP_S, Events, FrequencySpan, Part, Transient, thinned
 
 MOST_POINTS = 16
 SHORTEST_MS, LONGEST_MS = 20, 1000
 """Shortest and longest line, ms."""
 CLOSE = 0.02
 """Fewer points are used where they come this close (rms) to the envelope, relative to its peak. A choice."""
+CLOSE_OCTAVES = 0.1
 STEPS = round(SHORTEST_MS / 1e3 / STEP_S)
 """Points of the analysed envelope in the shortest line."""
+BANDS = ((0.0, HIGHEST_HZ),)
+"""In which a waveform is analysed: all that is felt, without transients, which take two lines each."""
 MOST_STEPS = LONGEST_MS // SHORTEST_MS
-
-Milliseconds = Annotated[int, Field(ge=SHORTEST_MS, le=LONGEST_MS)]
-Share = Annotated[float, Field(ge=0, le=1)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,34 +46,143 @@ class ControlPoints:
     amplitude: NDArray[np.float64]
     hz: NDArray[np.float64]
 
-    def envelope(self) -> Envelope:
-        """Return the lines as an envelope."""
-        times = np.concatenate([[0], np.cumsum(self.ms)]) / 1e3
-        amplitude = np.concatenate([[0.0], self.amplitude])
-        return Envelope(float(times[-1]), times, amplitude, times, np.concatenate([[self.start_hz], self.hz]))
 
+@dataclass(frozen=True)
+class EnvelopeBuilder:
+    """One of Android's builders, whose calls are a document.
 
-def control_points(signal: Signal, *, what: str) -> ControlPoints:
-    """Return the `MOST_POINTS` or fewer lines that are closest to a signal's envelope and frequency, ending at 0.
-
-    The ends are chosen on a grid of `SHORTEST_MS` by dynamic programming (Bellman 1961), then amplitudes and
-    frequencies are fitted by least squares, those of the frequency weighted by the amplitude. ``what`` names the result
-    in errors. Raises `ParameterError` if the signal is too short or too long.
+    ``point`` are the names of a call's amplitude, frequency and duration, ``start`` that of the first frequency, a
+    share of ``span`` if there is one. An effect of shares ends at 0.
     """
-    length = round(1e3 * signal.seconds)
+
+    title: str
+    format: str
+    point: tuple[str, str, str]
+    start: str
+    span: FrequencySpan | None = None
+
+    def encode(self, events: Events, header: DocumentHeader) -> dict[str, Any]:
+        """Return the document of events within 0 to 1."""
+        points, span = control_points(events, what=self.title), self.span and (events.span or self.span)
+        tones = np.append(points.start_hz, points.hz)
+        first, *tones = (np.round(span.share(tones), 4) if span else np.round(tones, 1)).tolist()
+        calls = zip(np.round(points.amplitude, 4).tolist(), tones, points.ms.tolist(), strict=True)
+        listed = [dict(zip(self.point, call, strict=True)) for call in calls]
+        about = {"format": self.format, self.start: first, "controlPoints": listed}
+        return about | {"description": header.description}
+
+    def decode(self, document: Node) -> DecodedDocument:
+        """Return the events: lines, and as transients what rises from silence and falls in the shortest lines."""
+        notes, most = document.notes, 1.0 if self.span else np.inf
+        bounds = dict(zip(self.point, (1.0, most, np.inf), strict=True))
+        points = [
+            tuple(point.number(name, None, 0.0, high) for name, high in bounds.items())
+            for point in document.nodes("controlPoints")
+        ]
+        if not points:
+            notes.problems.append("controlPoints: must not be empty")
+        notes.check()
+        if len(points) > MOST_POINTS:
+            notes.warn(f"an effect must have at most {MOST_POINTS} points", len(points), "phones differ")
+        for ms in (ms for _, _, ms in points if not SHORTEST_MS <= ms <= LONGEST_MS):
+            notes.warn(f"{self.point[2]} must be {SHORTEST_MS} to {LONGEST_MS}", f"{ms:g}", "phones differ")
+        if self.span and points[-1][0] > 0:
+            notes.warn(f"the last control point must have an {self.point[0]} of 0", f"{points[-1][0]:g}")
+        first = document.number(self.start, points[0][1], 0.0, most)
+        amplitude, hz, durations = np.array([(0.0, first, 0.0), *points]).T
+        times, hz = np.cumsum(durations) / 1e3, self.span.hz(hz) if self.span else hz
+        short = np.append(durations[1:] <= SHORTEST_MS, False)
+        peak = np.append(False, short[:-1] & short[1:]) & (amplitude > 0)
+        peak &= (np.append(0.0, amplitude[:-1]) == 0) & (np.append(amplitude[1:], 0.0) == 0)
+        taps = [Transient(*map(float, (times[i - 1], amplitude[i], hz[i]))) for i in np.flatnonzero(peak)]
+        part = Part.of(times, np.where(peak, 0, amplitude), times, hz)
+        low, high = (self.span.low, self.span.high) if self.span else (float(hz.min()), float(hz.max()))
+        facts = {"carrier_hz": [low, high], "carrier_from": self.point[1]}
+        events = Events.of([part], taps, float(times[-1]), self.span)
+        return DecodedDocument(events, document.text("description"), facts)
+
+
+def control_points(events: Events, *, what: str) -> ControlPoints:
+    """Return the `MOST_POINTS` or fewer lines for events, ending at 0.
+
+    Events of few points keep them, and a transient is a peak of two lines; if there are too many, the strongest are
+    kept. Others become the lines that are closest to strength and frequency. ``what`` names the result in errors.
+    Raises `ParameterError` if they are too short or too long.
+    """
+    length = max([round(1e3 * events.seconds), *(_start(one) + 2 * SHORTEST_MS for one in events.transients)])
     if not 2 * SHORTEST_MS <= length <= MOST_POINTS * LONGEST_MS:
         raise ParameterError(
             f"{what} lasts {2 * SHORTEST_MS} to {MOST_POINTS * LONGEST_MS} ms, got {length} ms; cut it, or use a "
             "format without that limit"
         )
+    taps = sorted(events.transients, key=lambda one: -one.amplitude)
+    designed = taps or len(events.joined.times) <= 4 * MOST_POINTS
+    for kept in range(min(len(taps), MOST_POINTS // 2), len(taps) // 2 - 1, -1) if designed else ():
+        exact = _exact(replace(events, transients=tuple(taps[:kept])), length)
+        if exact is not None:
+            return exact
+    return _closest(events, length)
+
+
+def _start(one: Transient) -> int:
+    return round(1e3 * one.time)
+
+
+def _exact(events: Events, length: int) -> ControlPoints | None:
+    """Return the lines through the points of an envelope and the peaks of transients; None if they do not fit."""
+    whole = events.joined
+    points = {0: (0.0, float(whole.hz(0.0))), length: (0.0, float(whole.hz(length / 1e3)))}
+    part = whole.within(max(0.0, whole.start), min(length / 1e3, whole.end))
+    chosen = {
+        *thinned(part.times, part.amplitude, CLOSE).tolist(),
+        *thinned(part.times, np.log2(np.maximum(part.frequency, 1)), CLOSE_OCTAVES).tolist(),
+    }
+    last = -SHORTEST_MS
+    for i in sorted(chosen) if whole.peak > 0 else ():
+        # A jump takes the shortest line; the first and the last point are 0.
+        place = max(round(1e3 * float(part.times[i])), last + (SHORTEST_MS if part.amplitude[i] != 0 else 0))
+        place = SHORTEST_MS if place < SHORTEST_MS and part.amplitude[i] > 0 else place
+        place = length - SHORTEST_MS if place > length - SHORTEST_MS and part.amplitude[i] > 0 else place
+        points.setdefault(place, (min(1.0, float(part.amplitude[i])), float(part.frequency[i])))
+        last = place
+    for one in events.transients:
+        start = _start(one)
+        if any(start <= place <= start + 2 * SHORTEST_MS and points[place][0] > 0 for place in points):
+            return None
+        under = min(1.0, float(whole.at((start + SHORTEST_MS) / 1e3)))
+        shape = (under, max(under, one.amplitude), under)
+        points |= {start + i * SHORTEST_MS: (level, one.frequency) for i, level in enumerate(shape)}
+    places = sorted(points)
+    for before, after in pairwise(places):
+        for place in range(before + LONGEST_MS, after, LONGEST_MS):
+            ends = np.array([points[before], points[after]])
+            points[place] = (
+                float(np.interp(place, [before, after], ends[:, 0])),
+                float(np.interp(place, [before, after], ends[:, 1])),
+            )
+    places = sorted(points)
+    ms = np.diff(places)
+    if len(ms) > MOST_POINTS or ms.min() < SHORTEST_MS:
+        return None
+    amplitude, hz = np.array([points[place] for place in places]).T
+    return ControlPoints(float(hz[0]), ms, amplitude[1:], hz[1:])
+
+
+def _closest(events: Events, length: int) -> ControlPoints:
+    """Return the lines that are closest to the strength and the frequency of events.
+
+    The ends are chosen on a grid of `SHORTEST_MS` by dynamic programming (Bellman 1961), then amplitudes and
+    frequencies are fitted by least squares, those of the frequency weighted by the amplitude.
+    """
     count = length // SHORTEST_MS
     grid = SHORTEST_MS * np.arange(count + 1)
     grid[-1] = length
-    source = envelope_of(signal, pulses=False)
     # The last line is stretched by up to a step.
     fine = np.interp(np.arange(STEPS * count + 1), STEPS * np.arange(count + 1), grid) / 1e3
-    amplitude = np.minimum(np.interp(fine, source.times, source.amplitude), 1)
-    hz = np.maximum(np.interp(fine, source.times, source.frequency), 1)
+    amplitude = np.minimum(events.strength(fine), 1)
+    hz = np.maximum(events.joined.hz(fine), 1)
+    for one in events.transients:
+        hz[slice(*np.searchsorted(fine, [one.time, one.time + SHORTEST_MS / 1e3]))] = max(one.frequency, 1)
     ends = _chosen(amplitude, hz, stretched=length % SHORTEST_MS > 0)
     lines = _lines(fine, grid[ends] / 1e3)
     fitted = np.zeros(len(ends))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, encoded, parse
-from tactogram.rendering.files.envelope import Envelope
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, encoded, parse
+from tactogram.rendering.files.events import Events
 from tactogram.signal import Signal
 
 
@@ -23,17 +23,20 @@ class HapticFormat:
     suffix : str
         May be shared with other formats.
     holds : {"waveform", "envelope", "on and off"}
-        A waveform keeps all axes, the others hold one.
+        A waveform keeps all axes, the others hold events of one.
     encode : callable
-        Returns the document of a signal whose samples (waveform) or envelope lie within full scale.
-    encode_envelope : callable, optional
-        Returns the document of an envelope within full scale, where no signal needs to be analysed.
+        Returns the document of events within full scale.
     decode : callable
-        Returns the content of a valid document. The second argument is the wanted rate in Hz, or None.
-    validate : callable
-        Returns the problems of a document, a line each.
+        Returns the content of a document as players take it. What it lacks, and what players clamp, is noted by
+        `documents.Node`; rules of the format are noted in its ``notes``.
     recognise : callable
         Whether a document with an unknown or shared suffix looks like this format.
+    encode_waveform : callable, optional
+        Returns the document of a signal within full scale, of a format that holds waveforms.
+    bands : tuple of (float, float), Hz
+        In which the strength of a waveform is analysed, each on its own; by default all that is felt, with transients.
+    resolution_s : float, s
+        By how much the time of an event may differ in the file.
     instead : str
         What keeps more of a signal, for the same devices if possible, in words (see `verdict`).
     modalities : tuple of str
@@ -48,11 +51,12 @@ class HapticFormat:
     title: str
     suffix: str
     holds: Literal["waveform", "envelope", "on and off"]
-    encode: Callable[[Signal, DocumentHeader], Any]
-    decode: Callable[[Any, float | None], DecodedDocument]
-    validate: Callable[[Any], list[str]]
+    encode: Callable[[Events, DocumentHeader], Any]
+    decode: Callable[[Node], DecodedDocument]
     recognise: Callable[[Any], bool]
-    encode_envelope: Callable[[Envelope, DocumentHeader], Any] | None = None
+    encode_waveform: Callable[[Signal, DocumentHeader], Any] | None = None
+    bands: tuple[tuple[float, float], ...] = ()
+    resolution_s: float = 0.001
     instead: str = "a format of waveforms (.wav, .hjif)"
     modalities: tuple[str, ...] = ()
     highest_rate: float | None = None

@@ -1,13 +1,15 @@
-"""Conversion loss: a signal compared to the one read back from its file."""
+"""Conversion loss: a signal, or events, compared to those read back from a file."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.analysis import envelope_of
+from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Part
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 
@@ -28,6 +30,10 @@ CLOSE_DB = 20.0
 """Signal over error from which a stored waveform counts as the signal. Ours: a tenth of its amplitude."""
 BUZZ_SHARE = 0.5
 """Share of the envelope's peak above which a pattern is on."""
+MERGED_S = 0.060
+"""A transient without a counterpart is merged if one of the file begins within this time. Ours."""
+ABOUT, ABOUT_SHARE = 0.02, 0.05
+"""Difference of a transient's strength, of full scale and of the strength, up to which it is the same. Ours."""
 
 
 @dataclass(frozen=True)
@@ -50,55 +56,122 @@ class ConversionLoss:
 
 def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
     """Return the loss of ``copy`` compared to ``original``, both of one axis, the same domain and unit."""
-    if original.domain != "time":
-        correlation, snr = _waveform(original, copy)
-        return ConversionLoss(None, None, None, None, correlation, snr)
-    one, other = envelope_of(original, pulses=False), envelope_of(copy, pulses=False)
-    a = one.amplitude
-    b = np.interp(one.times, other.times, other.amplitude, right=0.0)  # the copy may be shorter
-    power, copied = float(np.mean(a**2)), float(np.mean(b**2))
-    shift = None
-    if power > 0 and copied > 0:
-        f = np.maximum(np.interp(one.times, other.frequency_times, other.frequency), 1.0)
-        octaves = np.abs(np.log2(f / np.maximum(one.frequency, 1.0)))
-        shift = float(np.average(octaves, weights=a**2))
     correlation, snr = _waveform(original, copy)
-    return ConversionLoss(
-        envelope_correlation=_correlation(a, b, flat=FLAT_ENVELOPE),
-        envelope_error=float(np.sqrt(np.mean((a - b) ** 2) / power)) if power > 0 else None,
-        level_db=10 * float(np.log10(copied / power)) if power > 0 and copied > 0 else None,
-        frequency_octaves=shift,
-        waveform_correlation=correlation,
-        snr_db=snr,
+    if original.domain != "time":
+        return ConversionLoss(None, None, None, None, correlation, snr)
+    one, other = envelope_of(original), envelope_of(copy)
+    b = np.interp(one.times, other.times, other.amplitude, right=0.0)  # the copy may be shorter
+    loss = _strength_loss(one.amplitude, b, one.frequency, other.hz(one.times))
+    return replace(loss, waveform_correlation=correlation, snr_db=snr)
+
+
+@dataclass(frozen=True)
+class EventCounts:
+    """Numbers of events: the source's transients, and what became of them in a file.
+
+    Each is ``kept``, ``merged`` with a neighbour, ``in_vibration`` (a part of the vibration), or ``lost``. Of those
+    kept some are of another ``strength`` or ``frequency``. ``added`` are transients that the source has not;
+    ``vibrations`` are those of the source, from silence to silence, of which ``vibrations_lost`` are silent.
+    """
+
+    transients: int
+    kept: int
+    merged: int
+    in_vibration: int
+    lost: int
+    strength: int
+    frequency: int
+    added: int
+    vibrations: int
+    vibrations_lost: int
+
+
+def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLoss, EventCounts]:
+    """Return the loss of the events read back from a file, compared to those of its source.
+
+    Transients are the same up to ``close_s`` apart. Frequencies that both state as shares are compared as shares.
+    """
+    if source.span and copy.span and source.span != copy.span:
+        copy = copy.in_span(source.span)
+    t = np.arange(0.0, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
+    one, other = source.joined, copy.joined
+    loss = _strength_loss(source.strength(t), copy.strength(t), one.hz(t), other.hz(t))
+    if one.peak == 0:
+        loss = replace(loss, frequency_octaves=None)
+    free, times = list(copy.transients), np.array([tap.time for tap in copy.transients])
+    used: set[int] = set()
+    fates: Counter[str] = Counter()
+    for tap in source.transients:
+        near = range(*np.searchsorted(times, [tap.time - close_s - 1e-9, tap.time + close_s + 1e-9]))
+        found = min((i for i in near if i not in used), key=lambda i: abs(times[i] - tap.time), default=None)
+        if found is None:
+            around = other.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
+            merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
+            fates["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
+            continue
+        used.add(found)
+        fates["kept"] += 1
+        difference = abs(free[found].amplitude - tap.amplitude)
+        fates["strength"] += difference > max(ABOUT, ABOUT_SHARE * tap.amplitude)
+        octaves = abs(np.log2(max(free[found].frequency, 1.0) / max(tap.frequency, 1.0)))
+        fates["frequency"] += bool(octaves > KEPT_OCTAVES)
+    spans = _sounding(source.joined)
+    names = ("kept", "merged", "in_vibration", "lost", "strength", "frequency")
+    fate = {name: fates[name] for name in names}
+    silent = sum(copy.strength(np.linspace(*span, 33)).max() == 0 for span in spans)
+    added = len(free) - len(used)
+    counts = EventCounts(
+        len(source.transients), **fate, added=added, vibrations=len(spans), vibrations_lost=int(silent)
     )
+    return loss, counts
 
 
-def loss_sentence(loss: ConversionLoss, holds: str) -> str:
-    """Return in a sentence what a file keeps of a signal and what it loses.
+def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None = None) -> str:
+    """Return in a sentence what a file keeps and what it loses, of a signal or of events, which have ``counts``.
 
     ``holds`` is that of the file's format (`HapticFormat`).
     """
-    if holds == "waveform":
+    if holds == "waveform" and counts is None:
         if loss.snr_db is None or loss.snr_db > LOSSLESS_DB:
             return "keeps the waveform"
         return f"keeps the waveform with an error of {-loss.snr_db:.0f} dB"
-    kept, lost = [], ["the waveform"]
-    similar = loss.envelope_correlation
-    if similar is None:
-        similar = float(loss.envelope_error is None or loss.envelope_error < STEADY)
-    if similar > ROUGHLY:
-        kept.append("the strength over time" if similar > KEPT else "roughly the strength over time")
-    else:
-        lost.append("the changes of strength")
-    if loss.level_db is not None:
-        found = abs(loss.level_db) <= KEPT_DB
-        (kept if found else lost).append("the level" if found else f"the level ({loss.level_db:+.0f} dB)")
-    if (off := loss.frequency_octaves) is not None:
-        found = off <= KEPT_OCTAVES
-        (kept if found else lost).append(
-            "the frequency" if found else f"the frequency ({off:.1f} octaves off)"
-        )
-    return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost)}"
+    kept, lost = _counted(counts) if counts else ([], ["the waveform"])
+    if counts is None or counts.vibrations:
+        similar = loss.envelope_correlation
+        if similar is None:
+            similar = float(loss.envelope_error is None or loss.envelope_error < STEADY)
+        if similar > ROUGHLY:
+            kept.append("the strength over time" if similar > KEPT else "roughly the strength over time")
+        else:
+            lost.append("the changes of strength")
+        if loss.level_db is not None:
+            found = abs(loss.level_db) <= KEPT_DB
+            (kept if found else lost).append("the level" if found else f"the level ({loss.level_db:+.0f} dB)")
+        if (off := loss.frequency_octaves) is not None:
+            found = off <= KEPT_OCTAVES
+            (kept if found else lost).append(
+                "the frequency" if found else f"the frequency ({off:.1f} octaves off)"
+            )
+    return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost) or 'nothing'}"
+
+
+def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
+    """Return what of events is kept, and what is lost, in words."""
+    of = f"of {_number(counts.transients, 'transient')}"
+    kept = [f"{counts.kept} {of}"] if counts.transients else []
+    words = {
+        "merged": f"{counts.merged} {of} (merged with a neighbour)",
+        "in_vibration": f"{counts.in_vibration} {of} (part of a vibration)",
+        "lost": f"{counts.lost} {of} (left out)",
+        "strength": f"the strength of {counts.strength} {of}",
+        "frequency": f"the frequency of {counts.frequency} {of}",
+        "vibrations_lost": f"{counts.vibrations_lost} of {_number(counts.vibrations, 'vibration')}",
+    }
+    lost = [text for name, text in words.items() if getattr(counts, name)]
+    return kept, [
+        *lost,
+        *([f"{_number(counts.added, 'vibration')} (now short pulses)"] if counts.added else []),
+    ]
 
 
 def verdict(loss: ConversionLoss, copy: Signal, *, holds: str, instead: str) -> str:
@@ -115,20 +188,70 @@ def verdict(loss: ConversionLoss, copy: Signal, *, holds: str, instead: str) -> 
         return f"{'one buzz' if count == 1 else f'{count} buzzes of one strength'}: use {instead} instead"
     if loss.envelope_error is None:
         return "silence, as the signal"
-    similar = loss.envelope_correlation
-    if loss.envelope_error >= FELT and (similar is None or similar <= KEPT):
-        return f"a vibration too coarse for the signal's changes of strength: use {instead} instead"
-    if loss.frequency_octaves is not None and loss.frequency_octaves > KEPT_OCTAVES:
-        return f"the strength, at the wrong frequency: use {instead} instead"
-    return (
+    return _coarse(loss, instead) or (
         "one tone of the signal's strength and frequency: enough for an effect; a texture needs a waveform "
         "(.wav, .hjif)"
     )
 
 
+def events_verdict(loss: ConversionLoss, counts: EventCounts, holds: str, instead: str) -> str:
+    """Return in a sentence what remains of events in a file, and what to use instead; arguments as of `verdict`."""
+    if holds == "on and off":
+        return f"when it vibrates, at one strength: use {instead} instead"
+    gone = {"transient": counts.transients - counts.kept, "vibration": counts.vibrations_lost}
+    all_of = {"transient": counts.transients, "vibration": counts.vibrations}
+    if lost := [f"{count} of {_number(all_of[name], name)}" for name, count in gone.items() if count]:
+        return f"not all events: {_listed(lost)} missing; use {instead} instead"
+    if counts.frequency:
+        return f"the strength, at the wrong frequency: use {instead} instead"
+    return (_coarse(loss, instead) if counts.vibrations else "") or "the events themselves"
+
+
+def _coarse(loss: ConversionLoss, instead: str) -> str:
+    similar, error = loss.envelope_correlation, loss.envelope_error
+    if error is not None and error >= FELT and (similar is None or similar <= KEPT):
+        return f"a vibration too coarse for the changes of strength: use {instead} instead"
+    if loss.frequency_octaves is not None and loss.frequency_octaves > KEPT_OCTAVES:
+        return f"the strength, at the wrong frequency: use {instead} instead"
+    return ""
+
+
+def _strength_loss(
+    a: NDArray[np.float64], b: NDArray[np.float64], hz: NDArray[np.float64], copied_hz: NDArray[np.float64]
+) -> ConversionLoss:
+    """Return the loss of a strength ``b`` of ``copied_hz`` compared to ``a`` of ``hz``, at the same times."""
+    power, copied = float(np.mean(a**2)), float(np.mean(b**2))
+    audible = power > 0 and copied > 0
+    octaves = np.abs(np.log2(np.maximum(copied_hz, 1.0) / np.maximum(hz, 1.0)))
+    return ConversionLoss(
+        envelope_correlation=_correlation(a, b, flat=FLAT_ENVELOPE),
+        envelope_error=float(np.sqrt(np.mean((a - b) ** 2) / power)) if power > 0 else None,
+        level_db=10 * float(np.log10(copied / power)) if audible else None,
+        frequency_octaves=float(np.average(octaves, weights=a**2)) if audible else None,
+        waveform_correlation=None,
+        snr_db=None,
+    )
+
+
+def _sounding(part: Part) -> list[tuple[float, float]]:
+    """Return where a vibration is above 0, beginning and end in s; pauses up to `PULSE_S` do not count."""
+    spans: list[tuple[float, float]] = []
+    on = (part.amplitude[:-1] > 0) | (part.amplitude[1:] > 0)
+    for start, end in zip(part.times[:-1][on].tolist(), part.times[1:][on].tolist(), strict=True):
+        if spans and start - spans[-1][1] <= PULSE_S:
+            spans[-1] = (spans[-1][0], end)
+        else:
+            spans.append((start, end))
+    return spans
+
+
+def _number(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def _buzzes(copy: Signal) -> int:
     """Return how often a pattern switches on."""
-    amplitude = envelope_of(copy, pulses=False).amplitude
+    amplitude = envelope_of(copy).amplitude
     on = amplitude > BUZZ_SHARE * amplitude.max(initial=0.0)
     return int(np.count_nonzero(np.diff(on.astype(int), prepend=0) > 0))
 

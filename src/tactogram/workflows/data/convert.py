@@ -10,9 +10,10 @@ from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.rendering.files.catalogue import format_for, haptic_formats, haptic_suffixes
-from tactogram.rendering.files.conversion import check_file, read_haptic, write_haptic
-from tactogram.rendering.files.envelope import READ_RATE
+from tactogram.rendering.files.conversion import write_haptic
+from tactogram.rendering.files.reading import HapticFile, check_file, read_haptic
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
 from tactogram.rendering.sound_map import sound_to_touch
@@ -42,8 +43,9 @@ SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
 def convert(request: ConversionRequest) -> dict[str, Any]:
     """Write a signal in the format of the target's suffix, with its metadata.
 
-    Haptic files (`tactogram.rendering.files`) are read and written, too. They hold parts of full scale, mostly an
-    envelope instead of samples: the scale and the loss are in the result, and in the file.
+    Haptic files (`tactogram.rendering.files`) are read and written, too. They hold parts of full scale, mostly events
+    instead of samples: the scale and the loss are in the result, and in the file. From one of them to another events
+    remain events; ``resample_to``, ``map`` and ``play_at`` make a waveform of them first.
 
     Returns
     -------
@@ -53,7 +55,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         `signal.timing.SamplingTiming`; None if there are none), ``metadata``; ``reduced_by`` where axes became one;
         ``mapped`` of a sound (facts of `sound_to_touch`) or a photograph (``by`` "relief", ``width_mm``,
         ``speed_mm_s``); ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`);
-        ``notes`` on what of a table was left out or assumed.
+        ``notes`` on what of a table was left out or assumed, and on rules that a haptic source breaks.
 
     Raises
     ------
@@ -84,9 +86,11 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
     axis = request.axis if mapped is None else None
     written = None
     if kind is not None:
+        # Several channels are events of one only where the target holds no more.
+        whole = len(signal.axes) == 1 or (axis is None and kind.holds != "waveform")
         written = write_haptic(
             target,
-            signal,
+            given.events if given.events is not None and whole else signal,
             format=kind.name,
             axis=axis,
             full_scale=request.full_scale,
@@ -134,7 +138,8 @@ def convert_folder(
     -------
     dict
         ``source``, ``target``, ``format``, ``files`` (as `convert`, each), ``failed`` (the error by file; the others
-        are written), ``left_out`` (number of files of no known format).
+        are written), ``left_out`` (number of files of no known format), ``beside`` (the haptic file by the signal
+        beside it, of the same name: the designed file is converted, the signal is not).
 
     Raises
     ------
@@ -153,11 +158,16 @@ def convert_folder(
     if not paths:
         raise DataError(f"{source}: no file in it can be read; known are {', '.join(suffixes)}")
     made: dict[Path, Path] = {}
-    for path in paths:
+    beside: dict[str, str] = {}
+    haptic = haptic_suffixes()
+    for path in sorted(paths, key=lambda path: path.suffix.lower() not in haptic):
         place = (target / path.relative_to(source)).with_suffix(suffix)
-        if place in made:
-            raise ParameterError(f"{made[place]} and {path} would both become {place}; rename one")
-        made[place] = path
+        first = made.setdefault(place, path)
+        if first is path:
+            continue
+        if first.suffix.lower() not in haptic or path.suffix.lower() in haptic:
+            raise ParameterError(f"{first} and {path} would both become {place}; rename one")
+        beside[str(path)] = str(first)
     check_writable(target, folder=True)
     files, failed = [], {}
     for done, (place, path) in enumerate(made.items()):
@@ -174,6 +184,7 @@ def convert_folder(
         "files": files,
         "failed": failed,
         "left_out": len(present) - len(paths),
+        "beside": beside,
     }
 
 
@@ -228,6 +239,7 @@ class _Given:
     timing: dict[str, Any] | None = None
     read: dict[str, Any] | None = None
     notes: tuple[str, ...] = ()
+    events: HapticFile | None = None
 
 
 def _over_time(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
@@ -239,12 +251,14 @@ def _over_time(source: Path, request: ConversionRequest, reading: dict[str, Any]
         if request.map is not None:
             raise ParameterError("`map` is for a sound, which is over time; omit `play_at`")
         rate = request.resample_to or given.signal.rate * request.play_at
-        return replace(given, signal=played(given.signal, request.play_at, rate))
+        return replace(given, signal=played(given.signal, request.play_at, rate), events=None)
     if request.map is not None:
         signal, how = to_one_axis(given.signal, request.axis)
         signal, mapped = sound_to_touch(signal, request.map)
-        given = replace(given, signal=signal, reduced_by=how, mapped=mapped)
-    return replace(given, signal=resample(given.signal, request.resample_to or given.signal.rate))
+        given = replace(given, signal=signal, reduced_by=how, mapped=mapped, events=None)
+    if request.resample_to is None:
+        return given
+    return replace(given, signal=resample(given.signal, request.resample_to), events=None)
 
 
 def _drawn(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
@@ -297,7 +311,9 @@ def _read(source: Path, options: dict[str, Any]) -> _Given:
         raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
     haptic = read_haptic(source, rate=options["rate"])
     signal = haptic.signal.select(*options["axes"]) if options["axes"] else haptic.signal
-    return _Given(signal, haptic.metadata | {"read_from": haptic.facts}, read=haptic.facts)
+    whole = haptic if haptic.events is not None and signal is haptic.signal else None
+    metadata = haptic.metadata | {"read_from": haptic.facts}
+    return _Given(signal, metadata, read=haptic.facts, notes=haptic.warnings, events=whole)
 
 
 def _notes(file: SignalFile) -> tuple[str, ...]:

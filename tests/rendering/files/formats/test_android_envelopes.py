@@ -5,10 +5,11 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files import control_points as module_of_points
-from tactogram.rendering.files.documents import DocumentHeader
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.analysis import envelope_of
+from tactogram.rendering.files.events import Events, Transient
 from tactogram.rendering.files.formats import android_basic, android_envelope
 from tactogram.signal import Signal
+from tests.rendering.files.documents import problems, read, written_by
 
 RATE = 2000
 
@@ -22,8 +23,8 @@ def tone(amplitude, hz, seconds):
 
 
 def written(signal, module=android_envelope):
-    document = module.encode(signal, DocumentHeader())
-    assert module.validate(document) == []
+    document = written_by(module, signal)
+    assert problems(module, document) == []
     return document, np.array([list(point.values()) for point in document["controlPoints"]])
 
 
@@ -48,7 +49,7 @@ def test_a_sweep_of_frequency_is_kept_and_read_back():
     document, points = written(tone([0.7, 0.7], [100, 250], 2.0))
     hz = np.interp([500, 1000, 1500], np.cumsum(points[:, 2]), points[:, 1])
     assert hz == pytest.approx([137.5, 175, 212.5], abs=3)
-    back = envelope_of(android_envelope.decode(document, 8000).signal, pulses=False)
+    back = envelope_of(read(android_envelope, document).signal)
     assert np.interp([0.5, 1, 1.5], back.times, back.frequency) == pytest.approx(hz, abs=3)
     assert np.interp(1, back.times, back.amplitude) == pytest.approx(0.7, abs=0.01)
 
@@ -80,7 +81,7 @@ def test_sharpness_is_the_share_of_65_to_300_hz():
     document, points = written(tone([0.5, 0.5], [182.5], 0.5), android_basic)
     assert points[:-1, 1] == pytest.approx(0.5, abs=0.01)
     assert document["initialSharpness"] == pytest.approx(0.5, abs=0.1)
-    back = envelope_of(android_basic.decode(document, 8000).signal, pulses=False)
+    back = envelope_of(read(android_basic, document).signal)
     assert np.interp(0.25, back.times, back.frequency) == pytest.approx(182.5, abs=2)
 
 
@@ -88,7 +89,7 @@ def test_sharpness_is_the_share_of_65_to_300_hz():
 def test_a_signal_beyond_the_limits_is_refused(seconds):
     signal = Signal(np.ones(round(seconds * 1000)), 1000, "1")
     with pytest.raises(ParameterError, match=f"lasts 40 to 16000 ms, got {round(seconds * 1000)} ms; cut it"):
-        android_envelope.encode(signal, DocumentHeader())
+        written_by(android_envelope, signal)
 
 
 def test_the_longest_signal_takes_16_lines_of_1_s():
@@ -103,18 +104,29 @@ BASIC = {"intensity": 0.0, "sharpness": 0.5, "durationMillis": 100}
 @pytest.mark.parametrize(
     ("module", "points", "problem"),
     [
-        (android_envelope, [POINT | {"amplitude": 1.1}], "controlPoints.0.amplitude: must be less than or equal to 1"),
-        (android_envelope, [POINT | {"frequencyHz": 0}], "frequencyHz: must be greater than 0"),
-        (android_envelope, [POINT | {"durationMillis": 19}], "durationMillis: must be greater than or equal to 20"),
-        (android_envelope, [POINT | {"durationMillis": 1001}], "durationMillis: must be less than or equal to 1000"),
-        (android_envelope, [POINT | {"durationMillis": 20.5}], "valid integer"),
-        (android_envelope, [POINT] * 17, "at most 16 items"),
-        (android_envelope, [], "at least 1 item"),
-        (android_basic, [BASIC | {"intensity": 0.1}], "last control point must have an intensity of 0, got 0.1"),
-        (android_basic, [BASIC | {"sharpness": -0.1}, BASIC], "controlPoints.0.sharpness"),
+        (android_envelope, [POINT | {"amplitude": 1.1}], "amplitude must be 0 to 1, got 1.1: clamped"),
+        (android_envelope, [POINT | {"frequencyHz": "x"}], "controlPoints.0.frequencyHz: must be a number"),
+        (android_envelope, [POINT | {"durationMillis": 19}], "durationMillis must be 20 to 1000, got 19"),
+        (android_envelope, [POINT | {"durationMillis": 1001}], "durationMillis must be 20 to 1000, got 1001"),
+        (android_envelope, [POINT] * 17, "at most 16 points, got 17"),
+        (android_envelope, [], "controlPoints: must not be empty"),
+        (
+            android_basic,
+            [BASIC | {"intensity": 0.1}],
+            "last control point must have an intensity of 0, got 0.1",
+        ),
+        (android_basic, [BASIC | {"sharpness": -0.1}, BASIC], "sharpness must be 0 to 1, got -0.1"),
     ],
-)  # fmt: skip
+)
 def test_each_limit_is_checked(module, points, problem):
     good = POINT if module is android_envelope else BASIC
-    assert module.validate({"controlPoints": [good] * 16}) == []
-    assert any(problem in line for line in module.validate({"controlPoints": points}))
+    assert problems(module, {"controlPoints": [good] * 16}) == []
+    [line] = problems(module, {"controlPoints": points})
+    assert problem in line
+
+
+def test_a_transient_is_a_peak_of_two_lines_and_read_as_one():
+    taps = tuple(Transient(time, share, 200.0) for time, share in ((0.0, 0.8), (0.3, 0.4), (0.7, 1.0)))
+    document, points = written(Events.of([], taps))
+    assert points[:, 2].tolist() == [20, 20, 260, 20, 20, 360, 20, 20]
+    assert read(android_envelope, document).events.transients == taps

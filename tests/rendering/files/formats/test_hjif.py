@@ -13,6 +13,7 @@ from tactogram.rendering.files.formats import hjif
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass
 from tactogram.signal.resampling import resample
+from tests.rendering.files.documents import problems, read, written_by
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "min.hjif"
 
@@ -31,8 +32,8 @@ def played(rate=8000, seconds=1.0, **changes):
         frequency_sampling=rate, sample_count=round(rate * seconds)
     )
     band(document).update(changes)
-    assert hjif.validate(document) == []
-    return hjif.decode(document).signal.samples[0]
+    assert problems(hjif, document) == []
+    return read(hjif, document).signal.samples[0]
 
 
 def effect(*keyframes, position=0):
@@ -108,7 +109,7 @@ def test_what_resampling_loses_is_not_felt(tmp_path):
 
 
 def test_silence_costs_two_keyframes():
-    document = hjif.encode(Signal(np.zeros(8000), 8000, "1"), DocumentHeader())
+    document = written_by(hjif, Signal(np.zeros(8000), 8000, "1"))
     assert len(band(document)["effects"][0]["keyframes"]) == 2
 
 
@@ -160,7 +161,7 @@ def test_bands_add_up_and_are_limited():
     }
     bands = [one | {"effects": [effect((0, 0.7), (999, 0.7))]} for _ in range(2)]
     document["perceptions"][0]["channels"][0].update(bands=bands, gain=0.5)
-    assert hjif.decode(document).signal.samples[0, :100] == pytest.approx(0.5)
+    assert read(hjif, document).signal.samples[0, :100] == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize(
@@ -174,9 +175,8 @@ def test_bands_add_up_and_are_limited():
 def test_what_has_no_public_description_is_refused(changes, message):
     document = minimal()
     band(document).update(changes)
-    assert hjif.validate(document) == []
     with pytest.raises(DataError, match=message):
-        hjif.decode(document)
+        read(hjif, document)
 
 
 def perception(document):
@@ -199,49 +199,42 @@ RULES = {
         )
     },
     "a year from 2023 on": lambda d: d.update(version="2022"),
-    "got '2023-12'": lambda d: d.update(version="2023-12"),
+    "got 2023-12": lambda d: d.update(version="2023-12"),
     "profile: must be": lambda d: d.update(profile="Best"),
-    "level: must be": lambda d: d.update(level=3),
+    "level must be 1 to 2, got 3": lambda d: d.update(level=3),
     "timescale of Simple Parametric must be 1000": lambda d: d.update(
         profile="Simple Parametric", timescale=999
     ),
-    "less than or equal to 48000": lambda d: d.update(timescale=48_001),
-    "avatars.0.id": lambda d: d.update(avatars=[{"id": 0}]),
-    "each avatar must have a unique id": lambda d: d.update(avatars=[{"id": 1}, {"id": 1}]),
-    "avatar_id 7": lambda d: perception(d).update(avatar_id=7),
+    "timescale must be 1 to 48000, got 48001": lambda d: d.update(timescale=48_001),
     "each perception must have": lambda d: d["perceptions"].append(perception(d)),
     "each channel must have": lambda d: perception(d)["channels"].append(perception(d)["channels"][0]),
     "perception_modality": lambda d: perception(d).update(perception_modality="Texture"),
     "effect_library: is required": lambda d: perception(d).pop("effect_library"),
     "gain: is required": lambda d: perception(d)["channels"][0].pop("gain"),
-    "reference_device_id 3": lambda d: perception(d)["channels"][0].update(reference_device_id=3),
     "band_type": lambda d: band(d).update(band_type="Wave"),
-    "needs a block_length": lambda d: band(d).update(band_type="WaveletWave"),
     "lower_frequency_limit must not be above": lambda d: band(d).update(lower_frequency_limit=2000),
-    "upper_frequency_limit: must be a valid integer": lambda d: band(d).update(upper_frequency_limit=9.5),
     "in order of relative_position": lambda d: band(d)["effects"][0]["keyframes"].reverse(),
-    "frequency_modulation: must be a valid integer": lambda d: band(d)["effects"][0]["keyframes"][0].update(
-        frequency_modulation=1.5
+    "frequency_modulation must be numbers": lambda d: band(d)["effects"][0]["keyframes"][0].update(
+        frequency_modulation="x"
     ),
     "7 bands per channel": lambda d: perception(d)["channels"][0].update(bands=[band(d)] * 8),
     "127 channels at most, got 128": lambda d: perception(d).update(
         channels=[perception(d)["channels"][0] | {"id": i} for i in range(128)]
     ),
-    "syncs.0.timestamp": lambda d: d.update(syncs=[{"timestamp": -1}]),
 }
 
 
 @pytest.mark.parametrize("problem", RULES)
 def test_each_rule_is_checked(problem):
     document = minimal()
-    assert hjif.validate(document) == []
+    assert problems(hjif, document) == []
     bad = copy.deepcopy(document)
     RULES[problem](bad)
-    assert any(problem in line for line in hjif.validate(bad)), hjif.validate(bad)
+    assert any(problem in line for line in problems(hjif, bad)), problems(hjif, bad)
 
 
 def test_many_axes_need_level_2():
-    document = hjif.encode(
-        Signal(np.zeros((130, 4)), 100, "1", tuple(map(str, range(130)))), DocumentHeader()
+    document = written_by(
+        hjif, Signal(np.zeros((130, 4)), 100, "1", tuple(map(str, range(130)))), DocumentHeader()
     )
-    assert (document["level"], hjif.validate(document)) == (2, [])
+    assert (document["level"], problems(hjif, document)) == (2, [])

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError
 from tactogram.rendering.files import check_file, read_haptic, write_haptic
-from tactogram.rendering.files.documents import DocumentHeader, encoded
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.analysis import envelope_of
+from tactogram.rendering.files.documents import encoded
 from tactogram.rendering.files.formats import tact
 from tactogram.signal import Signal
+from tests.rendering.files.documents import problems, read, written_by
 
 RATE = 2000
 
@@ -17,8 +18,8 @@ def swell(seconds=1.0, strength=1.0, hz=150):
 
 
 def written(signal):
-    document = tact.encode(signal, DocumentHeader())
-    assert tact.validate(document) == []
+    document = written_by(tact, signal)
+    assert problems(tact, document) == []
     return document, document["project"]["tracks"][0]["effects"][0]["modes"]
 
 
@@ -70,13 +71,13 @@ def path(*points, playback="NONE"):
 
 
 def level(document, *ms):
-    found = envelope_of(tact.decode(document, 8000).signal, pulses=False)
+    found = envelope_of(read(tact, document).signal)
     return np.interp(np.array(ms) / 1e3, found.times, found.amplitude)
 
 
 def test_all_motors_of_the_front_have_the_strength_of_each_frame_in_hundredths():
     document, modes = written(swell())
-    source = envelope_of(swell(), pulses=False)
+    source = envelope_of(swell())
     steps = frames(modes["VestFront"]["dotMode"]["feedback"], 1000)
     strength = [max(step) for step in steps]
     assert [len(step) for step in steps] == [1] * 50
@@ -125,11 +126,11 @@ def test_effects_are_placed_and_the_strongest_motor_counts():
         effect(100, 200, Head=mode([dots(0, 200, 0.2, 0.6)])),
         effect(200, 300, Head=mode([dots(0, 100, 0.3), dots(100, 300, "0.900")])),
     )
-    assert tact.validate(document) == []
+    assert problems(tact, document) == ["intensity must be a number, got '0.900': read as one"]
     assert level(document, 50, 150, 250, 400) == pytest.approx([0, 0.6, 0.6, 0.9], abs=0.01)
     document["project"]["tracks"][0]["enable"] = False
-    with pytest.raises(ParameterError, match="holds no effect"):
-        tact.decode(document, 8000)
+    with pytest.raises(DataError, match="holds no effect"):
+        read(tact, document)
 
 
 @pytest.mark.parametrize(
@@ -146,33 +147,40 @@ def test_a_path_is_as_strong_as_its_points():
     assert level(lines, 250, 500, 750) == pytest.approx([0.35, 0.5, 0.65], abs=0.01)
     single = pattern(effect(0, 1000, Head=mode([], [path((500, 0.7))])))
     assert level(single, 250, 750) == pytest.approx([0, 0.7], abs=0.01)
-    assert tact.decode(single, 8000).facts["left_out"] == "which motors"
+    assert read(tact, single).facts["left_out"] == "which motors"
 
 
 @pytest.mark.parametrize(
     ("document", "problem"),
     [
         ({"feedback": {}}, "project: is required"),
-        (pattern(effect(0, 10, Head=mode([dots(0, 10, 1.5)]))), "less than or equal to 1, got 1.5"),
-        (pattern(effect(0, 10, Head=mode([dots(0, 10, "x")]))), "could not convert string to float: 'x'"),
-        (
-            pattern(effect(0, 10, Head=mode([dots(9, 5, 1)]))),
-            "endTime must be at least startTime, got 5 and 9",
-        ),
-        (pattern(effect(-1, 10)), "startTime: must be greater than or equal to 0, got -1"),
-        (pattern(effect(0, 10, Arm=mode())), "position must be one of Head, got 'Arm'"),
-        (pattern(effect(0, 10, Head=mode([dots(0, 10, *[1] * 7)]))), "Head has no motor 6"),
-        (
-            pattern(effect(0, 10, Head=mode([dots(0, 10, 1, playback="LOUD")]))),
-            "playbackType: must be 'NONE'",
-        ),
+        (pattern(effect(0, 10, Head=mode([dots(0, 10, "x")]))), "intensity: must be a number, got 'x'"),
+        (pattern(effect(-1, 0)), "holds no effect of 1 ms or more"),
     ],
 )
-def test_rules(document, problem, tmp_path):
-    (line,) = tact.validate(document)
-    assert problem in line
+def test_what_no_player_accepts_is_refused_in_a_line(document, problem, tmp_path):
     file = tmp_path / "x.tact"
     file.write_bytes(encoded(document))
-    assert check_file(file)["problems"] == [line]
+    assert problem in check_file(file)["problems"][0]
     with pytest.raises(DataError, match=r"x\.tact: not valid bHaptics pattern: "):
         read_haptic(file)
+
+
+@pytest.mark.parametrize(
+    ("made", "problem"),
+    [
+        (effect(0, 99, Head=mode([dots(0, 99, 1.5)])), "intensity must be 0 to 1, got 1.5: clamped"),
+        (
+            effect(0, 99, Head=mode([dots(9, 5, 1)])),
+            "endTime must be at least startTime, got 5 and 9: left out",
+        ),
+        (effect(-1, 99), "startTime must be at least 0, got -1: clamped"),
+        (effect(0, 99, Arm=mode()), "position must be one of Head, got Arm: played all the same"),
+        (effect(0, 99, Head=mode([dots(0, 99, *[1] * 7)])), "a dot must be at a motor of the layout, got 6"),
+        (effect(0, 99, Head=mode([dots(0, 99, 1, playback="LOUD")])), "FADE_IN_OUT, got LOUD: read as NONE"),
+    ],
+)
+def test_what_players_forgive_is_read_and_said(made, problem):
+    [line] = problems(tact, pattern(made))
+    assert problem in line
+    assert read(tact, pattern(made)).events.seconds == pytest.approx(0.099)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactogram.rendering.files.catalogue import haptic_formats
-from tactogram.rendering.files.conversion import check_file
+from tactogram.rendering.files.reading import check_file
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.studio.signals.pictures import card_height

@@ -1,96 +1,62 @@
 """Android's vibration waveform: `VibrationEffect.createWaveform(timings, amplitudes, repeat)` as JSON.
 
 ``timings`` in integral ms, ``amplitudes`` 0 to 255, of equal length; ``repeat`` is -1 or the index from which to
-repeat. Steps of 10 ms, as in Meta's exporter. A phone states neither its frequency nor the strength of 255.
+repeat. Steps of 10 ms, as in Meta's exporter. A phone states neither its frequency nor the strength of 255. Without
+amplitudes the timings are off, on, off …, and an amplitude of -1 is the phone's default, as in the function.
 """
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import (
-    MOST_ENTRIES,
-    DecodedDocument,
-    DocumentHeader,
-    DocumentPart,
-    has_key,
-    problems_of,
-)
-from tactogram.rendering.files.envelope import (
-    HIGHEST_HZ,
-    PHONE_HZ,
-    carrier,
-    stepped_envelope,
-    stepped_strength,
-)
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
+from tactogram.rendering.files.events import PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.signal import Signal
+from tactogram.rendering.files.steps import StepRules
 
-STEP_MS = 10
 STRONGEST = 255
 LONGEST_MS = 24 * 3600 * 1000
+STEPS = StepRules(step_ms=10, pulse_ms=15, gap_ms=5, tap_ms=30, levels=STRONGEST)
+"""A transient of 15 ms: a phone's actuator needs about that to start, and it is no multiple of a step. A choice."""
 
 
-class Waveform(DocumentPart):
-    """A complete file."""
-
-    format: Literal["android-waveform"] = "android-waveform"
-    timings: tuple[Annotated[int, Field(ge=0, le=LONGEST_MS)], ...] = Field(
-        min_length=1, max_length=MOST_ENTRIES, strict=False
-    )
-    amplitudes: tuple[Annotated[int, Field(ge=0, le=STRONGEST)], ...] = Field(
-        min_length=1, max_length=MOST_ENTRIES, strict=False
-    )
-    repeat: int = -1
-    description: str = ""
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Waveform:
-        if len(self.timings) != len(self.amplitudes):
-            raise ValueError(
-                f"timings and amplitudes must be equally many, got {len(self.timings)} and {len(self.amplitudes)}"
-            )
-        if not any(self.timings):
-            raise ValueError("at least one timing must be above 0 ms")
-        if not -1 <= self.repeat < len(self.timings):
-            raise ValueError(f"repeat must be -1 or an entry's number, got {self.repeat}")
-        return self
-
-
-validate = partial(problems_of, Waveform)
-
-
-def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis whose envelope is within 0 to 1."""
-    edges, (strength,) = stepped_strength(signal, STEP_MS, [(0.0, HIGHEST_HZ)], what="an Android waveform")
-    strength = np.rint(STRONGEST * strength)
-    first = np.flatnonzero(np.diff(strength, prepend=-1))
+def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
+    """Return the document of events within 0 to 1."""
+    edges, strength = STEPS.write(events, what="an Android waveform")
     return {
         "format": "android-waveform",
-        "timings": [int(ms) for ms in np.diff(np.append(edges[first], edges[-1]))],
-        "amplitudes": [int(a) for a in strength[first]],
+        "timings": [int(ms) for ms in np.diff(edges)],
+        "amplitudes": [round(STRONGEST * share) for share in strength.tolist()],
         "repeat": -1,
         "description": header.description,
     }
 
 
-def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return one playback of a valid document, as a carrier of `PHONE_HZ` at ``rate``."""
-    waveform = Waveform.model_validate(document)
-    edges = np.concatenate([[0], np.cumsum(waveform.timings)]) / 1e3
-    strength = np.array(waveform.amplitudes) / STRONGEST
-    envelope = stepped_envelope(edges, strength, PHONE_HZ)
-    facts: dict[str, Any] = {
-        "carrier_hz": [PHONE_HZ],
-        "carrier_from": "nothing in the file: a phone's usual",
-    }
-    if waveform.repeat >= 0:
-        facts["left_out"] = f"repetition from entry {waveform.repeat}"
-    return DecodedDocument(carrier(envelope, rate), waveform.description, facts, envelope)
+def decode(document: Node) -> DecodedDocument:
+    """Return one playback of a document, at `PHONE_HZ`."""
+    notes = document.notes
+    timings = document.numbers("timings", 0, LONGEST_MS)
+    if timings and not any(timings):
+        notes.problems.append("timings: at least one must be above 0 ms")
+    strength = [float(i % 2) for i in range(len(timings))]
+    if document.has("amplitudes"):
+        stated = [STRONGEST if one == -1 else one for one in document.numbers("amplitudes", -1, STRONGEST)]
+        strength = [one / STRONGEST for one in stated]
+    if len(strength) != len(timings):
+        rule = "timings and amplitudes must be equally many"
+        notes.problems.append(f"{rule}, got {len(timings)} and {len(strength)}")
+    elif not timings:
+        notes.problems.append("timings: must not be empty")
+    repeat = int(document.number("repeat", -1, -1, max(0, len(timings) - 1)))
+    notes.check()
+    facts: dict[str, Any] = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
+    if repeat >= 0:
+        facts["left_out"] = f"repetition from entry {repeat}"
+    edges = np.append(0.0, np.cumsum(timings)) / 1e3
+    events = STEPS.read(edges, np.array(strength), PHONE_HZ)
+    return DecodedDocument(events, document.text("description"), facts)
 
 
 FORMAT = HapticFormat(
@@ -100,7 +66,6 @@ FORMAT = HapticFormat(
     holds="envelope",
     encode=encode,
     decode=decode,
-    validate=validate,
     recognise=has_key("timings"),
     instead="the phone's envelope (android_envelope, from Android 16)",
 )

@@ -7,113 +7,87 @@ wait for each effect's promise before playing the next.
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Annotated, Any, Literal
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from pydantic import Field, model_validator
 
-from tactogram.rendering.files.documents import (
-    MOST_ENTRIES,
-    DecodedDocument,
-    DocumentHeader,
-    DocumentPart,
-    has_key,
-    problems_of,
-)
-from tactogram.rendering.files.envelope import HIGHEST_HZ, carrier, stepped_envelope, stepped_strength
+from tactogram.rendering.files.analysis import HIGHEST_HZ
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
+from tactogram.rendering.files.events import Events, Part
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.signal import Signal
+from tactogram.rendering.files.steps import StepRules
 
 LONGEST_MS = 5000
-STEP_MS = 50
-"""An eccentric motor cannot follow anything faster. A choice."""
 SPLIT_HZ = 100.0
 """Lower frequencies drive the strong motor, higher ones the weak one. A choice: the specification names none."""
 STRONG_HZ, WEAK_HZ = 60.0, 160.0
 """Assumed when a file is read. A choice."""
-MAGNITUDES = 100
-"""Steps of a magnitude: finer ones are not felt, and equal neighbours are merged."""
-
-Milliseconds = Annotated[float, Field(ge=0)]
-Magnitude = Annotated[float, Field(ge=0, le=1)]
+STEPS = StepRules(step_ms=50, pulse_ms=40, gap_ms=10, tap_ms=60, levels=100)
+"""An eccentric motor follows nothing faster than 50 ms, nor starts in much less than 40 ms. Choices."""
 
 
-class Effect(DocumentPart):
-    """A call of playEffect."""
-
-    delay: Milliseconds = Field(0.0, alias="startDelay")
-    duration: Milliseconds
-    strong: Magnitude = Field(0.0, alias="strongMagnitude")
-    weak: Magnitude = Field(0.0, alias="weakMagnitude")
-
-    @model_validator(mode="after")
-    def _short(self) -> Effect:
-        if self.delay + self.duration > LONGEST_MS:
-            raise ValueError(
-                f"startDelay and duration must be at most {LONGEST_MS} ms together, "
-                f"got {self.delay + self.duration:g}; split it"
-            )
-        return self
-
-
-class Sequence(DocumentPart):
-    """A complete file."""
-
-    format: Literal["gamepad-effects"] = "gamepad-effects"
-    type: Literal["dual-rumble"]
-    effects: tuple[Effect, ...] = Field(min_length=1, max_length=MOST_ENTRIES, strict=False)
-    description: str = ""
-
-    @model_validator(mode="after")
-    def _lasts(self) -> Sequence:
-        if not any(effect.duration > 0 for effect in self.effects):
-            raise ValueError("at least one effect must last longer than 0 ms")
-        return self
+def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
+    """Return the document of events within 0 to 1."""
+    motors = []
+    for strong in (True, False):
+        parts = tuple(_of_motor(part, strong) for part in events.parts)
+        taps = tuple(one for one in events.transients if (one.frequency <= SPLIT_HZ) == strong)
+        motors.append(STEPS.write(Events(events.seconds, parts, taps), what="a gamepad effect"))
+    edges = np.union1d(motors[0][0], motors[1][0])
+    magnitudes = [
+        np.append(strength, 0.0)[np.searchsorted(own, edges[:-1], side="right") - 1]
+        for own, strength in motors
+    ]
+    effects = [
+        {
+            "startDelay": 0,
+            "duration": int(min(LONGEST_MS, end - at)),
+            "strongMagnitude": float(strong),
+            "weakMagnitude": float(weak),
+        }
+        for start, end, strong, weak in zip(edges[:-1], edges[1:], *magnitudes, strict=True)
+        for at in range(int(start), int(end), LONGEST_MS)
+    ]
+    about = {"format": "gamepad-effects", "type": "dual-rumble"}
+    return about | {"effects": effects, "description": header.description}
 
 
-validate = partial(problems_of, Sequence)
-
-
-def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis whose envelope is within 0 to 1."""
-    bands = ((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ))
-    edges, strengths = stepped_strength(signal, STEP_MS, bands, what="a gamepad effect")
-    motors = [np.rint(MAGNITUDES * strength) / MAGNITUDES for strength in strengths]
-    effects: list[dict[str, Any]] = []
-    for ms, strong, weak in zip(np.diff(edges), *motors, strict=True):
-        last = effects[-1] if effects else None
-        same = last is not None and (last["strongMagnitude"], last["weakMagnitude"]) == (strong, weak)
-        if same and last is not None and last["duration"] + ms <= LONGEST_MS:
-            last["duration"] += int(ms)
-            continue
-        effects.append(
-            {
-                "startDelay": 0,
-                "duration": int(ms),
-                "strongMagnitude": float(strong),
-                "weakMagnitude": float(weak),
-            }
-        )
-    return {
-        "format": "gamepad-effects",
-        "type": "dual-rumble",
-        "effects": effects,
-        "description": header.description,
-    }
-
-
-def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return the signal of a valid document, as two carriers of `STRONG_HZ` and `WEAK_HZ` at ``rate``."""
-    sequence = Sequence.model_validate(document)
-    spans = [ms for effect in sequence.effects for ms in (effect.delay, effect.duration)]
-    edges = np.concatenate([[0], np.cumsum(spans)]) / 1e3
-    strong = np.array([m for effect in sequence.effects for m in (0.0, effect.strong)])
-    weak = np.array([m for effect in sequence.effects for m in (0.0, effect.weak)])
-    slow = carrier(stepped_envelope(edges, strong, STRONG_HZ), rate)
-    fast = carrier(stepped_envelope(edges, weak, WEAK_HZ), rate)
+def decode(document: Node) -> DecodedDocument:
+    """Return the events of a document, of `STRONG_HZ` and `WEAK_HZ`."""
+    notes = document.notes
+    if document.text("type", "dual-rumble") != "dual-rumble":
+        notes.warn("type must be dual-rumble", document.value["type"], "read as one")
+    spans, values = [], []
+    for effect in document.nodes("effects"):
+        delay, duration = effect.number("startDelay", 0.0, 0.0), effect.number("duration", None, 0.0)
+        if delay + duration > LONGEST_MS:
+            rule = f"startDelay and duration must be at most {LONGEST_MS} ms together"
+            notes.warn(rule, f"{delay + duration:g}", "Chromium refuses it")
+        spans += [delay, duration]
+        motors = [effect.number(f"{name}Magnitude", 0.0, 0.0, 1.0) for name in ("strong", "weak")]
+        values += [[0.0, 0.0], motors]
+    if not any(spans[1::2]):
+        notes.problems.append("effects: at least one effect must last longer than 0 ms")
+    notes.check()
+    edges = np.append(0.0, np.cumsum(spans)) / 1e3
+    both = [
+        STEPS.read(edges, strength, hz)
+        for strength, hz in zip(np.array(values).T, (STRONG_HZ, WEAK_HZ), strict=True)
+    ]
+    events = Events.of(
+        (part for one in both for part in one.parts),
+        (tap for one in both for tap in one.transients),
+        float(edges[-1]),
+        limited=False,
+    )
     facts = {"carrier_hz": [STRONG_HZ, WEAK_HZ], "carrier_from": "nothing in the file: two motors' usual"}
-    return DecodedDocument(slow.with_samples(slow.samples + fast.samples), sequence.description, facts)
+    return DecodedDocument(events, document.text("description"), facts)
+
+
+def _of_motor(part: Part, strong: bool) -> Part:
+    """Return a vibration where its frequency drives this motor, silent elsewhere."""
+    return replace(part, amplitude=np.where((part.frequency <= SPLIT_HZ) == strong, part.amplitude, 0.0))
 
 
 FORMAT = HapticFormat(
@@ -123,7 +97,7 @@ FORMAT = HapticFormat(
     holds="envelope",
     encode=encode,
     decode=decode,
-    validate=validate,
     recognise=has_key("effects"),
+    bands=((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)),
     instead="a pad's sound channels (display dualsense), or .haptic",
 )

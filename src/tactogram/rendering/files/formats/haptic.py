@@ -1,7 +1,8 @@
 """``.haptic`` version 1, Meta's (formerly Lofelt's) parametric clips: amplitude, frequency, emphasis.
 
-The rules are the ten of `haptic_data` (facebook/meta-haptics-sdk, MIT), in strict mode. The frequencies of 0 and 1
-depend on the device: 55 to 200 Hz on Quest controllers (its profile in that SDK).
+What is written keeps the ten rules of `haptic_data` (facebook/meta-haptics-sdk, MIT) in strict mode; clips that its own
+libraries ship break some of them. The frequencies of 0 and 1 depend on the device: 55 to 200 Hz on Quest controllers
+(its profile in that SDK).
 """
 
 from __future__ import annotations
@@ -9,226 +10,114 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pydantic import Field
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import (
-    MOST_ENTRIES,
-    DecodedDocument,
-    DocumentHeader,
-    DocumentPart,
-    has_key,
-    problems_of,
-)
-from tactogram.rendering.files.envelope import (
-    Envelope,
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, in_order
+from tactogram.rendering.files.events import (
+    PULSE_S,
+    Events,
     FrequencySpan,
-    Pulse,
-    carrier,
+    Part,
+    Transient,
     densified,
-    envelope_of,
     thinned,
 )
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.signal import Signal
 
 SPAN = FrequencySpan(55.0, 200.0)
 AMPLITUDE_STEP, FREQUENCY_STEP = 0.005, 0.02
-"""Largest deviation of the file's lines from the envelope."""
+"""Largest deviation of the file's lines from the vibration."""
 SHORTEST_S = 1e-5
 _DIGITS = 6
 
 
-class Emphasis(DocumentPart):
-    """Emphasis of a breakpoint."""
+def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
+    """Return the document of events within 0 to 1.
 
-    amplitude: float
-    frequency: float
-
-
-class AmplitudePoint(DocumentPart):
-    """Breakpoint of the amplitude."""
-
-    time: float
-    amplitude: float
-    emphasis: Emphasis | None = None
-
-
-class FrequencyPoint(DocumentPart):
-    """Breakpoint of the frequency."""
-
-    time: float
-    frequency: float
-
-
-class Envelopes(DocumentPart):
-    """Both envelopes."""
-
-    amplitude: tuple[AmplitudePoint, ...] = Field(max_length=MOST_ENTRIES, strict=False)
-    frequency: tuple[FrequencyPoint, ...] | None = Field(None, max_length=MOST_ENTRIES, strict=False)
-
-
-class Continuous(DocumentPart):
-    """The only kind of signal."""
-
-    envelopes: Envelopes
-
-
-class Signals(DocumentPart):
-    """Signals of a clip."""
-
-    continuous: Continuous
-
-
-class Version(DocumentPart):
-    """Version of the format."""
-
-    major: int = Field(ge=1, le=1)
-    minor: int = Field(ge=0)
-    patch: int = Field(ge=0)
-
-
-class Metadata(DocumentPart):
-    """Origin of a clip."""
-
-    editor: str = ""
-    author: str = ""
-    source: str = ""
-    project: str = ""
-    tags: tuple[str, ...] = Field((), strict=False)
-    description: str = ""
-
-
-class Clip(DocumentPart):
-    """A complete file."""
-
-    version: Version
-    metadata: Metadata = Metadata(tags=())
-    signals: Signals
-
-
-def validate(document: Any) -> list[str]:
-    """Return the problems of a document, a line each; empty if it is valid."""
-    if problems := problems_of(Clip, document):
-        return problems
-    envelopes = Clip.model_validate(document).signals.continuous.envelopes
-    return [*_amplitude_problems(envelopes.amplitude), *_frequency_problems(envelopes)]
-
-
-def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis whose envelope is within 0 to 1."""
-    if signal.seconds < SHORTEST_S:
-        raise ParameterError(f".haptic needs at least {SHORTEST_S:g} s, got {signal.seconds:g} s")
-    return encode_envelope(envelope_of(signal), header)
-
-
-def encode_envelope(envelope: Envelope, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of an envelope from 0 s to its end, within 0 to 1."""
-    chosen = thinned(envelope.times, envelope.amplitude, AMPLITUDE_STEP)
-    times, values = envelope.times[chosen], envelope.amplitude[chosen]
-    pulses = {round(pulse.time, _DIGITS): pulse for pulse in envelope.pulses}
+    A transient is an emphasis: as strong as the vibration, at least. Of two at the same time the stronger counts.
+    """
+    ends = [one.time + PULSE_S for one in events.transients[-1:] if one.time >= events.seconds]
+    seconds = round(max([events.seconds, *ends]), _DIGITS)
+    if seconds < SHORTEST_S:
+        raise ParameterError(f".haptic needs at least {SHORTEST_S:g} s, got {events.seconds:g} s")
+    span = events.span or SPAN
+    whole = events.joined.within(0.0, seconds)
+    chosen = thinned(whole.times, whole.amplitude, AMPLITUDE_STEP)
+    taps = {round(one.time, _DIGITS): one for one in sorted(events.transients, key=lambda one: one.amplitude)}
+    times = {*(round(time, _DIGITS) for time in whole.times[chosen].tolist()), *taps}
     points = []
-    for time in sorted({*(round(float(t), _DIGITS) for t in times), *pulses}):
-        amplitude = round(min(1.0, float(np.interp(time, times, values))), 4)
+    for time in sorted(times):
+        amplitude = round(min(1.0, float(np.interp(time, whole.times[chosen], whole.amplitude[chosen]))), 4)
         point: dict[str, Any] = {"time": time, "amplitude": amplitude}
-        if (pulse := pulses.get(time)) is not None:
+        if tap := taps.get(time):
             point["emphasis"] = {
-                "amplitude": round(min(1.0, amplitude + pulse.amplitude), 4),
-                "frequency": round(float(SPAN.share(pulse.frequency)), 4),
+                "amplitude": round(min(1.0, max(tap.amplitude, amplitude)), 4),
+                "frequency": round(float(span.share(tap.frequency)), 4),
             }
         points.append(point)
     # A line that leaves the span has a bend there.
-    at = densified(envelope.frequency_times)
-    frequency = SPAN.share(np.interp(at, envelope.frequency_times, envelope.frequency))
-    frequency_points = [
-        {"time": round(float(at[i]), _DIGITS), "frequency": round(float(frequency[i]), 4)}
-        for i in thinned(at, frequency, FREQUENCY_STEP)
+    at = densified(whole.times)
+    share = span.share(whole.hz(at))
+    frequency = [
+        {"time": round(float(at[i]), _DIGITS), "frequency": round(float(share[i]), 4)}
+        for i in thinned(at, share, FREQUENCY_STEP)
     ]
+    about = {"editor": "tactogram", "author": "", "source": "", "project": "", "tags": []}
     return {
         "version": {"major": 1, "minor": 0, "patch": 0},
-        "metadata": Metadata(editor="tactogram", tags=(), description=header.description).model_dump(
-            mode="json"
-        ),
-        "signals": {"continuous": {"envelopes": {"amplitude": points, "frequency": frequency_points}}},
+        "metadata": about | {"description": header.description},
+        "signals": {"continuous": {"envelopes": {"amplitude": points, "frequency": frequency}}},
     }
 
 
-def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return the signal of a valid document, as a carrier of `SPAN`'s frequencies at ``rate``.
-
-    An emphasis adds its excess over the envelope. Without frequencies the middle of the span is used.
-    """
-    clip = Clip.model_validate(document)
-    envelopes = clip.signals.continuous.envelopes
-    times = np.array([point.time for point in envelopes.amplitude])
-    pulses = tuple(
-        Pulse(p.time, p.emphasis.amplitude - p.amplitude, float(SPAN.hz(p.emphasis.frequency)))
-        for p in envelopes.amplitude
-        if p.emphasis is not None
-    )
-    frequency = envelopes.frequency or (FrequencyPoint(time=0.0, frequency=0.5),)
-    envelope = Envelope(
-        float(times[-1]),
-        times,
-        np.array([point.amplitude for point in envelopes.amplitude]),
-        np.array([point.time for point in frequency]),
-        SPAN.hz(np.array([point.frequency for point in frequency])),
-        pulses,
-    )
-    facts = {
-        "carrier_hz": [SPAN.low, SPAN.high],
-        "carrier_from": "frequency"
-        if envelopes.frequency
-        else "nothing in the file: the middle of the device's span",
-    }
-    return DecodedDocument(carrier(envelope, rate), clip.metadata.description, facts, envelope)
-
-
-def _amplitude_problems(points: tuple[AmplitudePoint, ...]) -> list[str]:
-    problems, last = [], 0.0
-    for i, point in enumerate(points):
-        where = f"amplitude breakpoint {i} at {point.time:g} s"
-        problems += _share_problems(f"{where}:", amplitude=point.amplitude)
-        if point.time < last:
-            problems.append(f"{where}: out of order, after {last:g} s")
-        last = point.time
-        if (emphasis := point.emphasis) is None:
-            continue
-        problems += _share_problems(
-            f"{where}: emphasis", amplitude=emphasis.amplitude, frequency=emphasis.frequency
-        )
-        if emphasis.amplitude < point.amplitude:
-            problems.append(
-                f"{where}: emphasis amplitude must be at least the envelope's {point.amplitude:g}, "
-                f"got {emphasis.amplitude:g}"
+def decode(document: Node) -> DecodedDocument:
+    """Return the events of a document. Without frequencies the middle of the span is used."""
+    notes, version = document.notes, document.node("version")
+    if version.number("major") != 1 and version.has("major"):
+        notes.problems.append(f"version.major: must be 1, got {version.value['major']!r}")
+    if not (version.has("minor") and version.has("patch")):
+        notes.warn("version must have a minor and a patch", done="taken as 0")
+    envelopes = document.node("signals").node("continuous").node("envelopes")
+    points: list[tuple[float, ...]] = []
+    taps = []
+    for entry in envelopes.nodes("amplitude"):
+        time, amplitude = entry.number("time", None, 0.0), entry.number("amplitude", None, 0.0, 1.0)
+        points.append((time, amplitude))
+        if entry.has("emphasis"):
+            emphasis = entry.node("emphasis")
+            tap = Transient(
+                time,
+                emphasis.number("amplitude", None, 0.0, 1.0),
+                float(SPAN.hz(emphasis.number("frequency", 0.5, 0.0, 1.0))),
             )
-    if len(points) < 2:
-        problems.append(f"the amplitude envelope must have at least two breakpoints, got {len(points)}")
-    elif not points[-1].time - points[0].time > 0:
-        problems.append("the amplitude envelope must last longer than 0 s")
-    return problems
-
-
-def _frequency_problems(envelopes: Envelopes) -> list[str]:
-    problems, last = [], 0.0
-    times = [point.time for point in envelopes.amplitude]
-    for i, point in enumerate(envelopes.frequency or ()):
-        where = f"frequency breakpoint {i} at {point.time:g} s"
-        problems += _share_problems(f"{where}:", frequency=point.frequency)
-        if point.time < last:
-            problems.append(f"{where}: out of order, after {last:g} s")
-        last = point.time
-        if times and not times[0] <= point.time <= times[-1]:
-            problems.append(f"{where}: outside the amplitude envelope, {times[0]:g} to {times[-1]:g} s")
-    return problems
-
-
-def _share_problems(where: str, **values: float) -> list[str]:
-    return [
-        f"{where} {name} must be 0 to 1, got {value:g}"
-        for name, value in values.items()
-        if not 0 <= value <= 1
+            taps.append(tap)
+            if tap.amplitude < amplitude:
+                rule = "the amplitude of an emphasis must be at least the envelope's"
+                notes.warn(rule, f"{tap.amplitude:g} of {amplitude:g}")
+    tones: list[tuple[float, ...]] = [
+        (entry.number("time", None, 0.0), entry.number("frequency", None, 0.0, 1.0))
+        for entry in envelopes.nodes("frequency", optional=True)
     ]
+    notes.check()
+    points = in_order(points, notes, "amplitude breakpoints")
+    tones = in_order(tones, notes, "frequency breakpoints")
+    if len(points) < 2:
+        notes.problems.append(f"the amplitude envelope must have at least two breakpoints, got {len(points)}")
+    elif not points[-1][0] > points[0][0]:
+        notes.problems.append("the amplitude envelope must last longer than 0 s")
+    elif tones and (tones[-1][0] > points[-1][0] or tones[0][0] < points[0][0]):
+        rule = f"frequency breakpoints must be within the amplitude envelope, {points[0][0]:g} to {points[-1][0]:g} s"
+        notes.warn(rule, f"{tones[-1][0]:g} s", "unused outside")
+    notes.check()
+    times, amplitude = np.array(points).T
+    at, shares = np.array(tones or [(0.0, 0.5)]).T
+    part = Part.of(times, amplitude, at, SPAN.hz(shares))
+    about = document.value.get("metadata")
+    text = about.get("description") if isinstance(about, dict) else None
+    given = "frequency" if tones else "nothing in the file: the middle of the device's span"
+    facts = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": given}
+    events = Events.of([part], taps, part.end, SPAN)
+    return DecodedDocument(events, text if isinstance(text, str) else "", facts)
 
 
 FORMAT = HapticFormat(
@@ -237,8 +126,6 @@ FORMAT = HapticFormat(
     suffix=".haptic",
     holds="envelope",
     encode=encode,
-    encode_envelope=encode_envelope,
     decode=decode,
-    validate=validate,
     recognise=has_key("signals"),
 )

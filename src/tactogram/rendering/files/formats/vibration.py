@@ -7,80 +7,55 @@ the rest. A bare list can be read, too.
 from __future__ import annotations
 
 import math
-from functools import partial
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.files.documents import (
-    DecodedDocument,
-    DocumentHeader,
-    DocumentPart,
-    has_key,
-    problems_of,
-)
-from tactogram.rendering.files.envelope import PHONE_HZ, carrier, envelope_of, stepped_envelope
+from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, sample_count
+from tactogram.rendering.files.events import PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.signal import Signal
+from tactogram.rendering.files.steps import StepRules
 
 MOST_ENTRIES = 99
 LONGEST_MS = 10_000
 SHARE = 0.25
-"""On where the envelope is above this share of its peak. A choice: half would lose fading vibrations."""
+"""On where the vibration is above this share of its peak. A choice: half would lose fading vibrations."""
 MOTOR = "phone-on-off"
 """Display whose ``shortest_ms`` holds where none is given: shorter pauses are filled and shorter pulses extended."""
+STEPS = StepRules(step_ms=1, pulse_ms=0, gap_ms=0, tap_ms=50, levels=1)
+"""How a pattern is read: a pulse of up to 50 ms is a transient, since few motors have shorter ones. A choice."""
 
 
-class Vibration(DocumentPart):
-    """A complete file."""
+def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
+    """Return the document of events: on where the vibration is strong, and for each transient.
 
-    format: Literal["w3c-vibration"] = "w3c-vibration"
-    pattern: tuple[Annotated[int, Field(ge=0, le=LONGEST_MS)], ...] = Field(
-        min_length=1, max_length=MOST_ENTRIES, strict=False
-    )
-    description: str = ""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_list(cls, document: Any) -> Any:
-        return {"pattern": document} if isinstance(document, list) else document
-
-    @model_validator(mode="after")
-    def _vibrates(self) -> Vibration:
-        if not any(self.pattern[::2]):
-            raise ValueError("at least one of the entries that vibrate (1st, 3rd …) must be above 0 ms")
-        return self
-
-
-validate = partial(problems_of, Vibration)
-
-
-def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
-    """Return the document of a signal of one axis: on where it is strong.
-
-    Pulses and pauses are at least the header's ``shortest_ms``, so that a shorter signal becomes one pulse. If there
-    are too many entries, the shortest pauses are filled. Raises `ParameterError` if it is shorter than 1 ms,
-    silent, or longer than a pattern can be.
+    Pulses and pauses are at least the header's ``shortest_ms``, so that shorter events become one pulse. If there
+    are too many entries, the shortest pauses are filled. Raises `ParameterError` if the events last less than 1 ms,
+    are silent, or longer than a pattern can be.
     """
-    length = round(1e3 * signal.seconds)
+    sample_count(events.seconds, 1e3)
+    length = round(1e3 * events.seconds)
     if length < 1:
-        raise ParameterError(f"a vibration pattern needs at least 1 ms, got {signal.seconds:g} s")
-    envelope = envelope_of(signal, pulses=False)
-    strength = np.interp((np.arange(length) + 0.5) / 1e3, envelope.times, envelope.amplitude)
-    if strength.max() == 0:
+        raise ParameterError(f"a vibration pattern needs at least 1 ms, got {events.seconds:g} s")
+    if events.peak == 0:
         raise ParameterError("the signal is silent: a vibration pattern cannot be empty")
-    on = strength >= SHARE * strength.max()
     shortest = math.ceil(header.shortest_ms or open_display(MOTOR).shortest_ms or 1)
-    on = np.pad(on, (0, max(0, shortest - length)))
+    starts = [round(1e3 * one.time) for one in events.transients]
+    whole = events.joined
+    strength = whole.at(
+        np.arange(0.5, max([length, shortest, *(start + shortest for start in starts)])) / 1e3
+    )
+    on = (strength >= SHARE * whole.peak) & (strength > 0)
+    for start in starts:
+        on[start : start + shortest] = True
     pattern = _entries(_cleaned(on, shortest))
     while len(pattern) > MOST_ENTRIES:
         shortest *= 2
-        if shortest > length:
+        if shortest > len(on):
             raise ParameterError(
                 f"a vibration pattern holds {MOST_ENTRIES} entries of {LONGEST_MS} ms, {length} ms do not fit; cut it"
             )
@@ -88,16 +63,29 @@ def encode(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
     return {"format": "w3c-vibration", "pattern": pattern, "description": header.description}
 
 
-def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return the signal of a valid document, as a carrier of `PHONE_HZ` at ``rate``."""
-    vibration = Vibration.model_validate(document)
+def decode(document: Node) -> DecodedDocument:
+    """Return the events of a document, at `PHONE_HZ`."""
+    notes = document.notes
+    bare = isinstance(document.value, list)
+    document = Node({"pattern": document.value}, notes) if bare else document
+    pattern = list(document.numbers("pattern", 0, math.inf))
+    if not any(pattern[::2]):
+        notes.problems.append(
+            "pattern: at least one of the entries that vibrate (1st, 3rd …) must be above 0 ms"
+        )
+    notes.check()
+    if len(pattern) > MOST_ENTRIES:
+        notes.warn(
+            f"pattern must have at most {MOST_ENTRIES} entries", len(pattern), "Chromium drops the rest"
+        )
+    if longest := [entry for entry in pattern if entry > LONGEST_MS]:
+        notes.warn(f"an entry must be at most {LONGEST_MS} ms", longest[0], "Chromium shortens it")
     # W3C: the last entry of an even number of entries is ignored, since it does not vibrate.
-    pattern = vibration.pattern[: len(vibration.pattern) - (len(vibration.pattern) + 1) % 2]
-    edges = np.concatenate([[0], np.cumsum(pattern)]) / 1e3
-    strength = np.array([1.0, 0.0] * (len(pattern) // 2) + [1.0])
+    pattern = pattern[: len(pattern) - (len(pattern) + 1) % 2]
+    strength = np.array([1.0, 0.0] * len(pattern))[: len(pattern)]
+    events = STEPS.read(np.append(0.0, np.cumsum(pattern)) / 1e3, strength, PHONE_HZ)
     facts = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
-    envelope = stepped_envelope(edges, strength, PHONE_HZ)
-    return DecodedDocument(carrier(envelope, rate), vibration.description, facts, envelope)
+    return DecodedDocument(events, document.text("description"), facts)
 
 
 def _cleaned(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
@@ -148,7 +136,6 @@ FORMAT = HapticFormat(
     holds="on and off",
     encode=encode,
     decode=decode,
-    validate=validate,
     instead="the phone's envelope (android_envelope, or android before Android 16)",
     recognise=lambda document: isinstance(document, list) or has_key("pattern")(document),
 )

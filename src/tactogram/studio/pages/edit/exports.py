@@ -12,17 +12,15 @@ from typing import Any
 from tactogram.errors import DataError
 from tactogram.rendering.effects import Effect, mixed
 from tactogram.rendering.files import (
-    ConversionLoss,
     DocumentHeader,
     HapticFile,
     haptic_format,
-    loss_sentence,
     read_haptic,
     to_one_axis,
     write_haptic,
 )
+from tactogram.rendering.files.analysis import events_of
 from tactogram.rendering.files.catalogue import file_name
-from tactogram.rendering.files.envelope import carrier
 from tactogram.signal import Signal
 from tactogram.studio.workspace.dated_folders import DatedFolders
 from tactogram.studio.workspace.uploads import check_upload
@@ -55,12 +53,10 @@ class WrittenFile:
         if self.format == PATTERN:
             document = read_json(self.path)
             return list(document if isinstance(document, list) else document["pattern"])
-        signal = self.signal()
+        file = read_haptic(self.path, format=self.format)
         # Level is nothing to a motor that is on or off.
-        document = haptic_format(PATTERN).encode(
-            signal.with_samples(signal.samples, unit="1"), DocumentHeader()
-        )
-        return list(document["pattern"])
+        events = file.events or events_of(to_one_axis(file.signal)[0])
+        return list(haptic_format(PATTERN).encode(events, DocumentHeader())["pattern"])
 
 
 @dataclass(frozen=True)
@@ -75,15 +71,13 @@ class WrittenFiles:
 
     def write(self, effect: Effect, format: str) -> WrittenFile:
         """Write an effect; errors as of `mixed` and `write_haptic`, and no file then."""
-        envelope = mixed(effect)
+        events = mixed(effect)
         stem = re.sub(r"[^A-Za-z0-9_-]+", "-", effect.title)[:40].strip("-") or "effect"
 
         def write(part: Path) -> dict[str, Any]:
             path = part / file_name(stem, format)
             metadata = {"simulated": True} if effect.simulated else {}
-            written = write_haptic(
-                path, carrier(envelope), format=format, envelope=envelope, metadata=metadata
-            )
+            written = write_haptic(path, events, format=format, metadata=metadata)
             return {
                 "file": path.name,
                 "format": format,
@@ -149,8 +143,7 @@ class WrittenFiles:
 
 def _told(written: dict[str, Any]) -> list[str]:
     """Return what a file keeps and loses, the verdict, and how it was scaled."""
-    loss = loss_sentence(ConversionLoss(**written["loss"]), written["holds"])
-    told = [f"The file {loss}.", f"Verdict: {written['verdict']}."]
+    told = [*written["told"], f"Verdict: {written['verdict']}."]
     if written["full_scale"] != 1:
         told.append(
             f"The strongest moment is {written['full_scale']:.3g}, more than the file's 1: everything is written "

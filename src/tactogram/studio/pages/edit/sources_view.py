@@ -46,11 +46,10 @@ def draw_sources(
         data = await event.file.read()
         file, content = await in_background(files.upload, event.file.name, data)
         audition(file)  # also of one that is too long to be edited
-        envelope = content.envelope
-        if envelope is None:
+        if content.events is None:
             track = await in_background(track_of_signal, to_one_axis(content.signal)[0], file.title)
         else:
-            track = await in_background(track_of, envelope, file.title)
+            track = await in_background(track_of, content.events, file.title)
         insert((track,), file.simulated)
 
     with ui.element("section").classes("card w-full edit-card").props('aria-label="Ready effects"'):

@@ -11,7 +11,6 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering.files import ConversionLoss, loss_sentence
 from tactogram.rendering.files.catalogue import file_name, haptic_formats
 from tactogram.studio.layout import attribute, busy, in_background, report_errors
 from tactogram.studio.signals.sound import PLAYBACK_MM_S
@@ -68,13 +67,8 @@ def encoded(result: KeptResult, format: str) -> tuple[str, bytes, str]:
 
 def _sentence(written: Mapping[str, Any], speed_mm_s: float | None) -> str:
     """Return what a haptic file keeps and loses, of several axes the first, and the verdict on all."""
-    loss = written["loss"]
-    first = next(iter(loss.values()))
-    values = first if isinstance(first, Mapping) else loss
-    played = "" if speed_mm_s is None else f", at {speed_mm_s:g} mm/s"
-    return (
-        f"{loss_sentence(ConversionLoss(**values), written['holds'])}{played}. Verdict: {written['verdict']}"
-    )
+    played = "" if speed_mm_s is None else f" Played at {speed_mm_s:g} mm/s."
+    return f"{written['told'][0]}{played} Verdict: {written['verdict']}"
 
 
 def _stem(result: KeptResult) -> str:

@@ -13,9 +13,10 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.drive.level_scaling import without_constant
+from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.catalogue import haptic_format
-from tactogram.rendering.files.conversion import GRAVITY, read_haptic
-from tactogram.rendering.files.envelope import envelope_of
+from tactogram.rendering.files.conversion import GRAVITY
+from tactogram.rendering.files.reading import read_haptic
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
@@ -72,7 +73,7 @@ def strength_curves(
 
 
 def _curve(signal: Signal) -> Curve:
-    envelope = envelope_of(signal, pulses=False)
+    envelope = envelope_of(signal)
     count = min(MOST_POINTS, len(envelope.times))
     places = np.unique(np.linspace(0, len(envelope.times) - 1, count).astype(int))
     strengths = [float(f"{value:.4g}") for value in envelope.amplitude[places]]

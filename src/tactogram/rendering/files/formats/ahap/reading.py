@@ -1,103 +1,169 @@
-"""Reader of AHAP: a pattern's events and curves become an envelope."""
+"""Reader of AHAP: a pattern's events, with the parameters and curves that act on them.
+
+Core Haptics sets missing entries to defaults, clamps values and ignores keys that it does not know (Apple), and so does
+this reader, which names each case.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections import Counter
+from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import DecodedDocument
-from tactogram.rendering.files.envelope import PULSE_S, Envelope, Pulse, carrier
-from tactogram.rendering.files.formats.ahap.rules import CONTROL, SPAN, Event, Pattern
+from tactogram.rendering.files.documents import DecodedDocument, Node, in_order
+from tactogram.rendering.files.events import JUMP_S, STEP_S, Events, FrequencySpan, Line, Part, Transient
 
-GRID_S = 0.0005
-"""Grid on which events and curves are combined, s."""
+SPAN = FrequencySpan(65.0, 300.0)
+"""Sharpness 0 and 1, Hz: AhapEncoder of the MPEG haptics reference software. Apple names no frequency."""
+LONGEST_EVENT_S = 30.0
+"""Longest continuous event that Core Haptics plays (CHHapticEvent)."""
+SHORTEST_DECAY_S = 0.02
+"""Decay of an event that is not sustained and states no decay: Apple states no time. A choice."""
+INTENSITY, SHARPNESS = "HapticIntensityControl", "HapticSharpnessControl"
+TIMES = ("AttackTime", "DecayTime", "ReleaseTime")
+DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5} | dict.fromkeys(TIMES, 0.0) | {"Sustained": 1.0}
+CONTROLS = {INTENSITY: (0.0, 1.0), SHARPNESS: (-1.0, 1.0)}
+"""Parameters of all events over time (CHHapticDynamicParameter.ID), and their ranges. Those of attack, decay and
+release change times by factors that Apple does not state: they are left out."""
+
+Control = tuple[Line, Line]
 
 
-def decode(document: Any, rate: float | None = None) -> DecodedDocument:
-    """Return the signal of a valid document, as a carrier of `SPAN`'s frequencies at ``rate``."""
-    pattern = Pattern.model_validate(document)
-    events = [entry.event for entry in pattern.entries if entry.event is not None]
-    haptic = [event for event in events if event.kind.startswith("Haptic")]
-    if not haptic:
-        raise ParameterError("the pattern holds no haptic event")
-    ends = [
-        event.time + event.duration for event in haptic if event.duration and event.kind == "HapticContinuous"
-    ]
-    seconds = max(ends, default=0.0)
-    # A transient that begins within a continuous vibration ends with it.
-    late = [event.time + PULSE_S for event in haptic if event.time >= seconds]
-    seconds = max([seconds, *late])
-    intensity = _control(pattern, "HapticIntensityControl", 1.0)
-    sharpness = _control(pattern, "HapticSharpnessControl", 0.0)
-    amplitude, frequency = _track(haptic, seconds, intensity, sharpness)
-    pulses = tuple(
-        Pulse(
-            event.time,
-            (event.value("HapticIntensity", 1.0) * float(intensity(event.time))) ** 2,
-            float(SPAN.hz(np.clip(event.value("HapticSharpness", 0.5) + sharpness(event.time), 0, 1))),
+def decode(document: Node) -> DecodedDocument:
+    """Return the events of a document: each continuous event a vibration of its own, with what the curves make of it.
+
+    Intensity is multiplied by its control, sharpness added to (CHHapticDynamicParameter), of transients too; a control
+    holds after its last point. AttackTime and DecayTime are in s, as Apple states of ReleaseTime.
+    """
+    notes, left_out = document.notes, Counter[str]()
+    entries = list(_entries(document.nodes("Pattern")))
+    controls = {name: _control(entries, name) for name in CONTROLS}
+    parts, taps, last = [], [], 0.0
+    for event in (entry.node("Event") for entry in entries if entry.has("Event")):
+        kind, start = event.text("EventType"), event.number("Time", 0.0, 0.0)
+        if start < last:
+            notes.warn("events must be in order of time", done="sorted")
+        last = start
+        if kind not in ("HapticContinuous", "HapticTransient"):
+            left_out[f"{kind or 'untyped'} events"] += 1
+            continue
+        values = _values(
+            event, left_out, known=DEFAULTS if kind == "HapticContinuous" else list(DEFAULTS)[:2]
         )
-        for event in haptic
-        if event.kind == "HapticTransient"
-    )
-    times = np.arange(len(amplitude), dtype=np.float64) * GRID_S
-    envelope = Envelope(seconds, times, amplitude, times, frequency, pulses)
-    facts: dict[str, Any] = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": "sharpness"}
-    controls = {
-        part.name for entry in pattern.entries if (part := entry.curve or entry.parameter) is not None
-    }
-    left_out = [f"{len(events) - len(haptic)} audio events"] if len(haptic) < len(events) else []
-    left_out += sorted(controls - CONTROL.keys())
+        if kind == "HapticTransient":
+            strength = values["HapticIntensity"] * float(_at(controls[INTENSITY], start))
+            sharp = float(np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], start), 0, 1))
+            taps.append(Transient(start, strength**2, float(SPAN.hz(sharp))))
+        elif duration := event.number("EventDuration", None, 0.0, LONGEST_EVENT_S):
+            parts.append(_vibration(start, duration, values, controls))
+        else:
+            notes.warn("EventDuration of a HapticContinuous event must be above 0 s", done="left out")
+    for entry in entries:
+        part = (
+            entry.node("ParameterCurve")
+            if entry.has("ParameterCurve")
+            else entry.node("Parameter", optional=True)
+        )
+        if (name := part.text("ParameterID")) and name not in CONTROLS:
+            left_out[name] += 1
+        elif not entry.has("Event", "ParameterCurve", "Parameter"):
+            left_out[f"entries of {', '.join(sorted(map(str, entry.value))[:3]) or 'nothing'}"] += 1
+    if not parts and not taps:
+        notes.problems.append("Pattern: holds no haptic event")
+    notes.check()
+    facts = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": "sharpness"}
     if left_out:
-        facts["left_out"] = ", ".join(left_out)
-    return DecodedDocument(carrier(envelope, rate), pattern.metadata.description, facts, envelope)
+        facts["left_out"] = ", ".join(f"{count} {name}" for name, count in left_out.items())
+    seconds = max([0.0, *(part.end for part in parts)])
+    about = document.value.get("Metadata")
+    text = about.get("Description") if isinstance(about, dict) else None
+    return DecodedDocument(
+        Events.of(parts, taps, seconds, SPAN), text if isinstance(text, str) else "", facts
+    )
 
 
-class _Line:
-    """Control over time: linear within a curve, constant after it."""
-
-    def __init__(self, pieces: list[tuple[list[float], list[float]]], before: float) -> None:
-        times, values = [0.0], [before]
-        for at, value in sorted(pieces):
-            while times and times[-1] > at[0]:
-                times.pop()
-                values.pop()
-            if not times or times[-1] < at[0]:
-                times.append(at[0])
-                values.append(values[-1] if values else before)
-            times += at
-            values += value
-        self._times, self._values = np.array(times), np.array(values)
-
-    def __call__(self, t: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        return np.asarray(np.interp(t, self._times, self._values))
+def _entries(entries: list[Node]) -> Iterator[Node]:
+    """Yield the entries of a pattern, and those of patterns nested in it."""
+    for entry in entries:
+        if entry.has("Pattern"):
+            yield from _entries(entry.nodes("Pattern"))
+        else:
+            yield entry
 
 
-def _control(pattern: Pattern, name: str, before: float) -> _Line:
+def _values(event: Node, left_out: Counter[str], known: dict[str, float] | list[str]) -> dict[str, float]:
+    """Return an event's parameters, those that it lacks by their defaults."""
+    values = dict(DEFAULTS)
+    for one in event.nodes("EventParameters", optional=True):
+        if (name := one.text("ParameterID")) in known:
+            values[name] = one.number("ParameterValue", None, 0.0, 1.0, name=name)
+        else:
+            left_out[name or "unnamed parameters"] += 1
+    return values
+
+
+def _vibration(start: float, duration: float, values: dict[str, float], controls: dict[str, Control]) -> Part:
+    """Return a continuous event: it rises within the attack, and falls after its duration, within release or decay.
+
+    If it is not sustained, it falls within the decay after the attack (`sustained`, Apple).
+    """
+    attack, decay, release = (values[name] for name in TIMES)
+    points = [(0.0, 0.0), (attack, 1.0)] if attack else [(0.0, 1.0)]
+    if values["Sustained"] < 0.5:
+        points.append((attack + max(decay, SHORTEST_DECAY_S), 0.0))
+    else:
+        release = max(decay, release)
+    times, gain = np.array(points).T
+    last = float(np.interp(duration, times, gain))
+    times, gain = np.append(times[times < duration], duration), np.append(gain[times < duration], last)
+    if release and last:
+        times, gain = np.append(times, duration + release), np.append(gain, 0.0)
+    times = start + times
+    both = np.unique(np.concatenate([times, controls[INTENSITY][0], controls[SHARPNESS][0]]))
+    at = both[(both >= times[0]) & (both <= times[-1])]
+    level = _at(controls[INTENSITY], at) * np.interp(at, times, gain)
+    # The square of a line is none.
+    bent = zip(at[:-1].tolist(), np.diff(at).tolist(), np.diff(level).tolist(), strict=True)
+    more = [
+        np.linspace(a, a + d, int(np.ceil(d / STEP_S)) + 1)[:-1] for a, d, rise in bent if rise and d > STEP_S
+    ]
+    at = np.unique(np.concatenate([at, *more]))
+    level = values["HapticIntensity"] * _at(controls[INTENSITY], at) * np.interp(at, times, gain)
+    return Part(
+        at, level**2, SPAN.hz(np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], at), 0, 1))
+    )
+
+
+def _at(control: Control, t: Line | float) -> Line:
+    return np.asarray(np.interp(t, *control))
+
+
+def _control(entries: list[Node], name: str) -> Control:
+    """Return times and values of a control; a later curve takes over from an earlier one."""
     pieces = []
-    for entry in pattern.entries:
-        if (curve := entry.curve) is not None and curve.name == name:
-            pieces.append(([curve.time + p.time for p in curve.points], [p.value for p in curve.points]))
-        if (step := entry.parameter) is not None and step.name == name:
-            pieces.append(([step.time], [step.value]))
-    return _Line(pieces, before)
-
-
-def _track(
-    events: list[Event], seconds: float, intensity: _Line, sharpness: _Line
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return amplitude and frequency of all continuous events on a grid of `GRID_S`."""
-    t = np.arange(int(np.ceil(seconds / GRID_S)) + 1, dtype=np.float64) * GRID_S
-    strength, own = np.zeros(len(t)), np.full(len(t), 0.5)
-    for event in sorted(events, key=lambda event: event.time):
-        if event.kind == "HapticContinuous" and event.duration is not None:
-            inside = slice(
-                int(np.ceil(event.time / GRID_S)),
-                int(np.ceil((event.time + event.duration) / GRID_S - 1e-6)) + 1,
-            )
-            strength[inside] = event.value("HapticIntensity", 1.0)
-            own[inside] = event.value("HapticSharpness", 0.5)
-    amplitude = np.clip(strength * intensity(t), 0, 1) ** 2
-    return amplitude, SPAN.hz(np.clip(own + sharpness(t), 0, 1))
+    for entry in entries:
+        for kind in ("ParameterCurve", "Parameter"):
+            part = entry.node(kind, optional=True)
+            if part.text("ParameterID") != name:
+                continue
+            start = part.number("Time", 0.0)
+            points = part.nodes("ParameterCurveControlPoints") if kind == "ParameterCurve" else [part]
+            ready = [
+                (
+                    start + (0.0 if point is part else point.number("Time", 0.0, 0.0)),
+                    point.number("ParameterValue", None, *CONTROLS[name], name=name),
+                )
+                for point in points
+            ]
+            pieces += [in_order(ready, part.notes, "control points")] if ready else []
+    times, values = np.array([-1.0]), np.array([1.0 if name == INTENSITY else 0.0])
+    for piece in sorted(pieces, key=lambda piece: piece[0][0]):
+        first = piece[0][0] - JUMP_S
+        held = float(np.interp(first, times, values))
+        kept = times < first
+        at = np.concatenate([times[kept], [first], [point[0] for point in piece]])
+        values = np.concatenate([values[kept], [held], [point[1] for point in piece]])
+        least = JUMP_S * np.arange(len(at))
+        times = np.maximum.accumulate(at - least) + least
+    return times, values

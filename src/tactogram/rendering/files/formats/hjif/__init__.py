@@ -1,9 +1,10 @@
-"""HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31), which holds the waveform itself."""
+"""HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31), which holds waveforms and events."""
 
 from tactogram.rendering.files.documents import has_key
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.formats.hjif.rules import MODALITIES, validate
-from tactogram.rendering.files.formats.hjif.waveform import HIGHEST_RATE, decode, encode
+from tactogram.rendering.files.formats.hjif.reading import decode
+from tactogram.rendering.files.formats.hjif.rules import MODALITIES
+from tactogram.rendering.files.formats.hjif.writing import HIGHEST_RATE, encode, encode_waveform
 
 FORMAT = HapticFormat(
     name="hjif",
@@ -11,8 +12,8 @@ FORMAT = HapticFormat(
     suffix=".hjif",
     holds="waveform",
     encode=encode,
+    encode_waveform=encode_waveform,
     decode=decode,
-    validate=validate,
     recognise=has_key("perceptions"),
     instead=".wav",
     modalities=MODALITIES,

@@ -1,190 +1,180 @@
-"""Rules of an HJIF document (ISO/IEC 23090-31), as the reference software checks them.
+"""Content of an HJIF document (ISO/IEC 23090-31), and what the reference software requires of it.
 
 The standard's JSON schema is not public. Required members, ranges and vocabulary are from the reference software
-(MPEGGroup/HapticReferenceSoftware, BSD).
+(MPEGGroup/HapticReferenceSoftware, BSD). What only describes, or has an evident default, is a warning
+where it is wrong.
 """
 
 from __future__ import annotations
 
 import re
-from functools import partial
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass
 
-from pydantic import Field, model_validator
+import numpy as np
 
-from tactogram.rendering.files.documents import DocumentPart, problems_of
+from tactogram.rendering.files.documents import Node
+from tactogram.rendering.files.events import Line
 
 MOST_TICKS = 48_000
-
 MODALITIES = (
-    "Other",
-    "Pressure",
-    "Acceleration",
-    "Velocity",
-    "Position",
-    "Temperature",
-    "Vibrotactile",
-    "Water",
-    "Wind",
-    "Force",
-    "Vibrotactile Texture",
-    "Stiffness",
-    "Friction",
-    "Electrotactile",
+    *(
+        "Other",
+        "Pressure",
+        "Acceleration",
+        "Velocity",
+        "Position",
+        "Temperature",
+        "Vibrotactile",
+        "Water",
+        "Wind",
+    ),
+    *("Force", "Vibrotactile Texture", "Stiffness", "Friction", "Electrotactile"),
 )
-
-Id = Annotated[int, Field(ge=0)]
-
-
-class Keyframe(DocumentPart):
-    """Point of an effect, its position relative to the effect's, in ticks."""
-
-    relative_position: int | None = Field(None, ge=0)
-    amplitude_modulation: float | None = None
-    frequency_modulation: int | None = Field(None, ge=0)
-
-
-class Effect(DocumentPart):
-    """Section of a band."""
-
-    effect_type: Literal["Basis", "Reference", "Composite"] = "Basis"
-    position: int = 0
-    phase: float = 0.0
-    base_signal: Literal["Sine", "Square", "Triangle", "SawToothUp", "SawToothDown"] = "Sine"
-    keyframes: tuple[Keyframe, ...] = Field((), strict=False)
+BASES = ("Sine", "Square", "Triangle", "SawToothUp", "SawToothDown")
+BANDS = ("Transient", "Curve", "VectorialWave", "WaveletWave")
+CURVES = ("Unknown", "Cubic", "Linear", "Akima", "Bezier", "Bspline")
+REQUIRED = {
+    "document": ("version", "profile", "level", "date", "description", "avatars", "syncs"),
+    "perception": ("id", "avatar_id", "description", "effect_library"),
+    "channel": ("id", "description", "gain", "mixing_coefficient", "body_part_mask"),
+}
+"""Members that are required, and that can be done without."""
+_RENDER = "render the file to a WAV with the MPEG reference software's Synthesizer"
 
 
-class Band(DocumentPart):
-    """Component of a channel."""
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """Section of a band: keyframes of amplitude and frequency (Hz), their places in ticks from ``position``.
 
-    band_type: Literal["Transient", "Curve", "VectorialWave", "WaveletWave"]
-    curve_type: Literal["Unknown", "Cubic", "Linear", "Akima", "Bezier", "Bspline"] = "Unknown"
-    block_length: int | None = Field(None, gt=0)
-    lower_frequency_limit: int = Field(ge=0)
-    upper_frequency_limit: int = Field(ge=0)
-    effects: tuple[Effect, ...] = Field(strict=False)
+    Both are float64 arrays, shape (place and value, keyframe); ``end`` is the place of the last keyframe.
+    """
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Band:
-        if self.lower_frequency_limit > self.upper_frequency_limit:
-            raise ValueError(
-                f"lower_frequency_limit must not be above the upper, got {self.lower_frequency_limit} "
-                f"and {self.upper_frequency_limit}"
-            )
-        if self.band_type == "WaveletWave" and self.block_length is None:
-            raise ValueError("a WaveletWave band needs a block_length")
-        if self.band_type in ("Curve", "VectorialWave", "Transient"):
-            for effect in self.effects:
-                places = [k.relative_position for k in effect.keyframes if k.relative_position is not None]
-                if places != sorted(places):
-                    raise ValueError("keyframes must be in order of relative_position")
-        return self
+    position: float
+    phase: float
+    base: str
+    amplitude: Line
+    frequency: Line
+    end: float
 
 
-class Channel(DocumentPart):
-    """Signal of a perception."""
+@dataclass(frozen=True)
+class Band:
+    """Component of a channel: its type, the type of its curves, its limits (Hz) and effects."""
 
-    id: Id
-    description: str
-    gain: float
-    mixing_coefficient: float
-    body_part_mask: int = Field(ge=0)
-    bands: tuple[Band, ...] = Field(strict=False)
-    frequency_sampling: int | None = Field(None, gt=0)
-    sample_count: int | None = Field(None, ge=0)
-    reference_device_id: Id | None = None
+    kind: str
+    curve: str
+    low: float
+    high: float
+    effects: tuple[Effect, ...]
 
 
-class Device(DocumentPart):
-    """Device that a perception is made for."""
+@dataclass(frozen=True)
+class Channel:
+    """Signal of a perception; ``rate`` (Hz) and ``count`` of samples are 0 where they are not stated."""
 
-    id: Id
     name: str
+    gain: float
+    rate: float
+    count: int
+    bands: tuple[Band, ...]
 
 
-class Perception(DocumentPart):
-    """Signals of one modality."""
-
-    id: Id
-    avatar_id: Id
-    description: str
-    perception_modality: Literal[MODALITIES]  # type: ignore[valid-type]
-    channels: tuple[Channel, ...] = Field(strict=False)
-    effect_library: tuple[dict[str, Any], ...] = Field(strict=False)
-    reference_devices: tuple[Device, ...] = Field((), strict=False)
-    unit_exponent: int | None = None
-    perception_unit_exponent: int | None = None
-
-    @model_validator(mode="after")
-    def _unique(self) -> Perception:
-        _check_unique([channel.id for channel in self.channels], "channel")
-        _check_unique([device.id for device in self.reference_devices], "reference device")
-        known = {device.id for device in self.reference_devices}
-        for channel in self.channels:
-            if channel.reference_device_id is not None and channel.reference_device_id not in known:
-                raise ValueError(f"reference_device_id {channel.reference_device_id} is no reference device")
-        return self
-
-
-class Avatar(DocumentPart):
-    """A body."""
-
-    id: int = Field(ge=1)
-    """0 is reserved for an unspecified avatar."""
+def channels_of(document: Node) -> tuple[float, list[tuple[str, list[Channel]]]]:
+    """Return the ticks per second, and the modality and the channels of each perception."""
+    notes = document.notes
+    _require(document, "document")
+    level = document.number("level", 1, 1, 2)
+    version = document.text("version", "2023")
+    if not re.fullmatch(r"20\d\d(-\d)?", version) or int(version[:4]) < 2023:
+        notes.warn("version must be a year from 2023 on, such as 2023 or 2023-1", version)
+    timescale = document.number("timescale", None, 1, MOST_TICKS)
+    if (
+        _one_of(document, "profile", ("Main", "Simple Parametric")) == "Simple Parametric"
+        and timescale != 1000
+    ):
+        notes.warn("timescale of Simple Parametric must be 1000", f"{timescale:g}")
+    perceptions = document.nodes("perceptions")
+    _check_unique(perceptions, "perception")
+    found = []
+    for one in perceptions:
+        _require(one, "perception")
+        channels = one.nodes("channels")
+        _check_unique(channels, "channel")
+        most = 127 if level == 1 else 65_535
+        if len(channels) > most:
+            notes.warn(f"level {level:g} holds {most} channels at most", len(channels))
+        ready = [_channel(channel, level) for channel in channels]
+        found.append((_one_of(one, "perception_modality", MODALITIES), ready))
+    return timescale, found
 
 
-class Sync(DocumentPart):
-    """Start position, in ticks."""
-
-    timestamp: int = Field(ge=0)
-
-
-class Haptics(DocumentPart):
-    """A complete file."""
-
-    version: str
-    profile: Literal["Main", "Simple Parametric"]
-    level: Literal[1, 2]
-    date: str
-    description: str
-    timescale: int = Field(ge=1, le=MOST_TICKS)
-    avatars: tuple[Avatar, ...] = Field(strict=False)
-    perceptions: tuple[Perception, ...] = Field(strict=False)
-    syncs: tuple[Sync, ...] = Field(strict=False)
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Haptics:
-        if not re.fullmatch(r"20\d\d(-\d)?", self.version) or int(self.version[:4]) < 2023:
-            raise ValueError(
-                f"version must be a year from 2023 on, such as 2023 or 2023-1, got {self.version!r}"
-            )
-        if self.profile == "Simple Parametric" and self.timescale != 1000:
-            raise ValueError(f"timescale of Simple Parametric must be 1000, got {self.timescale}")
-        _check_unique([avatar.id for avatar in self.avatars], "avatar")
-        _check_unique([perception.id for perception in self.perceptions], "perception")
-        for perception in self.perceptions:
-            if perception.avatar_id and perception.avatar_id not in {avatar.id for avatar in self.avatars}:
-                raise ValueError(
-                    f"avatar_id {perception.avatar_id} of perception {perception.id} is no avatar"
-                )
-            self._check_level(perception)
-        return self
-
-    def _check_level(self, perception: Perception) -> None:
-        """Check a level's limits; 127 channels at level 1 are those of the reference software's code."""
-        most = 127 if self.level == 1 else 65_535
-        if len(perception.channels) > most:
-            raise ValueError(
-                f"level {self.level} holds {most} channels at most, got {len(perception.channels)}"
-            )
-        for channel in perception.channels:
-            if self.level == 1 and len(channel.bands) > 7:
-                raise ValueError(f"level 1 holds 7 bands per channel at most, got {len(channel.bands)}")
+def _channel(node: Node, level: float) -> Channel:
+    _require(node, "channel")
+    bands = node.nodes("bands")
+    if level == 1 and len(bands) > 7:
+        node.notes.warn("level 1 holds 7 bands per channel at most", len(bands))
+    return Channel(
+        node.text("description") or str(node.value.get("id")),
+        node.number("gain", 1.0),
+        node.number("frequency_sampling", 0, 0),
+        int(node.number("sample_count", 0, 0)),
+        tuple(_band(band) for band in bands),
+    )
 
 
-validate = partial(problems_of, Haptics)
+def _band(node: Node) -> Band:
+    notes = node.notes
+    kind, curve = _one_of(node, "band_type", BANDS), _one_of(node, "curve_type", CURVES, required=False)
+    low, high = node.number("lower_frequency_limit", 0, 0), node.number("upper_frequency_limit", 1000, 0)
+    if low > high:
+        notes.warn("lower_frequency_limit must not be above the upper", f"{low:g} and {high:g}")
+    if kind == "WaveletWave":
+        notes.problems.append(
+            f"WaveletWave bands cannot be read, since their coding is not public; {_RENDER}"
+        )
+    elif kind == "Curve" and curve in ("Bezier", "Bspline"):
+        notes.problems.append(f"curves of type {curve} cannot be read; use Linear, Cubic or Akima")
+    return Band(kind, curve, low, max(low, high), tuple(_effect(one) for one in node.nodes("effects")))
 
 
-def _check_unique(numbers: list[int], what: str) -> None:
-    if len(set(numbers)) < len(numbers):
-        raise ValueError(f"each {what} must have a unique id, got {numbers}")
+def _effect(node: Node) -> Effect:
+    if (kind := node.text("effect_type", "Basis")) != "Basis":
+        node.notes.problems.append(f"{kind} effects cannot be read; {_RENDER}")
+    lines, ends = [], [0.0]
+    frames = [one for one in node.list("keyframes", optional=True) if isinstance(one, dict)]
+    for name in ("amplitude_modulation", "frequency_modulation"):
+        stated = [one for one in frames if one.get(name) is not None]
+        try:
+            line = np.array([(one.get("relative_position") or 0, one[name]) for one in stated], np.float64)
+        except (TypeError, ValueError):
+            node.notes.problems.append(f"{node.place}.keyframes: {name} must be numbers at relative_position")
+            line = np.zeros((0, 2))
+        places, values = line.reshape(-1, 2).T
+        if (np.diff(places) < 0).any():
+            node.notes.warn("keyframes must be in order of relative_position", done="sorted")
+        order = np.argsort(places, kind="stable")
+        lines.append(np.stack([np.maximum(places[order], 0), values[order]]))
+        ends += places[order][-1:].tolist()
+    base = _one_of(node, "base_signal", BASES, required=False)
+    position, phase = node.number("position", 0), node.number("phase", 0)
+    return Effect(position, phase, base, lines[0], lines[1], max(ends))
+
+
+def _one_of(node: Node, key: str, names: tuple[str, ...], *, required: bool = True) -> str:
+    """Return a word of a vocabulary, its first one if there is none."""
+    word = node.text(key)
+    if word not in names and (word or required):
+        node.notes.problems.append(f"{node.place}.{key}: must be one of {', '.join(names)}, got {word!r}")
+    return word if word in names else names[0]
+
+
+def _require(node: Node, kind: str) -> None:
+    for key in REQUIRED[kind]:
+        if not node.has(key):
+            node.notes.warn(f"{key}: is required of a {kind}")
+
+
+def _check_unique(nodes: list[Node], what: str) -> None:
+    ids = [node.value.get("id") for node in nodes]
+    if len({str(one) for one in ids}) < len(ids):
+        nodes[0].notes.warn(f"each {what} must have a unique id", ids)

@@ -1,0 +1,126 @@
+"""Haptic files read as players take them, and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.files.analysis import READ_RATE, carrier
+from tactogram.rendering.files.catalogue import formats_with, haptic_format, recognised_format
+from tactogram.rendering.files.documents import DecodedDocument, Node, Notes, parse, sample_count
+from tactogram.rendering.files.events import Events
+from tactogram.rendering.files.format import HapticFormat
+from tactogram.signal import Signal
+from tactogram.signal.io.description import SignalDescription
+from tactogram.signal.io.description import decode as read_description
+
+MOST_BYTES = 500_000_000
+"""Largest file that is read."""
+
+
+@dataclass(frozen=True, eq=False)
+class HapticFile:
+    """Content of a haptic file.
+
+    ``events`` are in parts of full scale, None of a waveform. ``unit`` and ``full_scale`` are what the file states, 1
+    if nothing. ``metadata`` is as passed to `write_haptic`, or the file's description. ``facts`` has ``format``,
+    ``full_scale`` (None if the file does not state it) and, depending on the format, ``carrier_hz``, ``carrier_from``,
+    ``modality``, ``left_out``. ``warnings`` name the rules that the file breaks, and how it is read, a line each.
+    """
+
+    events: Events | None
+    metadata: dict[str, Any] = field(default_factory=dict)
+    facts: dict[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    content: DecodedDocument | None = None
+    description: SignalDescription | None = None
+    rate: float | None = None
+
+    @property
+    def unit(self) -> str:
+        """The unit of the signal, 1 if the file states none."""
+        return self.description.unit if self.description else "1"
+
+    @property
+    def full_scale(self) -> float:
+        """What 1 in the file stands for, in ``unit``."""
+        return (self.description.full_scale if self.description else None) or 1.0
+
+    @cached_property
+    def signal(self) -> Signal:
+        """The file as a signal at ``rate``, in its unit and at its level; events as `carrier`."""
+        waveform = self.content.waveform if self.content else None
+        signal = waveform(self.rate) if waveform else carrier(self.events or Events(0.0), self.rate)
+        if (ours := self.description) is None:
+            return signal
+        axes = ours.axes if len(ours.axes) == len(signal.axes) else signal.axes
+        samples = (signal.samples.astype(np.float64) * self.full_scale).astype(np.float32)
+        return Signal(samples, signal.rate, ours.unit, axes, ours.domain)
+
+
+def read_haptic(path: Path | str, *, format: str | None = None, rate: float | None = None) -> HapticFile:
+    """Return the content of a haptic file, read as players take it.
+
+    The format is determined by suffix, or by content if several formats share the suffix. ``rate`` (Hz) is that of the
+    signal: a carrier's is `analysis.READ_RATE` by default, a waveform's its own. Raises `DataError` if no player
+    accepts the file.
+    """
+    path = Path(path)
+    document, kind = _read(path, format)
+    notes = Notes()
+    file = decoded(document, kind, notes, rate)
+    try:
+        notes.check()
+    except DataError as error:
+        raise DataError(f"{path}: not valid {kind.title}: {error}") from None
+    return file
+
+
+def check_file(path: Path | str, *, format: str | None = None) -> dict[str, Any]:
+    """Return whether players accept a haptic file: ``file``, ``format``, ``valid``, ``problems``, ``warnings``.
+
+    Problems and warnings are a line each; warnings are of broken rules that players forgive. Raises `DataError` if
+    there is no such file, or no format recognises it.
+    """
+    path = Path(path)
+    document, kind = _read(path, format)
+    notes = Notes()
+    decoded(document, kind, notes)
+    problems = list(dict.fromkeys(notes.problems))
+    facts = {"file": str(path), "format": kind.name, "valid": not problems}
+    return facts | {"problems": problems, "warnings": notes.warnings}
+
+
+def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None = None) -> HapticFile:
+    """Return the content of a document; nothing of one with problems, which are in ``notes`` then."""
+    try:
+        content = kind.decode(Node(document, notes))
+        if content.events is not None:
+            sample_count(content.events.seconds, READ_RATE)
+        ours = read_description(content.description, kind.title) if content.description else None
+    except (DataError, ParameterError) as error:
+        notes.problems += [] if notes.problems else [str(error)]
+    if notes.problems:
+        return HapticFile(None)
+    scale = ours.full_scale if ours else None
+    comment = {"comment": content.description} if content.description else {}
+    metadata = dict(ours.metadata) if ours else comment
+    facts = {"format": kind.name, "full_scale": scale, **content.facts}
+    return HapticFile(content.events, metadata, facts, tuple(notes.warnings), content, ours, rate)
+
+
+def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
+    if not path.is_file():
+        raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+    if path.stat().st_size > MOST_BYTES:
+        raise DataError(f"{path}: must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
+    candidates = [haptic_format(name)] if name else formats_with(path.suffix)
+    if len(candidates) == 1:
+        return candidates[0].parse(path.read_bytes(), path), candidates[0]
+    document = parse(path.read_bytes(), path)
+    return document, recognised_format(document, path)

@@ -1,0 +1,90 @@
+"""Steps of strength, which several formats hold instead of lines: transients as short steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.files.documents import sample_count
+from tactogram.rendering.files.events import JUMP_S, Events, Line, Transient, stepped
+
+
+@dataclass(frozen=True)
+class StepRules:
+    """Lengths of a format's steps, in ms.
+
+    A vibration changes every ``step_ms``. A transient is a step of ``pulse_ms``, which is no multiple of it, so that it
+    can be distinguished; the next one is at least ``gap_ms`` away, or the stronger of the two counts. When a file is
+    read, a step of up to ``tap_ms`` between silences is a transient, too.
+    """
+
+    step_ms: int
+    pulse_ms: int
+    gap_ms: int
+    tap_ms: int
+    levels: int
+
+    def write(self, events: Events, *, what: str, first_ms: int = 0) -> tuple[NDArray[np.int64], Line]:
+        """Return the edges of steps, ms, and the strength in each, rounded to ``levels``.
+
+        ``what`` names the format in errors. The first step ends at ``first_ms``, if any: a vibration that begins, jumps
+        or ends adds an edge otherwise. Raises `ParameterError` if the events last less than 1 ms, or too long.
+        """
+        sample_count(events.seconds, 1e3)
+        taps = self.taps(events)
+        length = max([round(1e3 * events.seconds), *(start + self.pulse_ms for start, _ in taps)])
+        if length < 1:
+            raise ParameterError(f"{what} needs at least 1 ms, got {events.seconds:g} s")
+        whole = events.joined
+        jumps = np.flatnonzero(np.diff(whole.times) <= 2 * JUMP_S)
+        sounds = np.flatnonzero(np.diff(whole.amplitude > 0))
+        bends = np.concatenate([jumps, sounds, sounds + 1])
+        ends = [whole.start, whole.end, 0.0]
+        fixed = np.rint(1e3 * np.append(whole.times[bends], ends)).astype(np.int64)
+        fixed = np.array([0, first_ms]) if first_ms else np.append(fixed, length)
+        edges = np.unique(np.clip(fixed, 0, length))
+        spans = zip(edges.tolist(), [*edges[1:].tolist(), length], strict=True)
+        grid = [np.arange(a, b - (0 if first_ms else self.step_ms / 2), self.step_ms) for a, b in spans]
+        edges = np.unique(np.concatenate([edges, *grid, [length]])).astype(np.int64)
+        for start, _ in taps if self.pulse_ms else []:
+            end = start + self.pulse_ms
+            edges = np.union1d(edges[(edges <= start) | (edges >= end)], [start, end])
+        strength = np.minimum(whole.at((edges[:-1] + edges[1:]) / 2e3), 1)
+        for start, amplitude in taps if self.pulse_ms else []:
+            i = int(np.searchsorted(edges, start))
+            strength[i] = max(strength[i], amplitude)
+        strength = np.rint(self.levels * strength) / self.levels
+        first = np.flatnonzero(np.diff(strength, prepend=-1))
+        return np.append(edges[first], length), strength[first]
+
+    def taps(self, events: Events) -> list[tuple[int, float]]:
+        """Return the beginning, ms, and the strength of each transient that has room."""
+        taps: list[tuple[int, float]] = []
+        for one in events.transients:
+            start, strength = round(1e3 * one.time), min(1.0, one.amplitude)
+            if taps and start < taps[-1][0] + self.pulse_ms + self.gap_ms:
+                start, strength = taps[-1][0], max(taps.pop()[1], strength)
+            taps.append((start, strength))
+        return taps
+
+    def read(self, edges: Line, strength: Line, hz: float) -> Events:
+        """Return the events of steps between ``edges`` (s): runs of steps above 0, and transients."""
+        lasting = np.diff(edges) > 0
+        starts, strength = edges[:-1][lasting], np.asarray(strength)[lasting]
+        first = np.flatnonzero(np.diff(strength, prepend=-1))
+        edges, strength = np.append(starts[first], edges[-1]), strength[first]
+        ms = np.rint(1e3 * np.diff(edges))
+        before, after = np.append(0.0, strength[:-1]), np.append(strength[1:], 0.0)
+        alone = (before == 0) & (after == 0) & (ms <= self.tap_ms)
+        peak = (ms == self.pulse_ms) & (strength > before) & (strength > after)
+        tap = (strength > 0) & (alone | peak)
+        under = np.where(tap, np.minimum(before, after), strength)
+        runs = np.split(np.arange(len(under)), np.flatnonzero(np.diff(under > 0)) + 1)
+        return Events.of(
+            (stepped(edges[run[0] : run[-1] + 2], under[run], hz) for run in runs if under[run].any()),
+            (Transient(float(edges[i]), float(strength[i]), hz) for i in np.flatnonzero(tap)),
+            float(edges[-1]),
+        )

@@ -1,0 +1,147 @@
+"""Events from one format to another, and files that others designed."""
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tactogram.rendering.files import check_file, haptic_formats, read_haptic, write_haptic
+from tactogram.rendering.files.events import Events, Part, Transient
+from tactogram.signal import Signal
+
+CASES = Path(__file__).parent / "cases"
+FORMATS = haptic_formats()
+STRONG = {"haptic"}
+"""Formats whose transients are no weaker than the vibration."""
+
+
+def converted(folder, source, target):
+    """Return the events of a file, those read back from another format, and what is said about it."""
+    file = read_haptic(source)
+    path = folder / f"out-{target}{FORMATS[target].suffix}"
+    found = write_haptic(path, file, format=target)
+    return file.events, read_haptic(path, format=target).events, found
+
+
+@pytest.mark.parametrize(
+    "target", ["ahap", "haptic", "haps", "android", "hjif", "tact", "gamepad", "android_basic"]
+)
+def test_taps_remain_taps(target, tmp_path):
+    _, back, found = converted(tmp_path, CASES / "ahap_taps_to_haptic-taps.ahap", target)
+    assert [round(tap.time, 3) for tap in back.transients] == [0, 0.4, 0.8, 1.2]
+    assert [tap.amplitude for tap in back.transients] == pytest.approx([0.64, 0.16] * 2, abs=0.005)
+    assert back.parts == ()
+    assert found["told"][0].startswith("The file keeps 4 of 4 transients; loses ")
+
+
+@pytest.mark.parametrize(("name", "count", "strength"), [("rattle", 13, 0.35), ("four", 4, 0.6)])
+def test_emphases_become_transients_over_the_vibration(name, count, strength, tmp_path):
+    _, _, found = converted(tmp_path, CASES / f"haptic_emphases_to_ahap-{name}.haptic", "ahap")
+    events = [entry["Event"] for entry in json.loads((tmp_path / "out-ahap.ahap").read_text())["Pattern"]]
+    intensity = [event["EventParameters"][0]["ParameterValue"] for event in events]
+    kinds = [event["EventType"] for event in events]
+    assert kinds == ["HapticContinuous"] + ["HapticTransient"] * count
+    assert intensity == pytest.approx([0.2**0.5] + [strength**0.5] * count, abs=1e-4)
+    assert found["events"]["kept"] == count
+    assert found["verdict"] == "the events themselves"
+
+
+def test_a_curve_of_20_points_is_read_and_written_in_shorter_ones(tmp_path):
+    source, back, _ = converted(tmp_path, CASES / "ahap_curve_20_points-curve.ahap", "ahap")
+    t = np.arange(0, 1.9, 0.05)
+    assert source.joined.at(t[::2]) == pytest.approx([0.04, 0.64] * 9 + [0.04], abs=1e-3)
+    assert back.joined.at(t) == pytest.approx(source.joined.at(t), abs=0.02)
+    curves = json.loads((tmp_path / "out-ahap.ahap").read_text())["Pattern"]
+    lengths = [
+        len(one["ParameterCurve"]["ParameterCurveControlPoints"]) for one in curves if "ParameterCurve" in one
+    ]
+    assert max(lengths) <= 16
+
+
+def test_what_decays_dies_away_and_what_overlaps_is_no_weaker():
+    decay = read_haptic(CASES / "ahap_decay-decay.ahap").events.joined
+    assert decay.at(np.array([0.0, 0.31, 0.9])) == pytest.approx([1, 0, 0], abs=0.01)
+    overlap = read_haptic(CASES / "ahap_overlap-overlap.ahap").events.joined
+    assert overlap.at(np.array([0.2, 0.5, 0.8])) == pytest.approx([0.64, 0.646, 0.64], abs=0.001)
+
+
+@pytest.mark.parametrize(
+    ("name", "warning"),
+    [
+        (
+            "haptic_frequency_past_end-clip.haptic",
+            "frequency breakpoints must be within the amplitude envelope",
+        ),
+        ("haptic_version_major_only-clip.haptic", "version must have a minor and a patch: taken as 0"),
+    ],
+)
+def test_what_players_accept_is_valid_with_a_warning(name, warning):
+    found = check_file(CASES / name)
+    assert (found["valid"], found["problems"], len(found["warnings"])) == (True, [], 1)
+    assert found["warnings"][0].startswith(warning)
+    assert read_haptic(CASES / name).events.seconds == 1.0
+
+
+def test_a_text_with_a_mark_or_in_utf_16_is_read(tmp_path):
+    text = (CASES / "haptic_version_major_only-clip.haptic").read_text()
+    for encoding in ("utf-8-sig", "utf-16"):
+        (tmp_path / "x.haptic").write_text(text, encoding=encoding)
+        assert len(read_haptic(tmp_path / "x.haptic").events.transients) == 1
+
+
+def test_a_sound_above_1_khz_is_not_praised(tmp_path):
+    t = np.arange(16_000) / 16_000
+    high = Signal(0.8 * np.sin(2 * np.pi * 3000 * t) + 0.01 * np.sin(2 * np.pi * 200 * t), 16_000, "1")
+    found = write_haptic(tmp_path / "x.ahap", high, format="ahap")
+    assert found["told"] == [
+        "Only 0 % of the signal's power is up to 1000 Hz; the rest is above 1000 Hz, which a finger does not feel "
+        "and the file leaves out."
+    ]
+    assert "map the sound to touch instead (--map envelope)" in found["verdict"]
+
+
+@st.composite
+def designs(draw):
+    """Return taps 100 ms apart or more, and a vibration that begins and ends."""
+    times = draw(st.lists(st.integers(0, 19), unique=True, max_size=5))
+    shares = st.integers(4, 20).map(lambda level: level / 20)
+    taps = [
+        Transient(time / 10, draw(shares), draw(st.sampled_from([80.0, 170.0]))) for time in sorted(times)
+    ]
+    levels = draw(st.lists(shares, min_size=2, max_size=4))
+    start = draw(st.sampled_from([0.0, 0.55]))
+    part = Part.of(np.linspace(start, 2.0, len(levels)), 0.3 * np.array(levels), 0.0, 170.0)
+    return Events.of([part] if draw(st.booleans()) or not taps else [], taps, 2.1)
+
+
+@pytest.mark.parametrize(("source", "target"), list(itertools.product(FORMATS, FORMATS)))
+@settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(events=designs())
+def test_as_many_events_as_go_in_come_out_or_are_named(source, target, tmp_path, events):
+    first = tmp_path / f"first{FORMATS[source].suffix}"
+    write_haptic(first, events, format=source)
+    file = read_haptic(first, format=source)
+    second = tmp_path / f"second{FORMATS[target].suffix}"
+    found = write_haptic(second, file, format=target)
+    back = read_haptic(second, format=target)
+    counts, resolution = found["events"], max(0.002, FORMATS[target].resolution_s)
+    times = [tap.time for tap in back.events.transients]
+    near = [
+        min((abs(time - tap.time) for time in times), default=1) <= resolution
+        for tap in file.events.transients
+    ]
+    assert counts["transients"] == len(file.events.transients)
+    assert counts["kept"] == sum(near)
+    missing = counts["merged"] + counts["in_vibration"] + counts["lost"]
+    assert counts["kept"] + missing == counts["transients"]
+    assert (f"loses {missing} of" in found["told"][0]) or not missing or counts["lost"] < missing
+    if target in ("ahap", "haptic", "haps", "hjif"):
+        assert missing == counts["added"] == counts["vibrations_lost"] == 0
+        t = np.arange(0, 2.1, 0.005)
+        scale = found["full_scale"] / (file.facts["full_scale"] or 1.0)
+        ours = scale * back.events.strength(t)
+        assert np.abs(ours - file.events.strength(t)).mean() < 0.03
