@@ -166,7 +166,7 @@ class NetworkExporter(Protocol):
     """A model whose networks run without Python, in another runtime."""
 
     def exported_networks(self) -> Mapping[str, ExportedNetwork]:
-        """Return every network of the trained model by name: those that it uses, and those that only train it."""
+        """Return the networks that the trained model uses, by name."""
         ...
 
 
