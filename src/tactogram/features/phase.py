@@ -42,11 +42,12 @@ def recover(
     ``magnitude``, float32 or float64, shape (..., bin, frame), is of ``transform``, finite and >= 0; the signal has
     shape (..., length). No gradient flows back. Every item of a batch gets the same random numbers, as it would alone.
 
-    ``start`` is the first phase: phase gradient heap integration (`gradient_phase`) or uniform noise. ``iteration`` is
-    ``griffin_lim``, alternating projections (Griffin & Lim 1984); ``fast_griffin_lim``, the same with momentum 0.99
-    (Perraudin, Balazs & Søndergaard, "A fast Griffin-Lim algorithm", WASPAA 2013); ``admm``, the alternating direction
-    method of multipliers (Masuyama, Yatabe & Oikawa 2019); or half the steps of that, which leaves wrong solutions, then
-    half with momentum, which settles. A step is one inverse and one forward transform; 0 ``iterations`` return the start.
+    ``start`` is the first phase: phase gradient heap integration (`gradient_phase`) or uniform noise. ``iteration``
+    is ``griffin_lim``, alternating projections (Griffin & Lim 1984); ``fast_griffin_lim``, the same with momentum
+    0.99 (Perraudin, Balazs & Søndergaard, "A fast Griffin-Lim algorithm", WASPAA 2013); ``admm``, the alternating
+    direction method of multipliers (Masuyama, Yatabe & Oikawa 2019); or half the steps of that, which leaves wrong
+    solutions, then half with momentum, which settles. A step is one inverse and one forward transform; 0
+    ``iterations`` return the start.
     """
     check_precision("magnitude", magnitude)
     transform.check(magnitude, length)
