@@ -182,11 +182,6 @@ class SignalFlow:
         wanted = moment if self.known.predictor is None or reached is None else reached
         return self._label(surface, wanted, reached)
 
-    def _label_of(self, condition: Condition) -> Tensor:
-        """Return the label of a condition without a motion."""
-        found, reached = self.known.described(condition, draw=0.5)(condition)
-        return self._label_at(condition, found.surface, reached)
-
     def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
         """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""
         times = np.linspace(0, seconds, 2 + int(seconds / MOMENT_S))
