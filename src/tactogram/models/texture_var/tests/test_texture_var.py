@@ -79,7 +79,7 @@ def test_speed_and_force_decide_what_is_felt():
     assert fast.samples.std() == pytest.approx(4, rel=0.15)
 
 
-def test_state_keeps_tones_and_one_without_has_none():
+def test_state_keeps_tones():
     count = np.arange(round(2 * RATE))
     wave = np.cos(2 * np.pi * 60 * np.cumsum(np.exp(0.03 * np.sin(count / 200))) / RATE)
     noise = 0.1 * np.random.default_rng(0).standard_normal((len(AXES), len(count)))
@@ -91,10 +91,6 @@ def test_state_keeps_tones_and_one_without_has_none():
     expected = learner.generate({"material": "felt"}, seed=1).samples
     assert len(loaded.maps[0].models[0].tones.frequency) == 1
     assert np.array_equal(loaded.generate({"material": "felt"}, seed=1).samples, expected)
-    [model] = state["maps"][0]["models"]
-    state["maps"][0]["models"] = [{name: model[name] for name in model if not name.startswith("tone_")}]
-    loaded.load_state(state)
-    assert len(loaded.maps[0].models[0].tones.frequency) == 0
 
 
 def test_likelihood_prefers_the_right_fluctuation():
