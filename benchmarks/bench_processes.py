@@ -14,6 +14,8 @@ from __future__ import annotations
 import json
 import os
 import re
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -26,8 +28,6 @@ import numpy as np
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import StoppedError
 from tactogram.signal import Signal
-from tactogram.workflows.progress import silent
-from tactogram.workflows.training.launch import in_processes
 
 RECORDINGS = (2_000, 20_000)
 STEPS, WARM_UP = 60, 5
@@ -45,8 +45,10 @@ def run(
             create_store(store, noise(count), name="noise", licence="CC0-1.0", simulated=True)
             for processes in (1, 2):
                 out = Path(name) / f"run{count}-{processes}"
-                job = {"data": store, "out": out, "steps": steps, "devices": processes}
-                in_processes(measured, job, count=processes, progress=silent, stop=lambda: False)
+                job = {"data": str(store), "out": str(out), "steps": steps}
+                started = (sys.executable, "-m", "torch.distributed.run", "--standalone")
+                module = ("--nproc-per-node", str(processes), "-m", "benchmarks.bench_processes")
+                subprocess.run([*started, *module, json.dumps(job)], check=True)
                 found = [json.loads((out / f"measured-{k}.json").read_text()) for k in range(processes)]
                 work = np.array([facts.pop("work") for facts in found])  # process, part between two averages
                 longest = work.max(0)
@@ -71,7 +73,7 @@ def noise(count: int, *, seconds: float = 1.0, rate: float = 1000.0) -> Iterator
         )
 
 
-def measured(data: Path, out: Path, steps: int, devices: int, progress: Any, stop: Any) -> None:
+def measured(data: str, out: str, steps: int) -> None:
     """Train, and write what this process measured of itself into the run's folder."""
     import torch.distributed as dist
 
@@ -132,7 +134,6 @@ def measured(data: Path, out: Path, steps: int, devices: int, progress: Any, sto
             changes=changes,
             split="last=5",
             out=out,
-            devices=devices,
             accelerator="cpu",
             stop=lambda: len(memory) == steps + WARM_UP,
         )
@@ -158,5 +159,7 @@ def own_mb() -> float:
 
 
 if __name__ == "__main__":
-    for row in run():
+    if len(sys.argv) > 1:
+        measured(**json.loads(sys.argv[1]))
+    for row in run() if len(sys.argv) == 1 else ():
         print(", ".join(f"{name} {value}" for name, value in row.items()))

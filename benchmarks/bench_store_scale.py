@@ -23,11 +23,11 @@ from typing import Any
 
 import numpy as np
 import pyarrow.fs as fs
+from lightning_fabric.plugins.environments.lightning import find_free_network_port
 
 from benchmarks.bench_processes import noise, own_mb
 from tactogram.datasets import create_store, open_store
 from tactogram.datasets.store.copying import copy_store
-from tactogram.workflows.training.launch import free_port
 
 RECORDINGS = (1_000, 10_000, 100_000)
 READ = 200
@@ -132,7 +132,7 @@ def _counted() -> list[int]:
 @contextmanager
 def s3_server() -> Iterator[None]:
     """Run an S3-like server with a bucket ``bench``, named in the environment."""
-    port = free_port()
+    port = find_free_network_port()
     os.environ |= {
         "AWS_ACCESS_KEY_ID": "bench",
         "AWS_SECRET_ACCESS_KEY": "bench",

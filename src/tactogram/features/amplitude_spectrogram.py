@@ -82,12 +82,11 @@ class AmplitudeSpectrogram:
             raise ParameterError(f"x must be (..., {self.length} samples), got {tuple(x.shape)}")
         return self._forward(x.reshape(-1, self.length)).abs().mT.reshape(*x.shape[:-1], self.bins, -1)
 
-    def decode(self, magnitude: Tensor, *, seed: int = 0, phase: Tensor | None = None) -> Tensor:
+    def decode(self, magnitude: Tensor, *, seed: int = 0) -> Tensor:
         """Return a signal of about these magnitudes, by the fast Griffin-Lim algorithm from a random phase.
 
         ``(..., n_fft // 2 + 1, frames) -> (..., length)``; magnitudes are finite and >= 0. No gradient flows back. The
-        same seed gives the same signal, in a batch as alone; ``phase``, rad, in the shape of the magnitudes, is instead
-        of a random one.
+        same seed gives the same signal, in a batch as alone.
         """
         check_precision("magnitude", magnitude)
         if magnitude.shape[-2:] != (self.bins, self.frames):
@@ -98,11 +97,11 @@ class AmplitudeSpectrogram:
             target = magnitude.detach().reshape(-1, self.bins, self.frames).mT  # batch, frame, bin
             if not bool((torch.isfinite(target) & (target >= 0)).all()):
                 raise ParameterError("magnitude must be finite and >= 0, got a value that is not")
-            x = self._recovered(target, seed if phase is None else phase)
+            x = self._recovered(target, seed)
             return x.reshape(*magnitude.shape[:-2], self.length)
 
-    def _recovered(self, target: Tensor, start: int | Tensor) -> Tensor:
-        s = self._start(target, start)
+    def _recovered(self, target: Tensor, seed: int) -> Tensor:
+        s = self._start(target, seed)
         last: Tensor | None = None
         for _ in range(self.iterations):
             consistent = self._forward(self._signal(s))
@@ -111,13 +110,10 @@ class AmplitudeSpectrogram:
             s = self._with_magnitude(ahead, target)
         return self._signal(s)
 
-    def _start(self, target: Tensor, start: int | Tensor) -> Tensor:
-        """Return the transform of the level, filled up to ``target`` with phases, or those of a seed."""
-        if isinstance(start, Tensor):
-            phase = start.detach().reshape(-1, self.bins, self.frames).mT.double()
-        else:
-            random = torch.Generator().manual_seed(start)
-            phase = 2 * math.pi * torch.rand(target.shape[1:], generator=random, dtype=torch.float64)
+    def _start(self, target: Tensor, seed: int) -> Tensor:
+        """Return the transform of the level, filled up to ``target`` with phases of a seed."""
+        random = torch.Generator().manual_seed(seed)
+        phase = 2 * math.pi * torch.rand(target.shape[1:], generator=random, dtype=torch.float64)
         turn = torch.polar(torch.ones_like(phase), phase).to(target.device, _complex(target))
         if not self.nonnegative:
             return target * turn

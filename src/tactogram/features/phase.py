@@ -30,7 +30,7 @@ def recover(
     transform: STFT,
     length: int,
     *,
-    start: Start | Tensor = "gradient",
+    start: Start = "gradient",
     iteration: Iteration = "admm+fast_griffin_lim",
     iterations: int = 32,
     seed: int = 0,
@@ -42,20 +42,16 @@ def recover(
     ``magnitude``, float32 or float64, shape (..., bin, frame), is of ``transform``, finite and >= 0; the signal has
     shape (..., length). No gradient flows back. Every item of a batch gets the same random numbers, as it would alone.
 
-    ``start`` is the first phase: phase gradient heap integration (`gradient_phase`), uniform noise, or the phases
-    themselves, rad, in the shape of the magnitude. ``iteration`` is ``griffin_lim``, alternating projections (Griffin &
-    Lim 1984); ``fast_griffin_lim``, the same with momentum 0.99 (Perraudin, Balazs & Søndergaard, "A fast Griffin-Lim
-    algorithm", WASPAA 2013); ``admm``, the alternating direction method of multipliers (Masuyama, Yatabe & Oikawa
-    2019); or half the steps of that, which leaves wrong solutions, then half with momentum, which settles. A step is
-    one inverse and one forward transform; 0 ``iterations`` return the start.
+    ``start`` is the first phase: phase gradient heap integration (`gradient_phase`) or uniform noise. ``iteration``
+    is ``griffin_lim``, alternating projections (Griffin & Lim 1984); ``fast_griffin_lim``, the same with momentum
+    0.99 (Perraudin, Balazs & Søndergaard, "A fast Griffin-Lim algorithm", WASPAA 2013); ``admm``, the alternating
+    direction method of multipliers (Masuyama, Yatabe & Oikawa 2019); or half the steps of that, which leaves wrong
+    solutions, then half with momentum, which settles. A step is one inverse and one forward transform; 0
+    ``iterations`` return the start.
     """
     check_precision("magnitude", magnitude)
     transform.check(magnitude, length)
-    if isinstance(start, Tensor):
-        if start.shape != magnitude.shape:
-            shapes = f"{tuple(magnitude.shape)}, got {tuple(start.shape)}"
-            raise ParameterError(f"phases to start from must have the shape of the magnitude, {shapes}")
-    elif start not in STARTS:
+    if start not in STARTS:
         raise ParameterError(f"start must be 'gradient' or 'random', got {start!r}")
     if iteration not in ITERATIONS:
         raise ParameterError(f"iteration must be one of {', '.join(ITERATIONS)}, got {iteration!r}")
@@ -67,9 +63,7 @@ def recover(
             raise ParameterError("magnitude must be finite and >= 0, got a value that is not")
         scale = target.amax((1, 2), keepdim=True)
         target = target / torch.where(scale > 0, scale, 1)
-        if isinstance(start, Tensor):
-            phase = start.detach().reshape(-1, *start.shape[-2:]).mT
-        elif start == "gradient":
+        if start == "gradient":
             phase = gradient_phase(target, transform, seed=seed)
         else:
             random = torch.Generator().manual_seed(seed)

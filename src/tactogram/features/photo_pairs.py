@@ -17,11 +17,9 @@ A pair is a crop of a photograph and a crop of a recording of the same material 
 from __future__ import annotations
 
 import zlib
-from collections import OrderedDict, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from threading import Lock
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -153,26 +151,6 @@ class WeakPairs:
         As `shuffled`: depends on the seed, ``number`` and ``size`` alone.
         """
         return shuffled(len(self), size, number, seed=self.seed)
-
-    def batches(self, size: int, *, start: int = 0, workers: int = 0) -> Iterator[PairBatch]:
-        """Yield batches of ``size`` pairs from number ``start`` on, without end.
-
-        ``workers`` threads prepare the next batches; 0 prepares each on demand. The batches are the same.
-        """
-        if not workers:
-            while True:
-                yield self.batch(self.places(start, size))
-                start += 1
-        ahead: deque[Future[PairBatch]] = deque()
-        with ThreadPoolExecutor(workers) as pool:
-            try:
-                while True:
-                    while len(ahead) <= workers:
-                        ahead.append(pool.submit(self.batch, self.places(start, size)))
-                        start += 1
-                    yield ahead.popleft().result()
-            finally:
-                pool.shutdown(wait=False, cancel_futures=True)
 
     def photo_place(self, crop: int) -> tuple[int, int]:
         """Return top and left of crop ``crop`` in its source, pixels."""
@@ -334,22 +312,20 @@ def _pairing(
 
 
 class _ArrayCache:
-    """Cache of the last used arrays up to a number of bytes; threads may share it."""
+    """Cache of the last used arrays up to a number of bytes."""
 
     def __init__(self, most_bytes: int) -> None:
-        self._most, self._bytes, self._lock = most_bytes, 0, Lock()
+        self._most, self._bytes = most_bytes, 0
         self._arrays: OrderedDict[tuple[str, int], NDArray[Any]] = OrderedDict()
 
     def get(self, key: tuple[str, int], make: Callable[[], NDArray[Any]]) -> NDArray[Any]:
-        with self._lock:
-            if key in self._arrays:
-                self._arrays.move_to_end(key)
-                return self._arrays[key]
+        if key in self._arrays:
+            self._arrays.move_to_end(key)
+            return self._arrays[key]
         array = make()
-        with self._lock:
-            if key not in self._arrays and array.nbytes <= self._most:
-                self._arrays[key] = array
-                self._bytes += array.nbytes
-            while self._bytes > self._most:
-                self._bytes -= self._arrays.popitem(last=False)[1].nbytes
+        if array.nbytes <= self._most:
+            self._arrays[key] = array
+            self._bytes += array.nbytes
+        while self._bytes > self._most:
+            self._bytes -= self._arrays.popitem(last=False)[1].nbytes
         return array

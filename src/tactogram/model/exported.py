@@ -42,11 +42,6 @@ class ExportedNetwork:
         In the order of the arguments and results of ``network``.
     free : tuple of str
         Axes of any size; every other axis has the size it is drawn with.
-    reference : callable, optional
-        What the package computes of the same inputs, where it does so by other code than ``network``.
-    convergence : callable, optional
-        Of a recovery of phases: the distance, dB, of the result (the last argument) from what was given (the others).
-        Such recoveries multiply rounding errors, so that two of the same quality may differ in their samples.
     note : str
         What the network leaves to its caller.
     facts : mapping
@@ -58,7 +53,5 @@ class ExportedNetwork:
     inputs: Mapping[str, Port]
     outputs: Mapping[str, Port]
     free: tuple[str, ...] = ("batch",)
-    reference: Callable[..., Any] | None = None
-    convergence: Callable[..., float] | None = None
     note: str = ""
     facts: Mapping[str, Any] = field(default_factory=dict)

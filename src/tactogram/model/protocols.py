@@ -123,8 +123,8 @@ class Learner(Protocol):
 class SharedLearner(Protocol):
     """A learner that several processes can train together, each on its share of every batch.
 
-    Fabric averages the gradients of all modules that it was handed, and batch normalisation is over the whole batch. A
-    stage of one step is a closed form: every process computes it alone, with the same result.
+    Fabric averages the gradients of all modules that it was handed. A stage of one step is a closed form: every process
+    computes it alone, with the same result.
     """
 
     share: BatchShare
@@ -166,7 +166,7 @@ class NetworkExporter(Protocol):
     """A model whose networks run without Python, in another runtime."""
 
     def exported_networks(self) -> Mapping[str, ExportedNetwork]:
-        """Return every network of the trained model by name: those that it uses, and those that only train it."""
+        """Return the networks that the trained model uses, by name."""
         ...
 
 

@@ -68,13 +68,10 @@ class UNet(nn.Module):
                 f"got {(rows, columns)}"
             )
 
-    def forward(
-        self, photo: Tensor, condition: Tensor | None = None, *, masks: Sequence[Tensor] = ()
-    ) -> Tensor:
+    def forward(self, photo: Tensor, condition: Tensor | None = None) -> Tensor:
         """Return the picture of ``photo``: (batch, into, row, column) -> (batch, out, row, column), both -1 to 1.
 
-        ``condition`` is passed to the bottleneck, e.g. a label. ``masks`` are the factors, 0 or 2, of each stage with
-        dropout, in place of drawn ones.
+        ``condition`` is passed to the bottleneck, e.g. a label.
         """
         self.check_size(photo.shape[-2], photo.shape[-1])
         skips = [self.down[0](photo)]  # B, W0, R/2, C/2
@@ -86,8 +83,7 @@ class UNet(nn.Module):
         for number, (conv, norm) in enumerate(zip(list(self.up)[:-1], self.up_norms, strict=True)):
             h = norm(conv(F.relu(h)))  # B, Wk, twice the rows and columns
             if number < self.dropout:
-                dropped = self.training or self.noise
-                h = h * masks[number] if masks else F.dropout(h, 0.5, training=dropped)
+                h = F.dropout(h, 0.5, training=self.training or self.noise)
             h = torch.cat((skips.pop(), h), 1)  # B, 2 Wk, …
         return torch.tanh(self.up[-1](F.relu(h)))  # B, out, R, C
 

@@ -10,8 +10,6 @@ import torch.distributed as dist
 from lightning_fabric.strategies.ddp import DDPStrategy
 from torch import Tensor, nn
 
-from tactogram.nn.synchronised_batch_norm import synchronise
-
 
 class AveragingStrategy(DDPStrategy):
     """Averages gradients over processes, of any number of networks and passes through them.
@@ -27,8 +25,7 @@ class AveragingStrategy(DDPStrategy):
         self.networks: list[_Averaged] = []
 
     def setup_module(self, module: nn.Module) -> Any:
-        """Give a network the first process's weights, and batch normalisation over all processes."""
-        synchronise(module)
+        """Give a network the first process's weights."""
         for tensor in (*module.parameters(), *module.buffers()):
             dist.broadcast(tensor.detach(), 0)
         self.networks.append(_Averaged(module))

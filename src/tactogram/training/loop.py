@@ -58,7 +58,7 @@ def fit(
     Raises
     ------
     RunError
-        If a loss is not finite, or the processes' weights diverge.
+        If a loss is not finite.
     """
     for place, stage in enumerate(learner.stages(examples)):
         if place < start.stage:
@@ -77,5 +77,3 @@ def fit(
                     f"training diverged at step {step} of {stage.name}: {shown}; lower the learning rate"
                 )
             on_step(TrainingPosition(place, step), stage, losses)
-        if processes.count > 1:
-            processes.check_alike(learner.state(), stage.name)

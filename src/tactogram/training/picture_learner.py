@@ -17,7 +17,6 @@ from tactogram.model import (
     BatchShare,
     Condition,
     Example,
-    ExportedNetwork,
     SignalKind,
     Stage,
     check_condition,
@@ -27,12 +26,6 @@ from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.label_predictor import PredictorConfig, PredictorTraining
 from tactogram.nn.photo_translation import DistanceName, PairConfig, PhotoTranslation
 from tactogram.signal import Image, Signal
-from tactogram.training.picture_export import (
-    exported_discriminator,
-    exported_phase_recovery,
-    exported_picture_generator,
-    exported_predictor,
-)
 from tactogram.training.seeds import torch_seeded
 
 Beta = Annotated[float, Field(ge=0, lt=1)]
@@ -270,23 +263,6 @@ class PictureLearner(Generic[ConfigT]):
             self.predictor.load_state(state["predictor"])
             if optimisers.get("predictor"):
                 self.predictor.optimiser.load_state_dict(optimisers["predictor"])
-
-    # -- export ------------------------------------------------------------------------------------------------
-
-    def exported_generator(self) -> ExportedNetwork:
-        """Return the generator for other runtimes; by default it takes the photograph alone."""
-        return exported_picture_generator(self.gan.bare_generator, self.config.pairs.size)
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        """Return generator, phase recovery, discriminator and, if there is one, label predictor."""
-        size = self.config.pairs.size
-        found = {"generator": self.exported_generator()}
-        if self.config.pairs.excitation == "phase":
-            found["phase_recovery"] = exported_phase_recovery(self.translation.picture)
-        found["discriminator"] = exported_discriminator(self.gan.discriminator, size)
-        if self.predictor:
-            found["predictor"] = exported_predictor(self.predictor.bare, size, self.materials)
-        return found
 
     # -- use ---------------------------------------------------------------------------------------------------
 

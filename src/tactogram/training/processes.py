@@ -7,16 +7,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-import numpy as np
 import torch
 import torch.distributed as dist
 
-from tactogram.errors import ParameterError, RunError
+from tactogram.errors import ParameterError
 
 T = TypeVar("T")
-
-LARGEST_DIFFERENCE = 1e-3
-"""Between two processes' means of a tensor, relative to its mean magnitude, after which they count as diverged."""
 
 
 @dataclass(frozen=True)
@@ -80,29 +76,6 @@ class Processes:
         if self.count > 1:
             self.fabric.barrier()
 
-    def check_alike(self, state: Mapping[str, Any], where: str) -> None:
-        """Refuse processes whose states have diverged.
-
-        Raises
-        ------
-        RunError
-            If a tensor of ``state`` differs between processes by more than rounding.
-        """
-        if self.count == 1:
-            return
-        sums = [float(x.double().mean()) for x in _tensors(state)]
-        sizes = [float(x.double().abs().mean()) for x in _tensors(state)]
-        found: list[Any] = [None] * self.count
-        dist.all_gather_object(found, sums)
-        if any(len(each) != len(sums) for each in found):
-            raise RunError(f"the processes hold other states after {where}; train in one process")
-        spread = np.ptp(np.array(found), axis=0)
-        if np.any(spread > LARGEST_DIFFERENCE * np.array(sizes) + 1e-9):
-            raise RunError(
-                f"the weights of the processes have diverged after {where}: the model computes something alone that "
-                "the others do not know; train it in one process"
-            )
-
     def leave(self) -> None:
         """End the work together: what follows, such as a validation by the first process, is done alone."""
         if self.count > 1:
@@ -119,8 +92,8 @@ def started_by_torchrun() -> bool:
 
 
 def is_first_process() -> bool:
-    """Return whether this process is the only one, or the first that torchrun started."""
-    return not started_by_torchrun() or os.environ.get("RANK", "0") == "0"
+    """Return whether this process is the only one of a training, or the first that torchrun or Fabric started."""
+    return os.environ.get("RANK" if started_by_torchrun() else "LOCAL_RANK", "0") == "0"
 
 
 def devices_and_nodes(devices: int, nodes: int) -> tuple[int, int]:
@@ -129,11 +102,16 @@ def devices_and_nodes(devices: int, nodes: int) -> tuple[int, int]:
     Raises
     ------
     ParameterError
-        If others are wanted than torchrun started.
+        If others are wanted than torchrun started, or several machines without it.
     """
     if devices < 1 or nodes < 1:
         raise ParameterError(f"devices and nodes must be >= 1, got {devices} and {nodes}")
     if not started_by_torchrun():
+        if nodes > 1:
+            raise ParameterError(
+                f"a training on {nodes} machines is started by torchrun, on each of them: torchrun --nnodes {nodes} "
+                f"--nproc-per-node {devices} --rdzv-backend c10d --rdzv-endpoint HOST:29400 -m tactogram train …"
+            )
         return devices, nodes
     each, all_of_them = int(os.environ["LOCAL_WORLD_SIZE"]), int(os.environ["WORLD_SIZE"])
     started = each, all_of_them // each
@@ -143,12 +121,3 @@ def devices_and_nodes(devices: int, nodes: int) -> tuple[int, int]:
             "omit them"
         )
     return started
-
-
-def _tensors(value: Any) -> list[torch.Tensor]:
-    if isinstance(value, torch.Tensor):
-        return [value] if value.numel() and value.is_floating_point() else []
-    if isinstance(value, np.ndarray):
-        return _tensors(torch.from_numpy(np.array(value))) if value.dtype.kind == "f" else []
-    inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, list | tuple) else ()
-    return [tensor for each in inner for tensor in _tensors(each)]

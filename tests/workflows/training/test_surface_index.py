@@ -1,16 +1,12 @@
 """The distance of the surface search, and the threshold of "none of these"."""
 
-import json
-
 import numpy as np
 import pytest
 
-from tactogram.errors import RunError
 from tactogram.model import Example
 from tactogram.signal import Signal
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training import surface_index
-from tactogram.workflows.training.run_archive import export_run, import_run
 from tactogram.workflows.training.surface_index import (
     BANDS,
     SurfaceIndex,
@@ -163,18 +159,9 @@ def test_the_limit_is_that_of_a_log_normal_distribution():
 def test_a_loaded_index_measures_as_the_saved_one(run, texture):
     index = SurfaceIndex.load(run)
     facts = run.read_json("search.json")
-    assert (facts["version"], facts["kept"], facts["threshold"]) == (3, 0.95, index.threshold)
+    assert (facts["kept"], facts["threshold"]) == (0.95, index.threshold)
     found = search(run.folder, texture("tile", 77))
     assert found["threshold"] == index.threshold
     assert [each["distance"] for each in found["nearest"]] == sorted(
         each["distance"] for each in found["nearest"]
     )
-
-
-def test_an_index_of_an_earlier_version_is_refused(run, texture, tmp_path):
-    export_run(run.folder, tmp_path / "run.zip")
-    import_run(tmp_path / "run.zip", tmp_path / "run")
-    file = tmp_path / "run" / "search.json"
-    file.write_text(json.dumps(json.loads(file.read_text()) | {"version": 1}))
-    with pytest.raises(RunError, match="must be of version 3, got 1; train again"):
-        search(tmp_path / "run", texture("foam", 1))

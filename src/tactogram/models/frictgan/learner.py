@@ -20,13 +20,11 @@ from tactogram.model import (
     BatchShare,
     Condition,
     Example,
-    ExportedNetwork,
     SignalKind,
     Stage,
     check_condition,
 )
 from tactogram.models.frictgan.config import Config
-from tactogram.models.frictgan.exported import exported_networks
 from tactogram.models.frictgan.fabric_evaluation import evaluate_fabrics, summary
 from tactogram.models.frictgan.journey import journey, spliced
 from tactogram.models.frictgan.networks import LEAST, Critic, Generator, magnitudes_of
@@ -273,11 +271,6 @@ class FrictGANLearner:
         if saved := state.get("optimisers"):
             for optimiser, values in zip(self.optimisers, saved, strict=True):
                 optimiser.load_state_dict(values)
-
-    # -- export ------------------------------------------------------------------------------------------
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        return exported_networks(self.generator, self.critic, self.scale, self.config, self.kind)
 
     # -- use ---------------------------------------------------------------------------------------------
 

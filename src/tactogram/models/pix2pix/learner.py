@@ -9,15 +9,13 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
-from tactogram.model import Condition, Example, ExportedNetwork, SignalKind
+from tactogram.model import Condition, Example, SignalKind
 from tactogram.models.pix2pix.config import Config
-from tactogram.models.pix2pix.networks import MaskedUNet, discriminator, generator
+from tactogram.models.pix2pix.networks import discriminator, generator
 from tactogram.nn.adversarial_loss import adversarial_loss
-from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.unet import UNet
 from tactogram.signal import Signal
-from tactogram.training.picture_export import exported_picture_generator
 from tactogram.training.picture_learner import PictureLearner
 from tactogram.training.seeds import torch_seeded
 
@@ -50,14 +48,6 @@ class Pix2PixLearner(PictureLearner[Config]):
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         with torch_seeded(seed, "dropout"):
             return super().generate(condition, seconds=seconds, seed=seed)
-
-    def exported_generator(self) -> ExportedNetwork:
-        network: UNet = bare(self.gan.generator)
-        size = self.config.pairs.size
-        stages = list(enumerate(reversed(self.config.widths[:-1])))[: self.config.dropout]
-        coarsest = size // network.scale
-        shapes = [(width, coarsest << (number + 1), coarsest << (number + 1)) for number, width in stages]
-        return exported_picture_generator(MaskedUNet(network), size, masks=shapes)
 
 
 def build(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from torch import Tensor, nn
-
 from tactogram.models.pix2pix.config import Config
 from tactogram.nn.initial_weights import normal_
 from tactogram.nn.patch_discriminator import PatchDiscriminator
@@ -16,19 +14,6 @@ def generator(config: Config) -> UNet:
     network.noise = True  # Sec. 3.3: "we apply dropout at test time"
     normal_(network, config.gain)
     return network
-
-
-class MaskedUNet(nn.Module):
-    """The U-Net with the factors of its dropout as further inputs."""
-
-    def __init__(self, network: UNet) -> None:
-        super().__init__()
-        self.network = network
-
-    def forward(self, photo: Tensor, *masks: Tensor) -> Tensor:
-        """Return pictures, (batch, 1, row, column)."""
-        made: Tensor = self.network(photo, masks=masks)
-        return made
 
 
 def discriminator(config: Config) -> PatchDiscriminator:

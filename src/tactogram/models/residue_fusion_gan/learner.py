@@ -8,9 +8,9 @@ import torch
 from torch import Tensor
 
 from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
-from tactogram.model import Example, ExportedNetwork, SignalKind, Stage
+from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.residue_fusion_gan.config import Config
-from tactogram.models.residue_fusion_gan.networks import FusedGenerator, discriminator, generator
+from tactogram.models.residue_fusion_gan.networks import discriminator, generator
 from tactogram.nn.adversarial_loss import feature_matching_loss
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.gradient_penalty import gradient_penalty
@@ -19,7 +19,6 @@ from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.perceptual_loss import OMITTED, PerceptualLoss
 from tactogram.nn.unet import UNet
 from tactogram.signal import Image
-from tactogram.training.picture_export import exported_picture_generator
 from tactogram.training.picture_learner import VARIATION, PictureLearner
 
 
@@ -97,10 +96,6 @@ class ResidueFusionLearner(PictureLearner[Config]):
         """Return the classifier's feature maps, shape (batch, feature, row, column); it is no longer trained."""
         network = self.predictor.bare.eval()
         return (network.trunk.maps(photo.to(self.gan.device)),)
-
-    def exported_generator(self) -> ExportedNetwork:
-        network = FusedGenerator(bare(self.gan.generator), self.predictor.bare.trunk)
-        return exported_picture_generator(network, self.config.pairs.size)
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:
         return self._classified(image)

@@ -9,7 +9,6 @@ from torch import Tensor, nn
 from tactogram.models.residue_fusion_gan.config import Config
 from tactogram.nn.initial_weights import normal_
 from tactogram.nn.patch_discriminator import PatchDiscriminator
-from tactogram.nn.trunks import Trunk
 from tactogram.nn.unet import UNet
 
 
@@ -31,19 +30,6 @@ class ResidueFusion(nn.Module):
         residue = self.residue(F.relu(self.fuse(torch.cat((x, maps), 1))))  # B, W, R, C
         fused: Tensor = x + residue
         return fused
-
-
-class FusedGenerator(nn.Module):
-    """The U-Net with the classifier's trunk, whose maps it takes."""
-
-    def __init__(self, network: UNet, trunk: Trunk) -> None:
-        super().__init__()
-        self.network, self.trunk = network, trunk
-
-    def forward(self, photo: Tensor) -> Tensor:
-        """Return pictures, (batch, 1, row, column), of photographs of that shape."""
-        made: Tensor = self.network(photo, self.trunk.maps(photo))
-        return made
 
 
 def generator(config: Config, features: int) -> UNet:

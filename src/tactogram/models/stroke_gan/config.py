@@ -2,27 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from tactogram.features.signal_crops import Epoch
 from tactogram.training.wave_gan_learner import WaveGANConfig
-
-TEXTURE_GAN = (
-    "conditions",
-    "residual",
-    "order",
-    "noise_bands",
-    "sinusoids",
-    "match_bands",
-    "statistics",
-    "adversarial",
-    "generator_learning_rate",
-    "schedule",
-    "moving_average",
-)
-"""Keys of the model ``texture_gan``, once part of this one."""
 
 
 class Config(WaveGANConfig):
@@ -51,12 +36,3 @@ class Config(WaveGANConfig):
     within_range: float = Field(default=1.0, gt=0, le=1)
     """Share of an axis's training samples within the range of tanh: 1 scales by the largest and clips nothing. Assumed:
     the paper does not say how it scaled."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _not_texture_gan(cls, values: Any) -> Any:
-        if moved := [name for name in TEXTURE_GAN if name in values]:
-            raise ValueError(
-                f"{moved[0]} belongs to the model texture_gan, which was part of stroke_gan; train texture_gan"
-            )
-        return values

@@ -29,7 +29,7 @@ from tactogram.nn import WaveDiscriminator
 from tactogram.nn.bare_and_fixed import fixed
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
-from tactogram.training.wave_gan_export import Scaled, exported_critic, exported_generator
+from tactogram.training.wave_gan_export import Scaled, exported_generator
 from tactogram.training.wave_gan_learner import LabelledCrops, WaveGANLearner
 
 
@@ -119,9 +119,6 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         made = Port(time, "signal", kind.unit)
         return {
             "generator": exported_generator(scaled, kind, latents=config.latents, output=made, **size),
-            "critic": exported_critic(
-                self.discriminator, kind, signal=Port(time, "signal, scaled to -1 to 1"), **size
-            ),
         }
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:

@@ -28,7 +28,7 @@ from tactogram.model import (
     unit_scores,
 )
 from tactogram.models.tactile_image_cgan.config import Config
-from tactogram.models.tactile_image_cgan.networks import COLOURS, Discriminator, Generator
+from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
 from tactogram.nn.adversarial_pair import AdversarialPair
 from tactogram.nn.bare_and_fixed import for_export
 from tactogram.signal import Image
@@ -165,7 +165,7 @@ class TactileImageLearner:
     # -- export ------------------------------------------------------------------------------------------
 
     def exported_networks(self) -> dict[str, ExportedNetwork]:
-        words, noise, size = self.kind.words, self.config.noise, self.config.size
+        words, noise = self.kind.words, self.config.noise
 
         def draw(seed: int) -> tuple[Tensor, Tensor]:
             random = child_generator(seed, "export")
@@ -173,16 +173,8 @@ class TactileImageLearner:
                 DRAWN, len(words), generator=random
             )
 
-        def draw_images(seed: int) -> tuple[Tensor, Tensor]:
-            random = child_generator(seed, "export")
-            images = 2 * torch.rand(DRAWN, COLOURS, size, size, generator=random) - 1
-            return images, torch.rand(DRAWN, len(words), generator=random)
-
         scores = Port(("batch", "word"), "scores, 0 to 1")
         image = Port(("batch", "colour", "row", "column"), "image, -1 to 1; red, green, blue")
-        outputs = {"real": Port(("batch",), "logit of being real")}
-        if self.config.regression_weight:
-            outputs["words"] = Port(("batch", "word"), "logits of the predicted scores")
         facts = {"word": list(words), "scale": list(self.kind.scale)}
         return {
             "generator": ExportedNetwork(
@@ -190,13 +182,6 @@ class TactileImageLearner:
                 draw,
                 {"noise": Port(("batch", "noise"), "standard normal random numbers"), "scores": scores},
                 {"image": image},
-                facts=facts,
-            ),
-            "discriminator": ExportedNetwork(
-                for_export(self.gan.discriminator),
-                draw_images,
-                {"image": image, "scores": scores},
-                outputs,
                 facts=facts,
             ),
         }

@@ -16,7 +16,6 @@ from tactogram.model import (
     WHOLE_BATCH,
     BatchShare,
     Condition,
-    ExportedNetwork,
     ImageExample,
     ImageKind,
     Stage,
@@ -25,7 +24,6 @@ from tactogram.model import (
     unit_scores,
 )
 from tactogram.models.texture_flow.config import Config
-from tactogram.models.texture_flow.exported import exported_flow
 from tactogram.models.texture_flow.flow_model import FlowModel
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.signal import Image
@@ -161,28 +159,6 @@ class ImageFlowLearner:
         self.flow.load_state(state)
         for saved in state.get("optimisers", ()):
             self.flow.optimiser.load_state_dict(saved)
-
-    # -- export ------------------------------------------------------------------------------------------
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        side = self.config.size
-        known = torch.from_numpy(self.means)
-        facts = {
-            "word": list(self.kind.words),
-            "scale": list(self.kind.scale),
-            "label": "scores in deviations of their word's mean, then a 1 for each that is known",
-            "mean": known.nanmean(0).tolist(),
-            "image": {"mean": self.pixels[:COLOURS].tolist(), "deviation": self.pixels[-1].item()},
-        }
-        return exported_flow(
-            self.flow,
-            (COLOURS, side, side),
-            (2 * len(self.kind.words),),
-            axes=("batch", "colour", "row", "column"),
-            output="image, times `deviation` plus `mean` in -1 to 1",
-            free=(),
-            facts=facts,
-        )
 
     # -- use ---------------------------------------------------------------------------------------------
 

@@ -11,19 +11,13 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, ExportedNetwork, SignalKind, check_condition
+from tactogram.model import Condition, SignalKind, check_condition
 from tactogram.models.texture_flow.config import Config
-from tactogram.models.texture_flow.exported import (
-    exported_flow,
-    exported_predictor,
-    exported_recovery,
-)
 from tactogram.models.texture_flow.flow_model import FlowModel
 from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surface_prediction import SurfacePredictor
 from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
-from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
@@ -39,8 +33,6 @@ MOMENT_S = 0.05
 """Longest time between two moments of a motion for which a surface is determined, s."""
 PLAYBACK_RATE = 4000.0
 """Of a signal over displacement that is played at a speed, Hz."""
-LEAST_ITERATIONS = 2
-"""Of phase recovery, for it to be exported."""
 LEAST_RMS = 1e-12
 """Of a vibration in another unit."""
 
@@ -95,25 +87,6 @@ class SignalFlow:
             for name in self.labels.names
         ]
         return [*self.labels.numbers(condition), *known]
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        config, kind = self.config, self.kind
-        labels = {name: self._label_of({"material": name}).tolist() for name in self.materials}
-        found = exported_flow(
-            self.flow,
-            (len(kind.axes), self.spectra.bins, config.frames),
-            (config.frames, self.label_size),
-            axes=("batch", "axis", "bin", "frame"),
-            output="log magnitudes of the surface's sources, standardised",
-            free=("frame",),
-            facts={"label": labels, "frame_multiple": config.multiple},
-        )
-        if self.spectra.iterations >= LEAST_ITERATIONS:
-            frames = self.spectra.frames(round(self.seconds * kind.rate), config.multiple)
-            found["phase_recovery"] = exported_recovery(self.spectra, frames, kind.unit)
-        if self.known.predictor is not None:
-            found["predictor"] = exported_predictor(bare(self.known.predictor))
-        return found
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal, by default as long as the median of the training recordings.
@@ -208,11 +181,6 @@ class SignalFlow:
         """Return the label of a surface that is known at the condition ``reached``, wanted at ``moment``."""
         wanted = moment if self.known.predictor is None or reached is None else reached
         return self._label(surface, wanted, reached)
-
-    def _label_of(self, condition: Condition) -> Tensor:
-        """Return the label of a condition without a motion."""
-        found, reached = self.known.described(condition, draw=0.5)(condition)
-        return self._label_at(condition, found.surface, reached)
 
     def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
         """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""

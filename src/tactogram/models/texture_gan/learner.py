@@ -35,7 +35,7 @@ from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
 from tactogram.signal.band_levels import BandLevels
 from tactogram.training.seeds import child_generator, child_rng
-from tactogram.training.wave_gan_export import Shaped, exported_critic, exported_generator
+from tactogram.training.wave_gan_export import Shaped, exported_generator
 from tactogram.training.wave_gan_learner import NO_LATENTS, LabelledCrops, WaveGANLearner
 
 MEASURED = 512
@@ -211,10 +211,7 @@ class TextureGANLearner(WaveGANLearner[Config]):
             note="the material's filter and the levels of its bands, which follow, are not networks",
             **size,
         )
-        return {
-            "generator": generator,
-            "critic": exported_critic(self.discriminator, kind, signal=white, **size),
-        }
+        return {"generator": generator}
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

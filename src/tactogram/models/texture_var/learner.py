@@ -16,7 +16,7 @@ from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likeli
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
 from tactogram.signal.tones import ARRAYS as TONE_ARRAYS
-from tactogram.signal.tones import Tones, no_tones
+from tactogram.signal.tones import Tones
 from tactogram.training.texture_learner import TextureLearner
 
 if TYPE_CHECKING:
@@ -59,13 +59,13 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
 
     def model_of(self, arrays: Mapping[str, NDArray[np.float64]]) -> ModulatedNoise:
         noise = {name: arrays[name] for name in ARRAYS}
-        tones = [arrays[f"{TONE}{name}"] for name in TONE_ARRAYS if f"{TONE}{name}" in arrays]
+        tones = Tones(*(arrays[f"{TONE}{name}"] for name in TONE_ARRAYS))
         return ModulatedNoise(
             **noise,
             rate=self.kind.rate,
             unit=self.kind.unit,
             axes=self.kind.axes,
-            tones=Tones(*tones) if tones else no_tones(len(self.kind.axes)),  # older runs have none
+            tones=tones,
         )
 
 

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, Example, ExportedNetwork, SignalKind, Stage, check_state
+from tactogram.model import Condition, Example, SignalKind, Stage, check_state
 from tactogram.models.ultrasonic_cgan.cluster_evaluation import figures_of
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.drive import GeneratedSpectrum, loop, make
-from tactogram.models.ultrasonic_cgan.exported import exported_networks
 from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure, spectra_figure
 from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks
 from tactogram.models.ultrasonic_cgan.spectra import (
@@ -221,11 +220,6 @@ class UltrasonicCGANLearner:
         self.trained = [self._trained(one) for one in state["trained"]]
         if "optimisers" in state:
             self.pair.load_state(state["optimisers"])
-
-    # -- export ------------------------------------------------------------------------------------------
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        return exported_networks(self._surfaces, self.trained, self.kind)
 
     # -- use ---------------------------------------------------------------------------------------------
 

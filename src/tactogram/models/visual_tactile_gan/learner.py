@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,6 @@ from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
 from tactogram.model import (
     Condition,
     Example,
-    ExportedNetwork,
-    Port,
     SignalKind,
     Stage,
     check_condition,
@@ -32,7 +29,7 @@ from tactogram.nn.unet import UNet
 from tactogram.signal import Image, Signal
 from tactogram.signal.band_levels import BandLevels
 from tactogram.training.picture_learner import VARIATION, PictureLearner
-from tactogram.training.seeds import child_generator, child_seed
+from tactogram.training.seeds import child_seed
 
 MATCHED = 12
 """Most recordings of a material that bands are matched to."""
@@ -152,23 +149,6 @@ class VisualTactileLearner(PictureLearner[Config]):
         if self.bands:
             self.bands.load_state(state["bands"])
         self.labels = {}
-
-    # -- export ------------------------------------------------------------------------------------------
-
-    def exported_generator(self) -> ExportedNetwork:
-        plain = super().exported_generator()
-        if self.predictor is None:
-            return plain
-        count = len(self.materials)
-
-        def draw(seed: int) -> tuple[Tensor, ...]:
-            [photo] = plain.draw(seed)
-            places = torch.randint(count, (len(photo),), generator=child_generator(seed, "label"))
-            return photo, torch.eye(count)[places]
-
-        label = Port(("batch", "label"), "1 for the material, 0 for the others; or probabilities")
-        inputs, facts = {**plain.inputs, "label": label}, {"label": list(self.materials)}
-        return replace(plain, draw=draw, inputs=inputs, facts=facts)
 
     # -- use ---------------------------------------------------------------------------------------------
 

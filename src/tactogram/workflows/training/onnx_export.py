@@ -113,7 +113,6 @@ def export_network(network: ExportedNetwork, file: Path, *, int8: bool = False) 
         "inputs": _ports(network.inputs, example, network.free),
         "outputs": _ports(network.outputs, compared[0][1], network.free),
         "difference": _differences(network, file, compared),
-        **_convergence(network, file, compared),
         **({"note": network.note} if network.note else {}),
         **network.facts,
     }
@@ -146,7 +145,7 @@ def _results(network: ExportedNetwork, inputs: Sequence[Tensor]) -> list[Tensor]
     import torch
 
     with torch.no_grad():
-        found = (network.reference or network.network)(*inputs)
+        found = network.network(*inputs)
     return [x for x in (found if isinstance(found, tuple) else (found,)) if x is not None]
 
 
@@ -192,22 +191,6 @@ def _differences(
             "relative": float(np.sqrt(np.mean((got - own) ** 2))) / size if size else 0.0,
         }
     return found
-
-
-def _convergence(
-    network: ExportedNetwork, file: Path, compared: Sequence[tuple[Sequence[Tensor], Sequence[Tensor]]]
-) -> dict[str, dict[str, float]]:
-    """Return the mean distance of recovered signals from what they were recovered from, by package and onnxruntime."""
-    if network.convergence is None:
-        return {}
-    import torch
-
-    run, figures = _session(file), []
-    for inputs, expected in compared:
-        theirs = [torch.from_numpy(x) for x in run(_named(network, inputs))]
-        figures.append([network.convergence(*inputs, *results) for results in (expected, theirs)])
-    package, other = np.mean(figures, axis=0).tolist()
-    return {"convergence_db": {"package": package, "onnxruntime": other}}
 
 
 def _session(file: Path) -> Callable[[Mapping[str, NDArray[Any]]], list[NDArray[Any]]]:

@@ -117,7 +117,7 @@ class ExportRequest(Request):
     to: Annotated[
         Literal["zip", "onnx", "c", "hub"],
         Option(
-            "zip: one file to import again; onnx: every network for onnxruntime; c: a texture for a microcontroller; "
+            "zip: one file to import again; onnx: the network for onnxruntime; c: a texture for a microcontroller; "
             "hub: a folder in the layout of the Hugging Face Hub"
         ),
     ] = "zip"

@@ -12,11 +12,10 @@ from tactogram.errors import DataError, RunError
 from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.launch import in_processes
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.requests import LoggerName, never
-from tactogram.workflows.training.train import is_launched, train_plan
+from tactogram.workflows.training.train import train_plan
 
 
 def resume(
@@ -46,24 +45,17 @@ def resume(
     run = open_run(folder)
     if run.finished:
         return run
-    arguments: dict[str, Any] = {
-        "run": run,
-        "data": data,
-        "accelerator": accelerator,
-        "devices": devices,
-        "nodes": nodes,
-        "logger": logger,
-        "model_folders": model_folders,
-    }
-    if is_launched(devices, nodes):
-        return in_processes(_resume_here, arguments, count=devices, progress=progress, stop=stop)
-    return _resume_here(**arguments, progress=progress, stop=stop)
-
-
-def _resume_here(run: Run, *, data: Path | str | None, model_folders: Sequence[Path], **options: Any) -> Run:
-    """Continue in this process; ``options`` are those of `train_plan`."""
-    plan = plan_of(run, data=data, model_folders=model_folders)
-    return train_plan(plan, run, resume=True, **options)
+    return train_plan(
+        plan_of(run, data=data, model_folders=model_folders),
+        run,
+        resume=True,
+        accelerator=accelerator,
+        devices=devices,
+        nodes=nodes,
+        logger=logger,
+        progress=progress,
+        stop=stop,
+    )
 
 
 def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence[Path] = ()) -> TrainingPlan:

@@ -28,7 +28,6 @@ from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 
-VERSION = 3
 INDEX_FILES = ("search.usearch", "search-whitening.npy", "search.json")
 KEPT = 0.95
 """Share of recordings of known materials that the threshold accepts."""
@@ -91,7 +90,6 @@ class SurfaceIndex:
         run.write_json(
             "search.json",
             {
-                "version": VERSION,
                 "ids": self.ids,
                 "materials": self.materials,
                 "threshold": self.threshold,
@@ -107,15 +105,12 @@ class SurfaceIndex:
         Raises
         ------
         RunError
-            If the run has none, because only classifiers trained with `tactogram train` have one, or if it is damaged
-            or of another version.
+            If the run has none, because only classifiers trained with `tactogram train` have one, or if it is damaged.
         """
         file = run.folder / "search.json"
         if not file.is_file():
             raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
         facts = run.read_json("search.json")
-        if facts["version"] != VERSION:
-            raise RunError(f"{file}: must be of version {VERSION}, got {facts['version']}; train again")
         found = cls.__new__(cls)
         found.ids, found.materials = facts["ids"], facts["materials"]
         found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]

@@ -31,13 +31,12 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import chosen_precision, make_fabric, memory_checked
 from tactogram.training.loggers import TrainingLogger, check_logger, make_logger
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
-from tactogram.training.processes import ALONE, Processes, devices_and_nodes, started_by_torchrun
+from tactogram.training.processes import ALONE, Processes, devices_and_nodes
 from tactogram.training.remote_run import run_at
 from tactogram.training.run import Run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.known_photographs import save_photographs
-from tactogram.workflows.training.launch import in_processes
 from tactogram.workflows.training.plan import TrainingPlan, planned
 from tactogram.workflows.training.requests import LoggerName, TrainingRequest, never
 from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
@@ -49,6 +48,7 @@ def train(request: TrainingRequest) -> Run:
     """Train a model on the training part of a store and return the finished run.
 
     By default a fifth of the recordings is kept for testing and a tenth for validation, drawn by the recipe's seed.
+    With several ``devices`` Fabric starts this script or command again for each further process.
 
     Raises
     ------
@@ -59,39 +59,6 @@ def train(request: TrainingRequest) -> Run:
     StoppedError
         If ``stop`` ended it; the message names the last step.
     """
-    if is_launched(request.devices, request.nodes):
-        asked = replace(request, progress=silent, stop=never)
-        return in_processes(
-            _train_here,
-            {"request": asked},
-            count=request.devices,
-            progress=request.progress,
-            stop=request.stop,
-        )
-    return _train_here(request, progress=request.progress, stop=request.stop)
-
-
-def is_launched(devices: int, nodes: int) -> bool:
-    """Return whether a training has several processes that are still to be started, on this machine.
-
-    Raises
-    ------
-    ParameterError
-        If they are on several machines, which torchrun starts, or are others than it started.
-    """
-    devices, nodes = devices_and_nodes(devices, nodes)
-    if started_by_torchrun() or devices * nodes == 1:
-        return False
-    if nodes > 1:
-        raise ParameterError(
-            f"a training on {nodes} machines is started by torchrun, on each of them: torchrun --nnodes {nodes} "
-            f"--nproc-per-node {devices} --rdzv-backend c10d --rdzv-endpoint HOST:29400 -m tactogram train …"
-        )
-    return True
-
-
-def _train_here(request: TrainingRequest, *, progress: ProgressCallback, stop: Callable[[], bool]) -> Run:
-    """Train in this process, one of several if torchrun's environment says so."""
     plan = planned(request)
     name = f"{request.model}-{Path(request.recipe).stem}-{plan.identity}"
     return train_plan(
@@ -102,8 +69,8 @@ def _train_here(request: TrainingRequest, *, progress: ProgressCallback, stop: C
         devices=request.devices,
         nodes=request.nodes,
         logger=request.logger,
-        progress=progress,
-        stop=stop,
+        progress=request.progress,
+        stop=request.stop,
     )
 
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter, welch
 
-from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.ar_texture import Config, build
 from tactogram.signal import Signal
@@ -50,21 +49,11 @@ def test_level_unit_and_spectrum_are_those_of_the_training_data(name, level, fre
     assert peak(signal) == pytest.approx(frequency, abs=10)
 
 
-def test_length_is_the_median_of_the_training_recordings():
-    assert trained(CORK + TILE).generate({"material": "cork"}, seed=0).seconds == 2.0
-
-
 def test_mix_lies_between_its_materials():
     learner = trained(CORK + TILE)
     mixed = learner.generate({"material": {"cork": 0.5, "tile": 0.5}}, seconds=30, seed=0)
     assert 20 * np.log10(mixed.samples.std()) == pytest.approx(10 * np.log10(0.1 * 2.0), abs=0.5)
     assert 80 < peak(mixed) < 230
-
-
-def test_mix_does_not_depend_on_the_scale_of_its_weights():
-    learner = trained(CORK + TILE)
-    one, two = (learner.generate({"material": {"cork": w, "tile": 2 * w}}, seed=0).samples for w in (0.5, 4))
-    np.testing.assert_array_equal(one, two)
 
 
 def test_speed_and_force_decide_what_is_felt():
@@ -80,58 +69,8 @@ def test_speed_and_force_decide_what_is_felt():
     assert 0.25**2 < between.power[0] < 4**2
 
 
-def test_recordings_of_one_condition_are_one_model():
-    again = [
-        recording("felt", v, v * f / 100, seed=i + 10, speed_mm_s=v, force_n=f)
-        for i, (v, f) in enumerate([(50, 0.5), (50, 2), (200, 0.5), (200, 2)])
-    ]
-    assert len(trained(STROKED + again).maps[0].models) == 4
-    assert len(trained(STROKED, by_condition=False).maps[0].models) == 1
-
-
-def test_condition_that_only_some_recordings_name_is_left_out():
-    some = [*STROKED, recording("felt", 100, 1.0, seed=9, speed_mm_s=100)]
-    learner = trained(some)
-    assert learner.maps[0].has_conditions == (True, False)
-    with pytest.raises(ParameterError, match="force_n is unknown"):
-        learner.generate({"material": "felt", "force_n": 1.0}, seed=0)
-
-
 def test_likelihood_prefers_the_right_material():
     learner = trained(CORK + TILE)
     right = learner.validate([recording("cork", 60, 0.1, seed=50)])
     wrong = learner.validate([recording("cork", 250, 2.0, seed=50)])
     assert right["nll"] < wrong["nll"] - 1
-
-
-@pytest.mark.parametrize(
-    ("condition", "message"),
-    [
-        ({}, "'material' is needed"),
-        ({"material": "glass"}, "must be one of cork, tile, got 'glass'"),
-        ({"material": "cork", "words": {"rough": 1}}, "not one this model takes"),
-        ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is unknown"),
-    ],
-)
-def test_condition_it_cannot_meet_is_refused(condition, message):
-    with pytest.raises(ParameterError, match=message):
-        trained(CORK + TILE).generate(condition, seed=0)
-
-
-def test_material_without_recording_is_refused():
-    kind = SignalKind(RATE, "m/s^2", AXES, ("cork", "tile"))
-    learner = build(Config(), kind, seed=0)
-    with pytest.raises(ParameterError, match="no training recording of tile"):
-        learner.step(learner.stages(CORK)[0], CORK)
-
-
-def test_untrained_does_not_generate():
-    with pytest.raises(ParameterError, match="has not been trained"):
-        build(Config(), SignalKind(RATE, "m/s^2", AXES, ("cork",)), seed=0).generate(
-            {"material": "cork"}, seed=0
-        )
-
-
-def test_state_of_other_materials_is_refused():
-    with pytest.raises(ParameterError, match="state is of cork; expected tile"):
-        trained(TILE).load_state(trained(CORK).state())

@@ -4,13 +4,9 @@ import pytest
 import torch
 from torch import nn
 
-from tactogram import models
-from tactogram.errors import DataError, ParameterError
-from tactogram.model import SignalKind
+from tactogram.errors import ParameterError
 from tactogram.models.pix2pixhd.config import Config
 from tactogram.models.pix2pixhd.networks import discriminator, generator
-from tactogram.nn.vision_import import torchvision
-from tactogram.recipe import Recipe
 
 
 def test_generator_is_the_published_one():
@@ -39,25 +35,3 @@ def test_discriminators_have_no_learned_normalisation():
 def test_small_pictures_are_one_line():
     with pytest.raises(ParameterError, match="multiples of 4, two at least"):
         generator(Config(generator_width=2, downsamplings=2, blocks=1))(torch.rand(1, 1, 10, 12))
-
-
-def test_weights_of_vgg_are_asked_for_by_a_training_alone(tmp_path):
-    try:
-        torchvision()
-    except ImportError as error:
-        pytest.skip(str(error))
-    facts = models.find("pix2pixhd")
-    changes = {"config.vgg_weights": str(tmp_path / "gone.pth")}
-    config = facts.config(Recipe.load(facts.recipe("tiny"), changes=changes).config)
-    made = facts.build(config, SignalKind(1000.0, "m/s^2", ("z",), ("a", "b")), seed=0)
-    made.load_state(made.state())  # as a finished run is loaded, wherever the file went
-    assert made.omitted == ""
-    with pytest.raises(DataError, match=r"gone\.pth: no weights of VGG-19 there"):
-        made.stages(())
-
-
-def test_a_training_without_vgg_says_that_it_has_no_perceptual_loss():
-    facts = models.find("pix2pixhd")
-    config = facts.config(Recipe.load(facts.recipe("tiny")).config)
-    made = facts.build(config, SignalKind(1000.0, "m/s^2", ("z",), ("a", "b")), seed=0)
-    assert "perceptual loss is omitted" in made.set_validation(())
