@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from tactogram.capture.session.plan import SessionPlan
-from tactogram.datasets.importers import biotac_slide, folder, lmt108, vibviz
+from tactogram.datasets.importers import biotac_slide, folder, vibviz
 from tactogram.errors import DataError
 from tactogram.recipe import Recipe
 from tactogram.rendering.displays.catalogue import open_display, shipped
@@ -22,7 +22,6 @@ TABLES = {
     "recordings.csv": (folder.find, "file,material,notes\n", "a.wav,{},x\n"),
     "materials.csv": (biotac_slide.find, "material_id,name\n", "1,{}\n"),
     "vibrationAnnotations-1.csv": (vibviz.ratings, f"id,{','.join(vibviz.RATINGS)},name\n", "1,2,{}\n"),
-    "index.csv": (lmt108.find, "file,material,recording\n", "a,{},1\n"),
     "pairs.csv": (read_pairs, "voltage_v_rms,friction,normal_force_n,person\n", "1,2,3,{}\n"),
     "sweep.csv": (read_sweep, "frequency_hz,conductance_s,susceptance_s,state\n", "1,2,3,{}\n"),
     "response.csv": (read_response, "frequency,gain\n", "1,{}\n"),
@@ -30,7 +29,7 @@ TABLES = {
     "answers.csv": (read_answers, "study,participant\n", "a,{}\n"),
     "signal.csv": (read_signal, "time [s],x\n", "0,{}\n"),
 }
-OF_FOLDERS = ("recordings.csv", "materials.csv", "vibrationAnnotations-1.csv", "index.csv")
+OF_FOLDERS = ("recordings.csv", "materials.csv", "vibrationAnnotations-1.csv")
 
 
 def refusal(name, content, tmp_path):

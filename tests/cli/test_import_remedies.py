@@ -34,7 +34,9 @@ def write(folder, name, text):
 def test_what_a_skipped_file_advises_reads_it(tmp_path, capsys, case):
     words = [*write(tmp_path / "f", *TABLES[case]), "--preview"]
     assert main(words) == 1
-    [line] = [line for line in capsys.readouterr().out.splitlines() if line.startswith("skipped: ")]
+    [line] = [
+        line for line in capsys.readouterr().out.splitlines() if line.startswith(("skipped: ", "to answer: "))
+    ]
     advised = re.search("`(--set [^`]+)`", line)[1]
     assert main([*words, *shlex.split(advised)]) == 0
 

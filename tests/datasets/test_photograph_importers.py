@@ -225,10 +225,11 @@ def write_book(path, *, samples=2000, speed=200.0, seed=0):
 
 
 class TestCdpLab:
-    def test_guesses_are_said_and_friction_is_over_displacement(self, tmp_path):
+    @pytest.mark.parametrize("folders", [("xlsx", "images"), ("published/multidata", "published/image")])
+    def test_guesses_are_said_and_friction_is_over_displacement(self, tmp_path, folders):
         source = tmp_path / "cdp"
-        write_book(source / "xlsx" / "wood.xlsx")
-        write_photo(source / "images" / "wood.png", 0)
+        write_book(source / folders[0] / "wood.xlsx")
+        write_photo(source / folders[1] / "wood.png", 0)
         _, store = imported("cdplab", source, tmp_path)
         [info] = store.index
         assert (info.material, info.speed_mm_s) == ("wood", 200.0)

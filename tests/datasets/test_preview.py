@@ -55,7 +55,7 @@ def test_what_each_column_is_read_as_is_shown(source):
     found = layouts_of(import_store("folder", source, preview=True))
     log = found["log.csv"]
     roles = {column["heading"]: (column["role"], column["unit"]) for column in log["columns"]}
-    assert roles == {"Elapsed Time": ("time", None), "X-Axis (g)": ("x", "g"), "Note": ("ignored", None)}
+    assert roles == {"Elapsed Time": ("time", "s"), "X-Axis (g)": ("x", "g"), "Note": ("ignored", None)}
     assert (log["files"], log["materials"], log["skipped"]) == (2, {"cork": 1, "felt": 1}, 0)
     assert log["streams"] == {"acceleration": {"unit": "m/s^2", "axes": ["x"]}}
     assert (log["rates_hz"], log["interpolated"], log["seconds"]) == ([100.0], 2, [4.0, 4.0])
@@ -180,10 +180,10 @@ def test_one_file_is_previewed_as_it_is_imported(source, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('"us"', '"hours"', "layout.0: time_unit must be s, ms, us or ns, got 'hours'"),
+        ('"us"', '"fortnights"', "layout.0: time_unit must be s, ms, us or ns, got 'fortnights'"),
         ('time = "ticks"', 'time = "tick"', "time must be one of the columns ticks, left, right, got 'tick'"),
         ('"right"\n', '"left"\n', "a column must be used once, got left, left, ticks"),
-        ('"g"', '"bar"', "unit must be one of m/s.2, .* got 'bar'"),
+        ('"g"', '"furlong"', "unit must be one of m/s.2, .* got 'furlong'"),
         ("stream", "streem", "unknown key 'layout.0.streem'; known here: axes, columns, material"),
         ('unit = "g"', "rate = -4", "layout.0.rate: must be greater than .* got -4"),
         ("[[layout]]", "[layout]", "layout: must be a list"),

@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -135,16 +136,34 @@ def test_a_cross_validation_that_was_stopped_goes_on_after_its_finished_folds(
     assert not (tmp_path / "cv" / "folds").exists()
 
 
+def test_one_recording_per_material_is_trained_with_the_split_that_is_advised(
+    tmp_path, recordings, tiny, capsys
+):
+    create_store(tmp_path / "s", recordings(("cork", "tile"), 1), name="s", licence="-", simulated=True)
+    words = ["train", "stroke_cnn", "--data", str(tmp_path / "s"), "--recipe", "tiny", "--accelerator", "cpu"]
+    words += [text for key, value in tiny.items() for text in ("--set", f"{key}={value}")]
+    assert main([*words, "--out", str(tmp_path / "run")]) == 1
+    advised = re.search("`tactogram [^`]+ (--split [^` ]+)` tests on a part", capsys.readouterr().err)[1]
+    assert main([*words, "--out", str(tmp_path / "run"), *advised.split()]) == 0
+    parts = Split.load(tmp_path / "run" / "split.json")
+    assert all(segment.start_s == pytest.approx(2.4) for segment in parts.test)
+    assert all(segment.stop_s == pytest.approx(2.4 - parts.gap_s) for segment in parts.train)
+    assert main([*words, "--out", str(tmp_path / "no"), *advised.split(), "--set", "config.window=2000"]) == 1
+    assert "5 blocks of a recording need at least" in capsys.readouterr().err
+
+
 def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path, recordings, tiny):
     create_store(tmp_path / "s", recordings(("cork", "tile"), 2), name="s", licence="-", simulated=True)
     options = {"recipe": "tiny", "changes": tiny, "accelerator": "cpu", "out": tmp_path / "cv"}
     figures = crossval("stroke_cnn", tmp_path / "s", folds=5, only_folds=1, **options)
     assert figures["split"].startswith("5 contiguous blocks of each recording, 0.097 s (one window) left out")
     assert figures["split"].endswith("only 1 of the 5 folds were run")
-    with pytest.raises(ParameterError, match="50 folds need as many recordings of every class"):
+    with pytest.raises(ParameterError, match="50 blocks of a recording .* cork has 2 of the 50 recordings"):
         crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
     add_recordings(open_store(tmp_path / "s"), recordings(("wool",), 1))
-    with pytest.raises(ParameterError, match="; wool has 1: record more of it, or exclude it with `where`"):
+    with pytest.raises(
+        ParameterError, match="; wool has 1 of .* need: record more of it, or exclude it with `where`"
+    ):
         crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
 
 

@@ -63,7 +63,7 @@ def _list(request: _ListRequest, show: Printer) -> None:
 
 def _import(request: ImportRequest, show: Printer) -> int:
     from tactogram.cli.import_preview import preview_text, several_rates
-    from tactogram.cli.import_remedies import in_words_of_the_command
+    from tactogram.cli.import_remedies import in_words_of_the_command, said_of_files
     from tactogram.errors import DataError
     from tactogram.workflows.data.stores import import_store
 
@@ -75,17 +75,17 @@ def _import(request: ImportRequest, show: Printer) -> int:
             report = import_store(**vars(request) | {"progress": progress})
     except DataError as error:
         raise DataError(in_words_of_the_command(str(error), verb)) from error
-    skipped = [f"skipped: {in_words_of_the_command(each['reason'], verb)}" for each in report["skipped"]]
+    said = said_of_files(report, verb)
     if request.preview:
-        show(report, preview_text(report, skipped))
-        return 1 if report["needs_skip_bad"] and not request.skip_bad else 0
-    listed = ("skipped", "duplicates", "several_rates_hz")
+        show(report, preview_text(report, said))
+        return 1 if report["question"] or (report["needs_skip_bad"] and not request.skip_bad) else 0
+    listed = ("skipped", "problems", "notes", "duplicates", "several_rates_hz")
     lines = [lines_of({name: value for name, value in report.items() if name not in listed})]
     lines += [
         f"duplicate: {each['dropped']} has the same samples as {each['kept']}"
         for each in report["duplicates"]
     ]
-    lines += skipped
+    lines += said
     lines += several_rates(report["several_rates_hz"])
     show(report, "\n".join(lines))
     return 0

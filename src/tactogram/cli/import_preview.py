@@ -9,15 +9,17 @@ from tactogram.cli.printing import columns, shortened, text_of
 from tactogram.signal.io.layout import MATERIAL
 
 
-def preview_text(facts: Mapping[str, Any], skipped: Sequence[str]) -> str:
-    """Return the layouts, then a line for each file skipped, then what to know about the whole."""
+def preview_text(facts: Mapping[str, Any], said: Sequence[str]) -> str:
+    """Return the layouts, then a line for each kind of what is ``said`` of files, then what to know about the whole."""
     lines = [_layout(number, layout) for number, layout in enumerate(facts["layouts"], 1)]
-    lines += skipped
+    lines += said
     lines.append(
         f"files: {facts['files']}; photographs: {facts['photographs']}; duplicates: {facts['duplicates']}; "
         f"would be skipped: {facts['skipped_files']}"
     )
     lines += several_rates(facts["several_rates_hz"])
+    if facts["proposed_path"] and not facts["question"]:
+        lines.append(f"paths: they say more than the material: --set path={facts['proposed_path']}")
     lines += [f"mapping: no file has the columns {', '.join(names)}" for names in facts["unused_layouts"]]
     if facts["mapping"]:
         lines.append(f"mapping: {facts['mapping']}; edit it, and use it with --mapping {facts['mapping']}")
@@ -48,13 +50,7 @@ def _layout(number: int, layout: Mapping[str, Any]) -> str:
     rows = [(f"  {use['heading']}", use["role"], use["unit"] or "") for use in layout["columns"]]
     lines += [columns(rows)] if rows else []
     for name, stream in layout["streams"].items():
-        stated = (
-            stream["unit"] != "1"
-            or not layout["columns"]
-            or any(use["unit"] == "1" for use in layout["columns"])
-        )
-        hint = "" if stated else " (no known unit in the headings; --set unit=g or another states it)"
-        lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}{hint}")
+        lines.append(f"  {name}: {', '.join(stream['axes'])} in {stream['unit']}")
     if layout["seconds"]:
         lines.append(f"  {_timing(layout)}")
         lines += [_labels(use["heading"], layout) for use in layout["columns"] if use["role"] == MATERIAL]

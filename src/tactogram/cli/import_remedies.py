@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from typing import Any
 
 from tactogram.cli.verbs import Verb, with_options
+from tactogram.datasets.kinds import in_one_line
 
 _MAPPING = "`--preview --save-mapping mapping.toml`"
 REMEDIES = (
+    (r"`path=([^`]+)`", r"`--set path=\1`"),
     (
         r"which array\? choose of (.+)",
         rf"has several arrays (\1); choose in the mapping that {_MAPPING} writes",
@@ -39,3 +43,12 @@ def in_words_of_the_command(reason: str, verb: Verb) -> str:
     for pattern, remedy in REMEDIES:
         reason = re.sub(pattern, remedy, reason)
     return with_options(reason, verb)
+
+
+def said_of_files(report: Mapping[str, Any], verb: Verb) -> list[str]:
+    """Return a line for each kind of what is skipped, noted and asked in the report of an import or preview."""
+    lines = [f"skipped: {in_one_line(kind)}" for kind in report["problems"]]
+    lines += [f"note: {in_one_line(kind)}" for kind in report["notes"]]
+    if question := report.get("question"):
+        lines.append(f"to answer: {question}")
+    return [in_words_of_the_command(line, verb) for line in lines]

@@ -15,6 +15,8 @@ the word after ``data import``. It defines
   import;
 - optionally ``left_out(folder: Path) -> list[tuple[str, str]]``: files that may be recordings and are not read, each
   with the reason. An import reports them; without ``skip_bad`` a third of all files or more stop it;
+- optionally ``paths(folder: Path) -> PathReading``: what the paths suggest, and a question that stops an import until
+  an option answers it. It receives options as ``photographs`` does;
 - optionally ``ratings(folder: Path) -> Ratings | None``; ratings of items that are not imported are left out.
 """
 

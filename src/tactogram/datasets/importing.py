@@ -13,6 +13,8 @@ from typing import Any, Protocol
 
 from tactogram.datasets.comparison import StoreComparison, StoreMismatchError
 from tactogram.datasets.importer import ImportedPhotograph, Importer, ImportItem, LeftOut, importer
+from tactogram.datasets.kinds import by_kind
+from tactogram.datasets.path_reading import PathReading
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.reading import Reader, Reading, read_all
@@ -63,8 +65,9 @@ def import_dataset(
     dict
         ``set``, ``path``, ``out``, ``unchanged``, ``recordings``, ``photographs`` (of materials and of recordings),
         ``scores`` (of raters), ``sha256``, ``simulated``, ``licence``, lists of dicts ``duplicates`` (``id``,
-        ``kept``, ``dropped``) and ``skipped`` (``source``, ``reason``), ``several_rates_hz`` (by stream,
-        where there are several) and ``stale_parts`` (folders that another, killed import may have left);
+        ``kept``, ``dropped``) and ``skipped`` (``source``, ``reason``), ``problems`` and ``notes`` (what was skipped,
+        and what was left out or assumed, each kind once: ``text``, ``count``, ``files``), ``several_rates_hz`` (by
+        stream, where there are several) and ``stale_parts`` (folders that another, killed import may have left);
         ``unverified``, what the importer assumes of files that were not at hand when it was written, if any.
 
     Raises
@@ -72,10 +75,12 @@ def import_dataset(
     ParameterError
         If there is no such importer, or it has no such option.
     DataError
-        Naming the unreadable file, or if ``out`` holds something else.
+        Naming the unreadable file, if ``out`` holds something else, or asking what the paths name.
     """
     path, out, options = Path(path), Path(out), options or {}
     found = find_set(set_name, path, options)
+    if found.paths.question:
+        raise DataError(found.paths.question)
     source, items = found.source, found.items
     ratings: Ratings | None = _optional(source, "ratings", path, {})
     target: StoreComparison | StoreWriter
@@ -117,6 +122,8 @@ def import_dataset(
         "duplicates": target.duplicates,
         "several_rates_hz": sink.rates.several,
         "skipped": target.skipped,
+        "problems": by_kind((each["source"], each["reason"]) for each in target.skipped),
+        "notes": found.notes + by_kind(sink.notes),
         "stale_parts": [str(part) for part in stale],
     } | ({"unverified": source.UNVERIFIED} if hasattr(source, "UNVERIFIED") else {})
 
@@ -131,6 +138,13 @@ class FoundSet:
     pictures: list[ImportedPhotograph]
     left_out: list[tuple[str, str]]
     """Files that are not read, with reasons."""
+    paths: PathReading
+    """What the paths suggest, and what to ask about them."""
+
+    @property
+    def notes(self) -> list[dict[str, Any]]:
+        """What is said of the folder as a whole, as `by_kind` does."""
+        return by_kind(("", note) for note in self.paths.notes)
 
     @property
     def lacks_much(self) -> bool:
@@ -150,7 +164,8 @@ def find_set(set_name: str, path: Path, options: Mapping[str, Any]) -> FoundSet:
     if not items and not pictures:
         raise DataError(f"{path}: nothing to import as {set_name!r}; {source.TITLE} was not found there")
     left_out: list[tuple[str, str]] = _optional(source, "left_out", path, options) or []
-    return FoundSet(set_name, source, items, pictures, left_out)
+    paths: PathReading | None = _optional(source, "paths", path, options)
+    return FoundSet(set_name, source, items, pictures, left_out, paths or PathReading())
 
 
 def _job(set_name: str, path: Path, options: Mapping[str, Any], items: Sequence[ImportItem]) -> str:
@@ -207,6 +222,8 @@ class ImportSink:
         self.target, self.skip_bad = target, skip_bad
         self.rates = CommonRates() if rates is None else rates
         self.needed_skip = False
+        self.notes: dict[tuple[str, str], None] = {}
+        """Items and notes of the recordings passed on."""
         self._photographs: dict[Path, Photograph | None] = {}
 
     def add_all(
@@ -251,6 +268,8 @@ class ImportSink:
                 take = self._skip if recording.broken else self._report
                 take(f"{item.name}#{recording.part}", recording.reason)
                 continue
+            if recording.reading is not None:
+                self.notes |= dict.fromkeys((item.name, note) for note in recording.reading.notes)
             shown = item.info.get("material", recording.material) == recording.material
             try:
                 self.target.add(self.rates.united(recording), photograph if shown else None)

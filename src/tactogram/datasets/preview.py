@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.importer import LeftOut
 from tactogram.datasets.importing import ImportSink, find_set
+from tactogram.datasets.kinds import by_kind
 from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import item_of
@@ -44,13 +46,16 @@ def preview_dataset(
     dict
         ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number), ``several_rates_hz``
         (by stream, where there are several), ``skipped`` (``source``, ``reason``; a part of a file has ``#`` in
-        ``source``), ``skipped_files`` (number of those that are skipped whole), ``needs_skip_bad`` (whether the import
-        would stop without ``skip_bad``) and ``layouts``, most files first. Each layout has ``files`` (number),
+        ``source``), ``problems`` and ``notes`` (as `import_dataset`), ``skipped_files`` (number of those that are
+        skipped whole), ``needs_skip_bad`` (whether the import would stop without ``skip_bad``), ``question`` (what it
+        would ask about the paths; empty if nothing), ``proposed_path`` (a pattern of them that says more than the
+        material; empty if there is none) and ``layouts``, most files first. Each layout has ``files`` (number),
         ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``, ``rate``, ``material``, ``session``,
-        ``subject``, ``trial``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``mapped`` (whether a
-        mapping decided), ``skipped`` (number), ``materials`` (number of recordings by name), ``streams`` (by name:
-        ``unit``, ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (their range, or null),
-        ``jitter_s`` (largest, rms), ``interpolated`` (samples), ``largest_gap_s`` and ``seconds`` (shortest, longest).
+        ``subject``, ``trial``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``tables`` (number of
+        columns of each file, of takes of several), ``mapped`` (whether a mapping decided), ``skipped`` (number),
+        ``materials`` (number of recordings by name), ``streams`` (by name: ``unit``, ``axes``), ``rates_hz`` (of the
+        store), ``estimated_rates_hz`` (their range, or null), ``jitter_s`` (largest, rms), ``interpolated``
+        (samples), ``largest_gap_s`` and ``seconds`` (shortest, longest).
 
     Raises
     ------
@@ -70,12 +75,16 @@ def preview_dataset(
     return {
         "set": set_name,
         "path": str(path),
-        "files": len(found.items) + len(found.left_out),
+        "files": sum(len(item.paths) for item in found.items) + len(found.left_out),
         "photographs": len(target.photographs),
         "duplicates": target.duplicates,
         "several_rates_hz": sink.rates.several,
         "layouts": [group.facts() for group in groups],
         "skipped": target.skipped,
+        "problems": by_kind((each["source"], each["reason"]) for each in target.skipped),
+        "notes": found.notes + by_kind(sink.notes),
+        "question": found.paths.question,
+        "proposed_path": found.paths.proposed,
         "skipped_files": len(whole),
         "needs_skip_bad": found.lacks_much or sink.needed_skip,
     }
@@ -112,8 +121,7 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
     """
     given = layouts_by_columns(layouts)
     proposed: dict[tuple[str, ...], list[TableLayout]] = {}
-    for facts in preview["layouts"]:
-        uses = [ColumnUse(**column) for column in facts["columns"]]
+    for uses, stream in _tables(preview):
         axes = {
             use.role: use.heading for use in uses if use.role not in (TIME, RATE, IGNORED, UNCLEAR, *LABELS)
         }
@@ -129,12 +137,24 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
             "columns": headings,
             "axes": axes,
             "unit": _known(units.pop()) if len(units) == 1 else None,
+            "stream": stream,
             "time": time and time.heading,
             **{use.role: use.heading for use in uses if use.role in LABELS},
             "time_unit": time.unit if time and parse_seconds(time.unit or "") else None,
         }
         proposed[headings] = [TableLayout.model_validate(values)]
     return [layout for alike in proposed.values() for layout in alike]
+
+
+def _tables(preview: Mapping[str, Any]) -> Iterator[tuple[list[ColumnUse], str | None]]:
+    """Yield what the columns of each table of each layout are read as, and their stream if the roles name one."""
+    for facts in preview["layouts"]:
+        uses = iter([ColumnUse(**column) for column in facts["columns"]])
+        for count in facts["tables"] or [len(facts["columns"])]:
+            table = list(islice(uses, count))
+            streams = {use.role.rpartition(": ")[0] for use in table} - {""}
+            named = streams.pop() if len(streams) == 1 else None
+            yield [replace(use, role=use.role.removeprefix(f"{named}: ")) for use in table], named
 
 
 def _known(unit: str | None) -> str | None:
@@ -151,6 +171,7 @@ class _Group:
 
     example: str
     columns: tuple[ColumnUse, ...]
+    tables: tuple[int, ...] = ()
     mapped: bool = False
     files: set[str] = field(default_factory=set)
     skipped: int = 0
@@ -181,6 +202,7 @@ class _Group:
         return {
             "files": len(self.files),
             "example": self.example,
+            "tables": list(self.tables),
             "columns": [asdict(column) for column in self.columns],
             "mapped": self.mapped,
             "skipped": self.skipped,
@@ -222,7 +244,8 @@ class _PreviewTarget:
             self.photographs.add(photograph.key)
         columns = recording.reading.columns if recording.reading else ()
         key = columns or _signals_key(recording.streams)
-        group = self.groups.setdefault(key, _Group(recording.source, columns))
+        tables = recording.reading.tables if recording.reading else ()
+        group = self.groups.setdefault(key, _Group(recording.source, columns, tables))
         group.mapped |= recording.reading is not None and recording.reading.mapped
         group.add(recording)
 

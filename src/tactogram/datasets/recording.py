@@ -59,10 +59,12 @@ class RecordingInfo:
 class FileReading:
     """Columns and timing with which a recording's file was read."""
 
-    columns: tuple[ColumnUse, ...]  # of a table; empty for sounds
+    columns: tuple[ColumnUse, ...]  # of all its tables; none for sounds
     mapped: bool  # whether a mapping decided about the columns
     timing: SamplingTiming | None  # of the time stamps, if there are any
     rate_estimated: bool  # whether the rate follows from the time stamps alone
+    notes: tuple[str, ...] = ()  # one line each, on what was left out or assumed
+    tables: tuple[int, ...] = ()  # number of columns of each file, if it has several
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

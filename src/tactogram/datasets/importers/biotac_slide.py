@@ -1,7 +1,8 @@
 """BioTac_slide: a BioTac finger sliding over materials, 40 recordings of each at one speed (about 2 cm/s).
 
-Read from ``matNN.npz`` with ``materials.csv`` (names) and ``images/``, or from ``raw_csv/matN_R_bio.csv`` for a
-material without ``.npz``. Checked on real files of both kinds: they give the same samples.
+Read from ``matNN.npz`` with ``materials.csv`` (names) and ``images/``, or from tables ``matN_R_bio.csv`` in any folder
+(``raw_data/matN/``, as published; ``raw_csv/``) for a material without ``.npz``. Checked on real files of both kinds:
+they give the same samples.
 
 Notes on the data
 - Every channel was rectified by the authors (distance from the reading at rest): the sign is lost, and the spectrum is
@@ -25,6 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.datasets.cells import number_columns
 from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
@@ -35,8 +37,8 @@ from tactogram.text_files import read_table
 TITLE = "BioTac_slide: a BioTac finger sliding on materials"
 LICENCE = "not stated"
 DESCRIPTION = (
-    "matNN.npz with materials.csv and images/, or raw_csv/matN_R_bio.csv: streams pac (2200 Hz), tdc, tac, pdc and "
-    "electrodes (100 Hz), in rectified sensor counts. Checked on real files."
+    "matNN.npz with materials.csv and images/, or raw_data/matN/matN_R_bio.csv: streams pac (2200 Hz), tdc, tac, pdc "
+    "and electrodes (100 Hz), in rectified sensor counts. Checked on real files."
 )
 
 FRAME_RATE = 100.0
@@ -53,10 +55,9 @@ HISTORY = (
 def find(folder: Path) -> list[ImportItem]:
     """Return an item per ``matNN.npz``, and one per raw recording of materials that have none."""
     arrays = {_number(path.stem): path for path in folder.glob("mat*.npz")}
-    raw = folder / "raw_csv" if (folder / "raw_csv").is_dir() else folder
-    tables = [path for path in raw.glob("mat*_bio.csv") if _number(path.stem) not in arrays]
+    tables = [path for path in folder.rglob("mat*_bio.csv") if _number(path.stem) not in arrays]
     if not arrays and not tables:
-        raise DataError(f"{folder}: must hold matNN.npz or raw_csv/matN_R_bio.csv, found neither")
+        raise DataError(f"{folder}: must hold matNN.npz or raw_data/matN/matN_R_bio.csv, found neither")
     materials = _materials(folder / "materials.csv")
     items = [_item(folder, path, materials.get(number, {})) for number, path in sorted(arrays.items())]
     tables.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path.stem)])
@@ -119,33 +120,14 @@ def _read_arrays(item: ImportItem, path: Path) -> list[Recording]:
 
 def _read_table(path: Path) -> dict[str, NDArray[np.float64]]:
     """Return the frames of a raw CSV, whose rows end with a comma that the header lacks."""
-    with path.open(encoding="ascii", errors="replace") as file:
-        names = file.readline().strip().rstrip(",").split(",")
-        lines = ((number, line.strip().rstrip(",")) for number, line in enumerate(file, 2))
-        rows = [(number, line.split(",")) for number, line in lines if line]
-    expected = [
-        "timestamp",
-        *("tdc", "tac", "pdc"),
-        *(f"pac{i}" for i in range(1, PAC_PER_FRAME + 1)),
-        *(f"ele{i}" for i in range(1, ELECTRODES + 1)),
-    ]
-    if names != expected:
-        raise DataError(
-            f"{path}: row 1 must name the columns {', '.join(expected[:5])}, … ele19, got {names[:5]}"
-        )
-    values = np.empty((len(rows), len(expected) - 1))
-    for row, (number, texts) in enumerate(rows):
-        if len(texts) != len(expected):
-            raise DataError(f"{path}: row {number} must have {len(expected)} values, got {len(texts)}")
-        try:
-            values[row] = [float(text) for text in texts[1:]]
-        except ValueError as error:
-            raise DataError(f"{path}: row {number}: {error}") from error
-    if not rows:
-        raise DataError(f"{path}: no frames after the header")
-    ends = np.cumsum([1, 1, 1, PAC_PER_FRAME])
-    tdc, tac, pdc, pac, electrodes = np.split(values, ends, axis=1)
-    return {"pac": pac, "tdc": tdc[:, 0], "tac": tac[:, 0], "pdc": pdc[:, 0], "electrodes": electrodes}
+    pac = [f"pac{i}" for i in range(1, PAC_PER_FRAME + 1)]
+    electrodes = [f"ele{i}" for i in range(1, ELECTRODES + 1)]
+    values = number_columns(path, ("tdc", "tac", "pdc", *pac, *electrodes)).T
+    return {
+        "pac": values[:, 3 : 3 + PAC_PER_FRAME],
+        **dict(zip(("tdc", "tac", "pdc"), values.T[:3], strict=True)),
+        "electrodes": values[:, -ELECTRODES:],
+    }
 
 
 def _recording(item: ImportItem, number: int, frames: Mapping[str, NDArray[Any]]) -> Recording:

@@ -1,7 +1,8 @@
-"""CdpLab friction set: copper, fabric, paper and wood stroked, and a photograph of each.
+"""CdpLab friction set: copper, fabric, leather, paper, stone and wood stroked, and a photograph of each.
 
-Read from ``xlsx/NAME.xlsx`` (columns ``speed``, ``force``, ``accel``, ``friction``; about 19,000 rows) and
-``images/NAME.png`` (1200 x 1200). Checked on real files.
+Read from ``multidata/NAME.xlsx`` (columns ``speed``, ``force``, ``accel``, ``friction``; about 19,000 rows) and
+``image/NAME.png`` (1200 x 1200), as the set is published, also in a folder below, or from ``xlsx/`` and ``images/``.
+Checked on real files.
 
 Notes on the data
 - **Sampling rate and units are not stated.** 1 kHz, mm/s, N and m/s^2 are guesses from the ranges (speeds of 130-320,
@@ -18,25 +19,25 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
+from tactogram.datasets.cells import number_columns
 from tactogram.datasets.importer import ImportItem, check_positive
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.displacement import over_displacement
-from tactogram.signal.io import worksheet
 from tactogram.signal.units import parse_unit
 
-TITLE = "CdpLab friction: copper, fabric, paper and wood"
+TITLE = "CdpLab friction: copper, fabric, leather, paper, stone and wood"
 LICENCE = "not stated"
 DESCRIPTION = (
-    "xlsx/NAME.xlsx and images/NAME.png: friction over displacement, and friction_time, speed, force and acceleration "
-    "over time. Options: rate (Hz, guessed 1000), speed_unit (guessed mm/s), per_mm (samples of friction over "
-    "displacement). Checked on real files."
+    "multidata/NAME.xlsx and image/NAME.png: friction over displacement, and friction_time, speed, force and "
+    "acceleration over time. Options: rate (Hz, guessed 1000), speed_unit (guessed mm/s), per_mm (samples of friction "
+    "over displacement). Checked on real files."
 )
 
 COLUMNS = ("speed", "force", "accel", "friction")
+FOLDERS = {"multidata": "image", "xlsx": "images"}
+"""Folders of the worksheets, each with that of the photographs."""
 RATE = 1000.0
 SPEED_UNIT = "mm/s"
 PER_MM = 6.0
@@ -50,11 +51,11 @@ def find(
     check_positive(rate=rate, per_mm=per_mm)
     if parse_unit(str(speed_unit))[0] != "m/s":
         raise ParameterError(f"speed_unit must be a unit of speed, such as mm/s, got {speed_unit!r}")
-    paths = sorted((folder / "xlsx").glob("*.xlsx"))
+    paths = sorted(path for path in folder.rglob("*.xlsx") if path.parent.name in FOLDERS)
     if not paths:
-        raise DataError(f"{folder}: must hold xlsx/NAME.xlsx, found none")
+        raise DataError(f"{folder}: must hold multidata/NAME.xlsx, or xlsx/NAME.xlsx, found neither")
     info = {"rate": float(rate), "speed_unit": str(speed_unit), "per_mm": float(per_mm)}
-    images = {path: folder / "images" / f"{path.stem}.png" for path in paths}
+    images = {path: path.parents[1] / FOLDERS[path.parent.name] / f"{path.stem}.png" for path in paths}
     return [
         ImportItem(path.relative_to(folder).as_posix(), (path,), info, image if image.is_file() else None)
         for path, image in images.items()
@@ -65,11 +66,7 @@ def read(item: ImportItem) -> list[Recording]:
     """Return the one recording of a material."""
     [path] = item.paths
     rate, speed_unit = item.info["rate"], item.info["speed_unit"]
-    content = worksheet.read(path, columns=COLUMNS)
-    speed, force, acceleration, friction = np.asarray(content.samples, np.float64)
-    if not np.isfinite(content.samples).all():
-        row = int(np.argwhere(~np.isfinite(content.samples))[0, 1])
-        raise DataError(f"{path}: {content.place(0, row)}: every column must be finite there")
+    speed, force, acceleration, friction = number_columns(path, COLUMNS)
     over_time = Signal(friction, rate, "1", ("along",))
     velocity = Signal(speed * parse_unit(speed_unit)[1], rate, "m/s", ("along",))
     return [

@@ -4,7 +4,8 @@ M. Eguchi, T. Hayase, Y. Hiroi, T. Hiraki, "Cluster Haptic Texture Dataset: Hapt
 Velocity-Direction Sliding Contacts", arXiv:2407.16206; files at doi:10.6084/m9.figshare.29438288.
 
 Layout, as stated in its ``dataset_details.md``: ``sensor_data/{accel,force,position,audio}/``, each file
-``TEXTURE_DIRECTION_VELOCITY_FORCE_REPEAT.csv`` (audio ``.wav``), directly or in a folder per texture;
+``TEXTURE_DIRECTION_VELOCITY_FORCE_REPEAT.csv`` (audio ``.wav``; in the copy on the Hugging Face Hub ``.parquet`` and
+``.flac``), directly or in a folder per texture;
 ``images/images_scan_area/imgTEXTURE.jpg`` (100 x 100 mm; also ``TEXTURE.jpg``); ``texture_list.xlsx`` names the
 textures. **No real file was at hand**: the importer was tested on files made to that description.
 
@@ -21,19 +22,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-import openpyxl
-import pyarrow as pa
-import pyarrow.csv
-from numpy.typing import NDArray
+import pandas as pd
 
+from tactogram.datasets.cells import number_columns
 from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.signal.timing import estimate_timing, to_uniform
-from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram.signal.units import parse_unit
 
 TITLE = "Cluster Haptic Texture Dataset"
 LICENCE = "see doi:10.6084/m9.figshare.29438288"
@@ -50,28 +48,28 @@ SCAN_MM = 100.0
 
 @dataclass(frozen=True)
 class StreamFormat:
-    """Format of the CSV files in one folder."""
+    """Format of the tables in one folder."""
 
     stream: str
     columns: tuple[str, ...]
     axes: tuple[str, ...]
-    unit: str
+    unit: str  # of the files
     rate: float
-    scale: float = 1.0
     note: str = ""
 
 
 TABLES: Mapping[str, StreamFormat] = {
     "accel": StreamFormat(
-        *("acceleration", ("X", "Y", "Z"), ("x", "y", "z"), "m/s^2", 6000.0, STANDARD_GRAVITY),
-        note=f"acceleration from g to m/s^2 (x {STANDARD_GRAVITY}); gravity is in it",
+        *("acceleration", ("X", "Y", "Z"), ("x", "y", "z"), "g", 6000.0),
+        note="acceleration from g to m/s^2; gravity is in it",
     ),
     "force": StreamFormat("force", ("force",), ("z",), "N", 6000.0),
-    "position": StreamFormat(
-        "position", ("X", "Y"), ("x", "y"), "m", 100.0, 1e-3, note="position from mm to m"
-    ),
+    "position": StreamFormat("position", ("X", "Y"), ("x", "y"), "mm", 100.0, note="position from mm to m"),
 }
-SUFFIXES: Mapping[str, str] = {**dict.fromkeys(TABLES, ".csv"), "audio": ".wav"}
+SUFFIXES: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(TABLES, (".csv", ".parquet")),
+    "audio": (".wav", ".flac"),
+}
 
 _NAME = re.compile(r"(\d+)_(\d+)_(\d+)_(\d+)_(\d+)")
 
@@ -84,9 +82,9 @@ def find(folder: Path) -> list[ImportItem]:
     sensor_data = root / "sensor_data"
     found: dict[str, dict[str, Path]] = {}
     strokes: dict[str, str] = {}
-    for kind, suffix in SUFFIXES.items():
-        for path in (sensor_data / kind).rglob(f"*{suffix}"):
-            if not path.name.startswith("."):
+    for kind, suffixes in SUFFIXES.items():
+        for path in (sensor_data / kind).rglob("*.*"):
+            if path.suffix.lower() in suffixes and not path.name.startswith("."):
                 found.setdefault(kind, {})[path.stem] = path
                 strokes.setdefault(path.stem, path.relative_to(sensor_data / kind).parent.as_posix())
     if not strokes:
@@ -95,7 +93,7 @@ def find(folder: Path) -> list[ImportItem]:
     items = []
     for stem in sorted(strokes, key=lambda s: [int(n) for n in re.findall(r"\d+", s)]):
         paths = {
-            kind: files.get(stem, sensor_data / kind / strokes[stem] / f"{stem}{SUFFIXES[kind]}")
+            kind: files.get(stem, sensor_data / kind / strokes[stem] / f"{stem}{SUFFIXES[kind][0]}")
             for kind, files in found.items()
         }
         texture = stem.partition("_")[0]
@@ -114,7 +112,11 @@ def read(item: ImportItem) -> list[Recording]:
         raise DataError(f"{item.name}: name must be TEXTURE_DIRECTION_VELOCITY_FORCE_REPEAT of numbers")
     texture, direction, speed, force, repeat = match.groups()
     paths = dict(zip(item.info["kinds"], item.paths, strict=True))
-    streams, history = _even({kind: path for kind, path in paths.items() if kind in TABLES})
+    streams, history = {}, []
+    for kind, form in TABLES.items():
+        if kind in paths:
+            streams[form.stream], timing = _even(paths[kind], form)
+            history += [timing, form.note]
     if "audio" in paths:
         streams["sound"] = read_signal(paths["audio"], unit="1")
         history.append("sound after the noise cancelling of its authors")
@@ -128,61 +130,21 @@ def read(item: ImportItem) -> list[Recording]:
             contactor="artificial finger",
             labels={"texture": texture, "repeat": repeat},
             source=item.name,
-            history=tuple(history),
+            history=tuple(filter(None, history)),
         )
     ]
 
 
-def _table(path: Path, names: tuple[str, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the column ``time`` (s) and the named ones, float64, shape (column, time)."""
-    wanted = ("time", *names)
-    try:
-        table = pa.csv.read_csv(
-            path,
-            read_options=pa.csv.ReadOptions(use_threads=False),  # other processes have the other cores
-            convert_options=pa.csv.ConvertOptions(
-                column_types=dict.fromkeys(wanted, pa.float64()), include_columns=wanted, null_values=[]
-            ),
-        )
-    except (pa.ArrowException, KeyError) as error:
-        raise DataError(f"{path}: needs columns {','.join(wanted)} of numbers: {error}") from error
-    columns = np.stack([table[name].to_numpy() for name in wanted])
-    if columns.shape[1] < 2:
-        raise DataError(f"{path}: must have at least two rows of samples, got {columns.shape[1]}")
-    bad = np.argwhere(~np.isfinite(columns))
-    if len(bad):
-        column, row = bad[0]
-        raise DataError(
-            f"{path}: row {row + 2}, column {wanted[column]}: must be finite, got {columns[column, row]}"
-        )
-    return columns[0], columns[1:]
-
-
-def _even(paths: Mapping[str, Path]) -> tuple[dict[str, Signal], list[str]]:
-    """Return evenly sampled streams and their history; files with the same stamps are resampled together."""
-    tables = {kind: _table(path, TABLES[kind].columns) for kind, path in paths.items()}
-    streams: dict[str, Signal] = {}
-    history = []
-    for kind, (times, _) in tables.items():
-        if TABLES[kind].stream in streams:
-            continue
-        same = [
-            k
-            for k, (t, _) in tables.items()
-            if TABLES[k].rate == TABLES[kind].rate and np.array_equal(t, times)
-        ]
-        stacked = np.vstack([tables[k][1] * TABLES[k].scale for k in same])
-        axes = tuple(f"{k}-{column}" for k in same for column in TABLES[k].columns)
-        timing = estimate_timing(times)
-        even = to_uniform(times, stacked, "1", axes=axes, rate=TABLES[kind].rate)
-        for k in same:
-            rows = even.select(*(f"{k}-{column}" for column in TABLES[k].columns)).samples
-            streams[TABLES[k].stream] = Signal(rows, TABLES[k].rate, TABLES[k].unit, TABLES[k].axes)
-        history.append(
-            f"{', '.join(TABLES[k].stream for k in same)}: stamps show {timing.rate:.1f} Hz, jitter "
-            f"{timing.jitter_rms * 1e6:.0f} us rms, {timing.dropped} samples lost; resampled to {even.rate:g} Hz"
-        )
-    return streams, history + [TABLES[kind].note for kind in paths if TABLES[kind].note]
+def _even(path: Path, form: StreamFormat) -> tuple[Signal, str]:
+    """Return the evenly sampled stream of a table, and its timing."""
+    times, *columns = number_columns(path, ("time", *form.columns), least=2)
+    unit, factor = parse_unit(form.unit)
+    timing = estimate_timing(times)
+    signal = to_uniform(times, [factor * column for column in columns], unit, axes=form.axes, rate=form.rate)
+    return signal, (
+        f"{form.stream}: stamps show {timing.rate:.1f} Hz, jitter {timing.jitter_rms * 1e6:.0f} us rms, "
+        f"{timing.dropped} samples lost; resampled to {form.rate:g} Hz"
+    )
 
 
 def _texture_names(path: Path) -> dict[str, str]:
@@ -190,25 +152,22 @@ def _texture_names(path: Path) -> dict[str, str]:
     if not path.is_file():
         return {}
     try:
-        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
-        rows = book.worksheets[0].iter_rows(values_only=True)
-        head, *rest = [[str(cell).strip() if cell is not None else "" for cell in row] for row in rows]
-    except Exception as error:  # openpyxl raises whatever the zip or the XML holds
+        table = pd.read_excel(path, dtype=str, engine="openpyxl")
+    except Exception as error:  # whatever the zip or the XML holds
         raise DataError(f"{path}: not a readable list of textures: {error}") from error
-    titles = [title.lower() for title in head]
-    number = next((i for i, t in enumerate(titles) if re.search(r"\b(id|no)\b", t.replace("_", " "))), None)
+    titles = {title: str(title).lower().replace("_", " ") for title in table}
+    number = next((t for t, text in titles.items() if re.search(r"\b(id|no)\b", text)), None)
     name = next(
-        (i for i, t in enumerate(titles) if re.search("name|material|texture", t) and i != number), None
+        (t for t, text in titles.items() if re.search("name|material|texture", text) and t != number), None
     )
     if number is None or name is None:
-        raise DataError(f"{path}: needs a column with the id and one with the name, got {', '.join(head)}")
-    names = {row[number].removesuffix(".0"): row[name] for row in rest if row[number] and row[name]}
-    shared = {text for text in names.values() if list(names.values()).count(text) > 1}
-    return {id: f"{text} ({id})" if text in shared else text for id, text in names.items()}
+        raise DataError(f"{path}: needs a column with the id and one with the name, got {', '.join(titles)}")
+    named = table[[number, name]].dropna().apply(lambda column: column.str.strip())
+    shared = named[name].duplicated(keep=False)
+    texts = named[name].where(~shared, named[name] + " (" + named[number] + ")")
+    return dict(zip(named[number].str.removesuffix(".0"), texts, strict=True))
 
 
 def _image(folder: Path, texture: str) -> Path | None:
-    for name in (f"img{texture}.jpg", f"{texture}.jpg"):
-        if (folder / name).is_file():
-            return folder / name
-    return None
+    paths = (folder / f"img{texture}.jpg", folder / f"{texture}.jpg")
+    return next((path for path in paths if path.is_file()), None)

@@ -1,48 +1,44 @@
 """A plain folder: one folder per material with signal files in it, and an optional table of metadata.
 
-``MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}``, also deeper; the first folder names the material. A picture with
-the name of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the other pictures
-in a material's folder, a single one is the photograph of all its recordings without one; several are photographs of
-the material. A folder may hold photographs alone.
+``MATERIAL/*.{wav,flac,csv,tsv,txt,npz,xlsx,mat,lvm}``, also deeper. The first folder names the material, unless
+``path`` (`PathPattern`) or ``material_from`` (`MATERIAL_FROM`) says otherwise; without either, first folders that look
+like people, speeds, takes and so on are asked about. Files of one take are streams of one recording
+(`tactogram.datasets.takes`); labels in a table and holes divide it (`tactogram.datasets.file_parts`).
+
+A picture with the name of a recording (``MATERIAL/take1.jpg``, ``take1.wav``) is that recording's photograph. Of the
+other pictures in a material's folder, a single one is the photograph of all its recordings without one; several are
+photographs of the material. A folder may hold photographs alone. With ``path`` or ``material_from`` the pictures of a
+folder are those of recordings alone.
 
 Items that are rated but have no material, such as display signals or images, lie in folders that the option ``items``
 names (``items=signals,images``): each file's name without suffix becomes the label ``item`` of a signal, or the
 material of a picture. A row of ``recordings.csv`` may set another ``item``.
 
-An optional ``recordings.csv`` has a column ``file`` (relative path) and any of ``material``, ``speed_mm_s``,
-``force_n``, ``direction_deg``, ``contactor``, ``session``, ``subject``, ``image`` (relative path),
-``image_width_mm``, ``simulated`` (yes or no); ``unit``, ``rate`` (Hz) and ``axes`` (``x y z``), where the file does
-not state them; ``stream`` (by default after the unit: m/s^2 is ``acceleration``, 1 is ``vibration``); ``rating_WORD``.
-Other columns become labels; ``recording``, a number, gives the order in time. A row whose file is missing is an
-error; a file without a row is not. A file whose metadata marks it as simulated stays simulated.
-
-A table with a column of words or codes headed ``material``, ``surface``, ``texture``, ``label``, ``class`` or
-``activity`` is cut where the label changes, time goes back or samples are missing for longer than is interpolated:
-each part is a recording of that material, unless the file's row states one. Beside it, columns ``session``,
-``subject`` or ``participant``, and ``trial`` or ``take`` (the label ``trial``) also cut.
-
-The options ``unit``, ``rate``, ``axes`` (``x,y,z``) and ``stream`` apply to all files; a row takes precedence. The
-option ``mapping`` says what the columns of tables with certain headings hold, and ``material_from`` names the material
-by something else than the first folder (`MATERIAL_FROM`): then a folder's pictures are those of recordings alone.
+An optional ``recordings.csv`` has a column ``file`` (relative path) and any of `NUMBERS`, `TEXTS` and `READING`,
+``simulated`` (yes or no) and ``rating_WORD``. Other columns become labels; ``recording``, a number, gives the order in
+time. A row whose file is missing is an error; a file without a row is not. A file whose metadata marks it as simulated
+stays simulated. The options ``unit`` (several, separated by commas, for streams of several quantities), ``rate``,
+``axes`` (``x,y,z``), ``stream`` and ``mapping`` apply to all files; a row takes precedence.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tactogram.datasets.cells import finite_number
-from tactogram.datasets.file_parts import FilePart, read_parts
+from tactogram.datasets.file_parts import FilePart, has_labels, read_parts
 from tactogram.datasets.importer import ImportedPhotograph, ImportItem, LeftOut, check_positive, files_below
 from tactogram.datasets.mapping import TableMapping
-from tactogram.datasets.recording import FileReading, Recording
+from tactogram.datasets.path_pattern import PathPattern
+from tactogram.datasets.path_reading import PathReading, read_paths
+from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
+from tactogram.datasets.takes import Take, is_no_signal, quantity_of, takes
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io import SignalFile
-from tactogram.signal.io.layout import IGNORED, TRIAL, ColumnUse
+from tactogram.signal.io.layout import TRIAL
 from tactogram.signal.io.table import is_table
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import read_table
@@ -61,7 +57,7 @@ DOCUMENTS = (
     *(".json", ".toml", ".yaml", ".yml", ".xml", ".ini", ".cfg", ".py", ".m", ".r", ".ino"),
 )
 """Suffixes of files that are no recordings, and are not mentioned."""
-METADATA = ("meta/device.csv", "meta/time.csv", "Metadata.csv")
+METADATA = ("meta/device.csv", "meta/time.csv", "Metadata.csv", "Annotation.csv")
 """Ends of the names of such tables, as phyphox and Sensor Logger write them."""
 SUFFIXES = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx", ".mat", ".lvm")
 NUMBERS = ("speed_mm_s", "force_n", "direction_deg")
@@ -85,21 +81,20 @@ def find(
     axes: str | Sequence[str] = "",
     stream: str = "",
     mapping: TableMapping | None = None,
-    material_from: str = "folder",
+    path: str = "",
+    material_from: str = "",
 ) -> list[ImportItem]:
-    """Return an item per signal file; those in the folders ``items``, separated by commas, have no material."""
-    if material_from not in MATERIAL_FROM:
-        raise ParameterError(
-            f"material_from must be one of {', '.join(MATERIAL_FROM)}, got {material_from!r}"
-        )
+    """Return an item per take; those in the folders ``items``, separated by commas, have no material."""
+    pattern = _pattern(path, material_from)
     rows = _table(folder / TABLE)
     defaults = _options(unit, rate, axes, stream)
     if mapping is not None:
         if not isinstance(mapping, TableMapping):
             raise ParameterError(f"mapping must be a TableMapping, got {mapping!r}; read_mapping reads one")
         defaults["layouts"] = mapping.layout
-    signals = _signals(folder)
-    recording_pictures, material_pictures = _pictures(folder, signals)
+    signals, _ = _signals(folder)
+    found_takes = takes(signals)
+    recording_pictures, material_pictures = _pictures(folder, found_takes)
     missing = sorted(rows.keys() - signals.keys())
     if missing:
         raise DataError(
@@ -107,34 +102,86 @@ def find(
         )
     found = []
     item_folders = _item_folders(folder, items)
-    for name, path in signals.items():
-        info = defaults | rows.get(name, {})
+    for take in found_takes:
+        name = take.files[0][0]
+        info: dict[str, Any] = dict(defaults)
+        for file, _ in reversed(take.files):
+            info |= rows.get(file, {})
         top = name.split("/")[0] if "/" in name else ""
+        if pattern is not None and top not in item_folders:
+            stated = _fields(pattern, take)
+            if stated is None:
+                info["mismatch"] = (
+                    f"{name}: must be named as path={pattern.text} says; correct it, or move it away"
+                )
+            else:
+                info = stated | info | {"labels": stated["labels"] | info.get("labels", {})}
         info["whole"] = bool(info.get("material")) or top in item_folders
+        info["streams"] = tuple(stream for _, stream in take.files)
         if top in item_folders:
-            info["labels"] = {"item": path.stem} | info.get("labels", {})
+            info["labels"] = {"item": PurePosixPath(name).stem} | info.get("labels", {})
             info.setdefault("material", None)
-        else:
-            info["material"] = info.get("material") or MATERIAL_FROM[material_from](PurePosixPath(name))
-        if not info["material"] and not info.get("labels", {}).get("item"):
+        elif pattern is None:
+            rule = MATERIAL_FROM[material_from or "folder"]
+            info["material"] = info.get("material") or rule(PurePosixPath(_place(take)))
+        named = info.get("material") or info.get("labels", {}).get("item")
+        if not named and (
+            path or material_from or any("/" in signal for signal in signals)
+        ):  # else it is asked
             info["problem"] = (
                 f"{name}: must be in a folder named after its material, or have it in {TABLE}, or in its own name "
-                "with `material_from=file`"
+                "with `path={material}_{take}`"
             )
-        info["material"] = info["material"] or None
-        ours = material_from == "folder" and top not in item_folders
+        info["material"] = info.get("material") or None
+        ours = pattern is None and not material_from and top not in item_folders
         pictures = material_pictures.get(top, []) if ours else []
         shared = pictures[0] if len(pictures) == 1 else None
-        image = folder / info["image"] if info.get("image") else recording_pictures.get(name, shared)
-        found.append(ImportItem(name, (path,), info, image, info.pop("image_width_mm", None)))
+        image = folder / info["image"] if info.get("image") else recording_pictures.get(take.name, shared)
+        paths = tuple(signals[file] for file, _ in take.files)
+        found.append(ImportItem(name, paths, info, image, info.pop("image_width_mm", None)))
     return found
 
 
-def photographs(folder: Path, *, items: str = "", material_from: str = "folder") -> list[ImportedPhotograph]:
+def paths(
+    folder: Path,
+    *,
+    items: str = "",
+    path: str = "",
+    material_from: str = "",
+    mapping: TableMapping | None = None,
+) -> PathReading:
+    """Return a pattern that the paths suggest, what to ask about their materials, and which files hold no signals."""
+    signals, without = _signals(folder)
+    listed = ", ".join(dict.fromkeys(PurePosixPath(name).name for name in without))
+    notes = (f"no signals, not read: {listed} ({len(without)} file{'s' * (len(without) != 1)})",) * bool(
+        without
+    )
+    rows, item_folders = _table(folder / TABLE), _item_folders(folder, items)
+    unnamed = [
+        take
+        for take in takes(signals)
+        if not any(rows.get(file, {}).get("material") for file, _ in take.files)
+        and take.files[0][0].split("/")[0] not in item_folders
+    ]
+    if path or material_from or not unnamed:
+        return PathReading(notes=notes)
+    places = [_place(take) for take in unnamed]
+    reading = read_paths(
+        [take.name for take in unnamed], [place.split("/")[0] for place in places if "/" in place]
+    )
+    layouts = () if mapping is None else mapping.layout
+    if reading.question and has_labels(signals[unnamed[0].files[0][0]], layouts):
+        return PathReading(notes=notes)
+    return PathReading(reading.proposed, reading.question and f"{folder}: {reading.question}", notes)
+
+
+def photographs(
+    folder: Path, *, items: str = "", path: str = "", material_from: str = ""
+) -> list[ImportedPhotograph]:
     """Return the pictures of materials with several pictures or no recording, and those of ``items``."""
     rows = _table(folder / TABLE)
-    signals = _signals(folder)
-    _, material_pictures = _pictures(folder, signals)
+    signals, _ = _signals(folder)
+    _, material_pictures = _pictures(folder, takes(signals))
     named = {folder / row["image"] for row in rows.values() if row.get("image")}
     recorded: dict[str, set[str]] = {}
     for name in signals:
@@ -142,71 +189,79 @@ def photographs(folder: Path, *, items: str = "", material_from: str = "folder")
         recorded.setdefault(top, set()).add(rows.get(name, {}).get("material") or top)
     found = []
     item_folders = _item_folders(folder, items)
-    for top, paths in material_pictures.items():
+    for top, pictures in material_pictures.items():
         materials = recorded.get(top, {top})
         if top in item_folders:
-            chosen = [(path, path.stem) for path in paths]
-        elif material_from == "folder" and len(materials) == 1 and (len(paths) > 1 or top not in recorded):
+            chosen = [(picture, picture.stem) for picture in pictures]
+        elif (
+            not (path or material_from) and len(materials) == 1 and (len(pictures) > 1 or top not in recorded)
+        ):
             [material] = materials
-            chosen = [(path, material) for path in paths if path not in named]
+            chosen = [(picture, material) for picture in pictures if picture not in named]
         else:
             continue
         found += [
-            ImportedPhotograph(path.relative_to(folder).as_posix(), path, shown) for path, shown in chosen
+            ImportedPhotograph(picture.relative_to(folder).as_posix(), picture, shown)
+            for picture, shown in chosen
         ]
     return found
 
 
 def read(item: ImportItem) -> list[Recording | LeftOut]:
-    """Return the recording in one file, or those in a table with labels and the parts of it that are none."""
-    [path] = item.paths
-    parts = read_parts(path, item.info, name=item.name)
+    """Return the recording in the files of a take, or those that they divide into and the parts that are none."""
+    if "mismatch" in item.info:
+        raise DataError(item.info["mismatch"])
+    parts = read_parts(item.paths, item.info["streams"], item.info, name=item.name)
     return [part if isinstance(part, LeftOut) else _recording(item, part) for part in parts]
 
 
+def _pattern(path: str, material_from: str) -> PathPattern | None:
+    if material_from and material_from not in MATERIAL_FROM:
+        raise ParameterError(
+            f"material_from must be one of {', '.join(MATERIAL_FROM)}, got {material_from!r}"
+        )
+    if path and material_from:
+        raise ParameterError(
+            "path must be omitted with `material_from`, which is a short spelling of patterns"
+        )
+    return PathPattern(str(path)) if path else None
+
+
+def _place(take: Take) -> str:
+    """Return the path of a take's first file, without a folder that names its quantity."""
+    name = take.files[0][0]
+    return name if name.startswith(take.name) else take.name
+
+
+def _fields(pattern: PathPattern, take: Take) -> dict[str, Any] | None:
+    """Return the metadata in the path of a take: without the quantity in its files' names, or with it."""
+    ways = (take.name, take.files[0][0])
+    alike = sorted(ways, key=lambda name: name.count("/") + 1 != pattern.levels)
+    return next((fields for name in alike if (fields := pattern.fields(name)) is not None), None)
+
+
 def _recording(item: ImportItem, part: FilePart) -> Recording:
-    info = item.info
-    file = next(iter(part.streams.values()))
-    timing = file.timing
+    info, timing = item.info, part.reading.timing
     history: tuple[str, ...] = ()
     if timing is not None and not timing.even:
+        rate = next(iter(part.streams.values())).rate
         history = (
             f"stamps show {timing.rate:g} Hz, jitter {timing.jitter_rms * 1e6:.0f} us rms, {timing.dropped} samples "
-            f"lost; resampled to {file.signal.rate:g} Hz",
+            f"lost; resampled to {rate:g} Hz",
         )
     metadata: dict[str, Any] = {name: info.get(name) for name in ("material", *NUMBERS, *TEXTS)}
     metadata |= {role: label for role, label in part.labels.items() if role != TRIAL}
     trial = {TRIAL: part.labels[TRIAL]} if TRIAL in part.labels else {}
     return Recording(
-        streams={name: read.signal for name, read in part.streams.items()},
+        streams=part.streams,
         ratings=info.get("ratings", {}),
         labels=info.get("labels", {}) | trial,
         source=item.name if part.number is None else f"{item.name}#{part.number}",
         history=history,
-        simulated=info.get("simulated", False) or str(file.metadata.get("simulated")).lower() == "true",
-        reading=FileReading(
-            columns=_uses(part.streams),
-            mapped=file.layout is not None,
-            timing=timing,
-            rate_estimated=timing is not None
-            and (info.get("rate") or (file.layout and file.layout.rate)) is None,
-        ),
+        simulated=info.get("simulated", False) or str(part.metadata.get("simulated")).lower() == "true",
+        reading=part.reading,
         **metadata,
     )
-
-
-def _uses(files: Mapping[str, SignalFile]) -> tuple[ColumnUse, ...]:
-    """Return what each column was read as; of several streams, the axes have their stream's name in front."""
-    found: list[ColumnUse] = []
-    for stream, file in files.items():
-        uses = file.columns
-        if len(files) > 1:
-            uses = tuple(
-                replace(use, role=f"{stream}: {use.role}") if use.role in file.signal.axes else use
-                for use in uses
-            )
-        found = [new if old.role == IGNORED else old for old, new in zip(found or uses, uses, strict=True)]
-    return tuple(found)
 
 
 def _item_folders(folder: Path, items: str) -> set[str]:
@@ -219,14 +274,14 @@ def _item_folders(folder: Path, items: str) -> set[str]:
 
 def left_out(folder: Path) -> list[tuple[str, str]]:
     """Return the files in folders of materials that may be recordings in another format, with the reason."""
-    signals, pictures = _signals(folder), files_below(folder, PICTURES)
+    (signals, without), pictures = _signals(folder), files_below(folder, PICTURES)
     read = {path.with_suffix("") for path in (*signals.values(), *pictures.values())}
     return [
         (name, f"{name}: {_reason(path)}")
         for name, path in files_below(folder, None).items()
         if "/" in name
         and path.suffix.lower() not in DOCUMENTS
-        and not name.endswith(METADATA)
+        and name not in without
         and path.with_suffix("") not in read
     ]
 
@@ -238,23 +293,32 @@ def _reason(path: Path) -> str:
     return f"suffix must be one of {known}, got {path.suffix or 'none'}; export it as .csv"
 
 
-def _signals(folder: Path) -> dict[str, Path]:
+def _signals(folder: Path) -> tuple[dict[str, Path], list[str]]:
+    """Return the signal files, and the tables beside those of sensors that hold none."""
     files = files_below(folder, (*SUFFIXES, ".txt"))
-    return {
+    sensors = {str(path.parent) for path in files.values() if quantity_of(path.stem)}
+    without = [
+        name
+        for name, path in files.items()
+        if name.endswith(METADATA) or (is_no_signal(name) and str(path.parent) in sensors)
+    ]
+    signals = {
         name: path
         for name, path in files.items()
-        if name != TABLE and not name.endswith(METADATA) and (path.suffix.lower() != ".txt" or is_table(path))
+        if name != TABLE and name not in without and (path.suffix.lower() != ".txt" or is_table(path))
     }
+    return signals, without
 
 
-def _pictures(folder: Path, signals: Mapping[str, Path]) -> tuple[dict[str, Path], dict[str, list[Path]]]:
-    """Return the picture of each recording that has one of its name, and the others by material folder."""
-    stems = {path.with_suffix(""): name for name, path in signals.items()}
+def _pictures(folder: Path, found: Sequence[Take]) -> tuple[dict[str, Path], dict[str, list[Path]]]:
+    """Return the picture of each take that has one of its name, or of a file's, and the others by material folder."""
+    stems = {take.name: take.name for take in found}
+    stems |= {str(PurePosixPath(name).with_suffix("")): take.name for take in found for name, _ in take.files}
     recording_pictures: dict[str, Path] = {}
     material_pictures: dict[str, list[Path]] = {}
     for name, path in files_below(folder, PICTURES).items():
-        if path.with_suffix("") in stems:
-            recording_pictures[stems[path.with_suffix("")]] = path
+        if take := stems.get(str(PurePosixPath(name).with_suffix(""))):
+            recording_pictures[take] = path
         elif "/" in name:
             material_pictures.setdefault(name.split("/")[0], []).append(path)
     return recording_pictures, material_pictures
@@ -302,7 +366,8 @@ def _options(unit: str, rate: float | None, axes: str | Sequence[str], stream: s
     """Return the options as a row that applies to every file; invalid ones are refused before any file is read."""
     row: dict[str, Any] = {}
     if unit != "":
-        parse_unit(str(unit))
+        for each in str(unit).split(","):
+            parse_unit(each.strip())
         row["unit"] = str(unit)
     if rate is not None:
         check_positive(rate=rate)

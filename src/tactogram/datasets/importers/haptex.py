@@ -37,7 +37,8 @@ from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import table
 from tactogram.signal.resampling import resample
-from tactogram.signal.units import split_heading
+from tactogram.signal.io.table_content import column_numbers
+from tactogram.signal.io.vocabulary import heading
 
 TITLE = "HapTex: friction of a finger over 120 fabrics"
 LICENCE = "free access for research, no licence stated"
@@ -145,27 +146,27 @@ def friction_over(
 
 def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return displacement in mm and friction coefficient, float64, shape (time,)."""
-    names = [split_heading(heading)[0] for heading in table.headings(path)]
-    if names == [str(i + 1) for i in range(len(names))]:
+    found = table.table(path, path.read_bytes())
+    names = [heading(text).name for text in found.headings]
+    if not found.named:
         if len(names) not in (2, 5):
             raise DataError(
                 f"{path}: without a heading it must have 2 or 5 columns, got {len(names)}; name "
                 "'displacement [mm]' and 'friction coefficient' in a first line"
             )
-        places = ("1", "2") if len(names) == 2 else ("4", "3")
+        places = (0, 1) if len(names) == 2 else (3, 2)
     else:
         places = (
             _named(path, names, r"displacement"),
             _named(path, names, r"friction[ _]?coef|^friction$|^mu$|^cof$"),
         )
-    displacement = table.read(path, columns=places[:1])
-    friction = table.read(path, columns=places[1:])
-    in_mm = np.asarray(displacement.samples[0], np.float64) * (1e3 if displacement.unit == "m" else 1.0)
-    return in_mm, np.asarray(friction.samples[0], np.float64)
+    unit, factor = heading(found.headings[places[0]]).converted()
+    displacement, friction = (column_numbers(found, place) for place in places)
+    return displacement * (1e3 * factor if unit == "m" else 1.0), friction
 
 
-def _named(path: Path, names: list[str], pattern: str) -> str:
-    found = [name for name in names if re.search(pattern, name, re.IGNORECASE)]
+def _named(path: Path, names: list[str], pattern: str) -> int:
+    found = [i for i, name in enumerate(names) if re.search(pattern, name, re.IGNORECASE)]
     if len(found) != 1:
         raise DataError(f"{path}: needs one column named like {pattern!r}, got {', '.join(names)}")
     return found[0]

@@ -32,7 +32,7 @@ from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import periodic_signal, random_phases
-from tactogram.signal.io import READABLE, read_signal
+from tactogram.signal.io import READABLE, read_columns, read_signal
 
 TITLE = "Hatori & Takemura 2023: metal plates, an ultrasonic display and word ratings"
 LICENCE = "not stated"
@@ -77,7 +77,8 @@ def read(item: ImportItem) -> list[Recording]:
     [path] = item.paths
     name, rate = item.info["item"], item.info["rate"]
     plate = item.name.startswith("plates/")
-    signal = read_signal(path, rate=rate, unit="1")
+    columns = [use.heading for use in read_columns(path)]
+    signal = read_signal(path, rate=rate, unit="1", columns=columns or None)
     history = ["unit not stated"]
     if len(signal.axes) == BINS:
         signal = _loops(np.asarray(signal.samples.T, np.float64), rate, seed=zlib.crc32(item.name.encode()))

@@ -3,16 +3,15 @@
 M. Strese, C. Schuwerk, A. Iepure, E. Steinbach, "Multimodal Feature-Based Surface Material Classification", IEEE
 Transactions on Haptics 10(2), 2017.
 
-Read from ``index.csv`` (columns ``file`` with a path relative to it, ``material``, ``group``, ``recording``) if there
-is one, otherwise from file names: ``G1RhombAluminumMesh_Sound_Movement_train1.flac`` (or ``.wav``), and accelerations
-``G1RhombAluminumMesh_Movement_X_train1.txt``, one number per line, one file per axis, 10 kHz. Sound and acceleration of
-one stroke become one recording.
+Read from files in any folder by their names: ``G1RhombAluminumMesh_Sound_Movement_train1.wav`` (or ``.flac``), and
+accelerations ``G1RhombAluminumMesh_Movement_X_train1.txt``, one number per line, one file per axis, 10 kHz. Sound and
+acceleration of one stroke become one recording.
 
 Photographs are ``ImageScans/NoFlash/Training/G1RhombAluminumMesh_Image_1_train1.jpg``, ten per material and part, of
 320 x 480 pixels without a scale; those in a folder ``Flash`` are left out, as in the visual-tactile GAN (Sec. 4.1).
 They belong to their material, not to a stroke: which place was photographed and which was stroked is unknown.
 
-Sound (44.1 kHz FLAC with ``index.csv``, and WAV by name) was checked on real files. **No real acceleration file was at
+Sound (44.1 kHz, WAV and FLAC) was checked on real files. **No real acceleration file was at
 hand**: that they are in m/s^2 is our assumption, which ``history`` repeats. **No real photograph was at hand**: folder
 and file names are those that public code for this set opens. Sound is a microphone signal, full scale 1: band-limit it
 to 20-1000 Hz before treating it as vibration, and call it sound.
@@ -26,20 +25,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from tactogram.datasets.cells import number_columns
 from tactogram.datasets.importer import ImportedPhotograph, ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
-from tactogram.text_files import read_table
 
 TITLE = "LMT-108 surface materials"
 LICENCE = "not stated"
 DESCRIPTION = (
-    "index.csv, or files named G1Material_Sound_Movement_train1.flac|wav (sound, full scale) and "
+    "Files named G1Material_Sound_Movement_train1.flac|wav (sound, full scale) and "
     "G1Material_Movement_X_train1.txt (acceleration, taken as m/s^2, 10 kHz). Sound checked on real files, "
     "acceleration not; ImageScans/NoFlash/**/G1Material_Image_1_train1.jpg (photographs of materials), not checked "
     "either."
@@ -54,15 +52,15 @@ _IMAGE = re.compile(r"(G\d+)(.+?)_Image(?:_\d+)?_([A-Za-z]*)(\d+)", re.IGNORECAS
 
 def find(folder: Path) -> list[ImportItem]:
     """Return an item per stroke."""
-    index = folder / "index.csv"
-    entries = _indexed(index) if index.is_file() else _named(folder)
     strokes: dict[tuple[str, ...], dict[str, Any]] = {}
-    for kind, path, group, material, part, number in entries:
+    for kind, path, group, material, part, number in _named(folder):
         stroke = strokes.setdefault(
             (material, part, number),
             {"material": material, "group": group, "part": part, "recording": number},
         )
-        if kind in stroke and stroke[kind] != path:
+        if kind in stroke and stroke[kind].stem == path.stem and stroke[kind].suffix != path.suffix:
+            continue  # the same sound in another format
+        if kind in stroke:
             raise DataError(f"{path}: a second {kind} of {material}, recording {part}{number}; keep one")
         stroke[kind] = path
     items = []
@@ -97,7 +95,7 @@ def read(item: ImportItem) -> list[Recording]:
     streams, history = {}, []
     tables = [path for path in item.paths if path.suffix.lower() == ".txt"]
     if tables:
-        columns = [_numbers(path) for path in tables]
+        columns = [number_columns(path)[0] for path in tables]
         if len({len(column) for column in columns}) > 1:
             lengths = ", ".join(f"{path.name} {len(c)}" for path, c in zip(tables, columns, strict=True))
             raise DataError(f"{item.name}: axes must be equally long, got {lengths}")
@@ -120,21 +118,8 @@ def read(item: ImportItem) -> list[Recording]:
     ]
 
 
-def _indexed(index: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
-    """Yield kind, path, group, material, part and number of each row of ``index.csv``."""
-    for row, values in read_table(index):
-        missing = [name for name in ("file", "material", "recording") if not values.get(name)]
-        if missing:
-            raise DataError(f"{index}: row {row} lacks {', '.join(missing)}")
-        path = index.parent / values["file"]
-        axis, sound = _AXIS.fullmatch(path.name), _SOUND.fullmatch(path.name)
-        part = axis[4] if axis else sound[3] if sound else ""
-        kind = axis[3].upper() if axis else "sound"
-        yield kind, path, values.get("group", ""), values["material"], part.lower(), values["recording"]
-
-
 def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
-    """Yield the same from the names of all files below ``folder``, by group, material and number."""
+    """Yield kind, path, group, material, part and number of all files below ``folder``, in order."""
     found = []
     for path in folder.rglob("*_Movement_*"):
         if axis := _AXIS.fullmatch(path.name):
@@ -147,25 +132,10 @@ def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
         found.append((kind.upper() or "sound", path, group.upper(), name, part.lower(), number))
     if not found:
         raise DataError(
-            f"{folder}: must hold index.csv or files named like G1Material_Sound_Movement_train1.flac, found neither"
+            f"{folder}: must hold files named like G1Material_Sound_Movement_train1.wav, found none"
         )
     yield from sorted(found, key=lambda f: (int(f[2][1:]), f[3], f[4], int(f[5]), f[0], f[1].suffix))
 
 
 def _sibling(path: Path, axis: str, other: str) -> Path:
     return path.with_name(re.sub(f"_Movement_{axis}_", f"_Movement_{other}_", path.name, flags=re.IGNORECASE))
-
-
-def _numbers(path: Path) -> NDArray[np.float64]:
-    """Return the numbers in a file, one per line."""
-    values = []
-    with path.open(encoding="ascii", errors="replace") as file:
-        for row, line in enumerate(file, 1):
-            try:
-                if line.strip():
-                    values.append(float(line))
-            except ValueError:
-                raise DataError(f"{path}: row {row} must be one number, got {line.strip()[:40]!r}") from None
-    if not values:
-        raise DataError(f"{path}: no samples")
-    return np.array(values)

@@ -8,8 +8,10 @@ time in us, x, y and z in whole counts of an Arduino's converter, and two zeros,
 **No real file was at hand**: the importer was tested on files made to a description of this layout.
 
 The stamps jitter around steps of about 936 us: the rate is estimated from them, and samples are resampled band-limited
-to ``rate``. Counts become m/s^2 on the assumption that an ADXL335 gives ``counts_per_g``, about 60. The zero of the
-converter is not stated; the constant part, which holds it beside gravity, is kept.
+to ``rate``. A log may begin with a burst of samples that were queued before it: their stamps follow each other at once
+and say nothing, so that they are left out, which ``history`` states. Counts become m/s^2 on the assumption that an
+ADXL335 gives ``counts_per_g``, about 60. The zero of the converter is not stated: the mean of each axis, which holds it
+beside gravity, is removed.
 """
 
 from __future__ import annotations
@@ -18,11 +20,12 @@ import re
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from tactogram.datasets.cells import number_columns
 from tactogram.datasets.importer import ImportItem, check_positive, files_below
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
-from tactogram.signal.io import table
 from tactogram.signal.timing import estimate_timing, to_uniform
 from tactogram.signal.units import STANDARD_GRAVITY
 
@@ -41,6 +44,9 @@ UNVERIFIED = (
 RATE = 1000.0
 COUNTS_PER_G = 60.0
 """300 mV per g at 3 V (ADXL335 data sheet), converted to 10 bits of 5 V: 61."""
+
+LEAST = 16
+"""Samples of a take; as many with usual steps end the burst at its beginning."""
 
 _NAME = re.compile(r"(.+)_(\d+)(?:\s*\((\d+)\))?")
 
@@ -64,9 +70,11 @@ def read(item: ImportItem) -> list[Recording]:
     """Return one take."""
     [path] = item.paths
     rate, counts_per_g = item.info["rate"], item.info["counts_per_g"]
-    stamps, *counts = np.asarray(table.read(path, columns=("1", "2", "3", "4")).samples, np.float64)
-    times = 1e-6 * stamps
-    samples = np.stack(counts) * STANDARD_GRAVITY / counts_per_g
+    stamps, *counts = number_columns(path, least=LEAST)[:4]
+    queued = _queued(stamps)
+    times = 1e-6 * stamps[queued:]
+    samples = np.stack(counts)[:, queued:] * STANDARD_GRAVITY / counts_per_g
+    samples -= samples.mean(axis=1, keepdims=True)
     timing = estimate_timing(times)
     return [
         Recording(
@@ -78,8 +86,18 @@ def read(item: ImportItem) -> list[Recording]:
             history=(
                 f"stamps show {timing.rate:.1f} Hz, jitter {timing.jitter_rms * 1e6:.0f} us rms, {timing.dropped} "
                 f"samples lost; resampled to {rate:g} Hz",
-                f"counts to m/s^2 at {counts_per_g:g} counts per g, assumed; the constant part holds gravity and the "
-                "converter's zero, which is not stated",
+                f"counts to m/s^2 at {counts_per_g:g} counts per g, assumed; the mean of each axis, gravity and the "
+                "converter's zero, removed",
+                *([f"the first {queued} samples, queued before the log began, left out"] * bool(queued)),
             ),
         )
     ]
+
+
+def _queued(stamps: NDArray[np.float64]) -> int:
+    """Return the number of samples in the burst at the beginning, whose stamps are closer than half the usual step."""
+    short = np.flatnonzero(np.diff(stamps) < np.median(np.diff(stamps)) / 2)
+    queued = 0
+    while len(near := short[(short >= queued) & (short < queued + LEAST)]):
+        queued = int(near[-1]) + 1
+    return queued

@@ -13,10 +13,10 @@ no error: public copies hold 100 of the 120. Checked on real files.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import soundfile
 
 from tactogram.datasets.cells import finite_number
 from tactogram.datasets.importer import ImportItem
@@ -55,15 +55,13 @@ def find(folder: Path) -> list[ImportItem]:
 def read(item: ImportItem) -> list[Recording]:
     """Return one effect."""
     [path] = item.paths
-    try:
-        channels = soundfile.info(path).channels
-    except soundfile.LibsndfileError as error:
-        raise DataError(f"{path}: not a readable WAV file: {error.error_string}") from error
-    axes = ("left", "right") if channels == 2 else None
+    vibration = read_signal(path, unit="1")
+    if len(vibration.axes) == 2:
+        vibration = replace(vibration, axes=("left", "right"))
     scores = {name: finite_number(item.name, name, item.info[name]) for name in RATINGS}
     return [
         Recording(
-            streams={"vibration": read_signal(path, unit="1", axes=axes)},
+            streams={"vibration": vibration},
             ratings=scores,
             labels={"effect": item.info["id"], "item": item.info["id"]}
             | {tag: item.info[tag] for tag in TAGS if item.info.get(tag)},

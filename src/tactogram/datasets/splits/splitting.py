@@ -124,8 +124,8 @@ def kfold(
     dealt = 0
     for material, members in strata.items():
         if len(members) < folds:
-            where = f" of {material}" if material else ""
-            raise ParameterError(f"{_too_few(by, folds, len(members))}{where}")
+            where = f"{material}: " if material else ""
+            raise ParameterError(f"{where}{_too_few(by, folds, len(members))}")
         for name in random.permutation(sorted(members)).tolist():
             fold_of |= dict.fromkeys(members[name], dealt % folds)
             dealt += 1
@@ -241,5 +241,5 @@ def _whole(
 
 
 def _too_few(by: str, needed: int, got: int) -> str:
-    other = "cut them into contiguous blocks" if by == "recording" else "split by recording"
-    return f"needs at least {needed} {by}s (or {other}), got {got}"
+    other = "`split=blocks` tests on a part of each instead" if by == "recording" else "split by recording"
+    return f"needs at least {needed} {by}s{' of a class' * (by == 'recording')}, got {got}; {other}"

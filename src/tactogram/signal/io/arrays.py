@@ -1,8 +1,8 @@
-"""NPZ files: own ones, and arrays of foreign ones."""
+"""NPZ and NPY files: own ones, and arrays of foreign ones, as those of MAT, HDF5 and TDMS files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,135 +10,116 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io.archives import check_archive
-from tactogram.signal.io.columns import axis_names, time_column, time_unit_of
-from tactogram.signal.io.content import ZIP_ERRORS, FileContent, default_axes
+from tactogram.signal.io.content import ZIP_ERRORS
 from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, UNCLEAR, ColumnUse, TableLayout, layout_for
+from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.vocabulary import heading
 from tactogram.signal.signal import Signal
-from tactogram.signal.units import parse_seconds, parse_unit
+from tactogram.signal.units import parse_seconds
 
 SAMPLES = "samples"
 DESCRIPTION = "tactogram"
-RATE_NAMES = (
-    "rate",
-    "fs",
-    "sf",
-    "srate",
-    "samplerate",
-    "samplingrate",
-    "samplingfrequency",
-    "samplefrequency",
+RATE_NAMES = frozenset(
+    "rate fs sf srate samplerate samplingrate samplingfrequency samplefrequency freq hz".split()
 )
-"""Names of a single number in Hz, in any case, with or without underscores."""
-STEP_NAMES = ("dt", "ts", "deltat", "sampletime", "samplinginterval")
+"""Names of a single number in Hz, in any case, without blanks and underscores."""
+STEP_NAMES = frozenset("dt ts deltat sampletime samplinginterval sampleinterval wfincrement step".split())
 """The same of the time between two samples, s."""
 MOST_COLUMNS = 64
 """Columns of a matrix that is taken for a recording."""
 
+Arrays = Mapping[str, NDArray[np.generic]]
 
-def read(
-    path: Path,
-    *,
-    columns: Sequence[str] | None = None,
-    time: str | None = None,
-    layouts: Sequence[TableLayout] = (),
-) -> FileContent:
-    """Return the content of an NPZ file: an array (axis, time), (time, axis) or (time,), whose longer side is the time.
 
-    Of a foreign file, ``columns`` names the array (or several of shape (time,), one per axis); a single array needs no
-    name. ``time`` names an array of stamps in s; by default one called ``time``, ``t`` and the like. The columns of a
-    matrix are named ``data:1``, ``data:2``, ….
+def tables(path: Path) -> list[RawTable]:
+    """Return the arrays of an NPZ or NPY file: (time,), (axis, time) or (time, axis), whose longer side is the time.
+
+    Equally long ones are one table; the columns of a matrix are ``data:1``, ``data:2``, …, those of a structured array
+    its fields.
     """
+    if path.suffix.lower() == ".npy":
+        return array_tables(path, {path.stem: _load_array(path)})
     arrays = load_arrays(path)
-    if DESCRIPTION in arrays:
-        description = _describe(arrays, path)
-        samples = _numbers(arrays, SAMPLES, path)
-        return FileContent(
-            samples, description.axes, description.rate, None, description.unit, description, _place(SAMPLES)
-        )
-    return array_content(arrays, path, columns=columns, time=time, layouts=layouts)
+    if DESCRIPTION not in arrays:
+        return array_tables(path, arrays)
+    description = _describe(arrays, path)
+    samples = arrays.get(SAMPLES)
+    if samples is None or samples.ndim != 2 or samples.dtype.kind not in "fiu":
+        raise DataError(f"{path}: {SAMPLES} must be numbers (axis, time); the file was changed")
+    columns = tuple(samples.astype(np.float64))
+    return [RawTable(path, description.axes, columns, rate=description.rate, description=description)]
 
 
-def array_content(
-    arrays: Mapping[str, NDArray[np.generic]],
-    path: Path,
-    *,
-    columns: Sequence[str] | None = None,
-    time: str | None = None,
-    layouts: Sequence[TableLayout] = (),
-) -> FileContent:
-    """Return the content of named arrays, as `read` chooses them; `array_columns` names their columns."""
-    found = array_columns(arrays)
-    layout = layout_for([*found], layouts) if columns is None else None
-    if layout is not None and layout.labels:
-        raise DataError(f"{path}: columns of labels are read from tables, not from arrays; save it as .csv")
-    if layout is not None:
-        time, columns = layout.time, [*layout.axes.values()] or None
-    if time is None and (layout is None or not layout.axes):
-        place = time_column([*found], path)
-        time = None if place is None else [*found][place]
-    chosen = list(columns or _unnamed(arrays, time, path))
-    names = [name for each in chosen for name in _columns_of(arrays, each) if name != time]
-    parts = [_numbers(found, name, path, dimensions=(1,)) for name in names]
-    if len({len(part) for part in parts}) > 1:
-        raise DataError(f"{path}: arrays must be equally long, got {', '.join(str(p.shape) for p in parts)}")
-    samples = np.stack(parts)
-    axes = tuple(chosen) if 1 < len(chosen) == len(names) else default_axes(len(names))
-    if columns is None:
-        axes = axis_names(axes) or axes
-    unit = spelled = None
-    if layout is not None:
-        axes, spelled = tuple(layout.axes) or axes, layout.unit
-    if spelled is not None:
-        unit, factor = parse_unit(spelled)
-        samples = samples * factor
-    uses = {name: ColumnUse(name, axis, spelled) for name, axis in zip(names, axes, strict=True)}
-    times = None
-    if time is not None:
-        times = _numbers(found, time, path, dimensions=(1,))
-        if times.shape != (samples.shape[1],):
-            raise DataError(f"{path}: {time} must have shape ({samples.shape[1]},), got {times.shape}")
-        time_unit = (layout and layout.time_unit) or time_unit_of(time) or "s"
-        times = times * (parse_seconds(time_unit) or 1.0)
-        uses[time] = ColumnUse(time, TIME, time_unit)
-    if rate := _rate(arrays, path):
-        uses[rate[0]] = ColumnUse(rate[0], RATE)
-    return FileContent(
-        samples,
-        axes,
-        rate and rate[1],
-        times,
-        unit,
-        None,
-        lambda axis, sample: f"time stamp {sample}" if axis < 0 else f"{names[axis]}[{sample}]",
-        uses=tuple(uses.get(name, ColumnUse(name, IGNORED)) for name in found),
-        layout=layout,
-    )
-
-
-def array_columns(arrays: Mapping[str, NDArray[np.generic]]) -> dict[str, NDArray[np.generic]]:
-    """Return vectors and single numbers by name, and the columns of a matrix as ``data:1``, ``data:2``, ….
-
-    Its longer side is the time. A matrix with more than `MOST_COLUMNS` stays as it is.
-    """
-    found: dict[str, NDArray[np.generic]] = {}
+def array_tables(
+    path: Path, arrays: Arrays, *, units: Mapping[str, str | None] | None = None, rate: float | None = None
+) -> list[RawTable]:
+    """Return named arrays as tables, the longest first; a single number named as a rate or step states the rate."""
+    rate_name = None
     for name, values in arrays.items():
-        names = _columns_of(arrays, name)
-        if values.ndim == 2 and min(values.shape) <= MOST_COLUMNS:
-            rows = values.T if len(values) > values.shape[1] else values
-            found |= dict(zip(names, rows, strict=True))
-        else:
-            found[name] = values
-    return found
+        if values.size == 1 and values.dtype.kind in "fiu":
+            stated = _rate(name, float(values.ravel()[0]))
+            rate_name, rate = (rate_name, rate) if stated is None else (name, stated)
+    columns: dict[str, tuple[str, NDArray[np.generic]]] = {}
+    refused = []
+    for name, values in arrays.items():
+        if values.size == 1 or name == rate_name:
+            continue
+        found = _columns(name, values)
+        if not found:
+            refused.append(f"{name} is {values.dtype} of shape {values.shape}")
+        columns |= {column: (name, each) for column, each in found.items()}
+    lengths = sorted({len(values) for _, values in columns.values()}, reverse=True)
+    if not any(lengths):
+        what = "; ".join(refused) or ("no samples" if columns else "no arrays")
+        raise DataError(
+            f"{path}: must hold numbers (axis, time) with at most {MOST_COLUMNS} axes, got {what}"
+        )
+    tables = []
+    for length in lengths:
+        alike = {name: each for name, each in columns.items() if len(each[1]) == length}
+        tables.append(
+            RawTable(
+                path,
+                tuple(alike),
+                tuple(_numbers(values) for _, values in alike.values()),
+                units=tuple((units or {}).get(name) for name in alike) if units else (),
+                groups=tuple(group for group, _ in alike.values()),
+                rate=rate,
+                rate_name=rate_name,
+            )
+        )
+    return tables
 
 
-def array_uses(arrays: Mapping[str, NDArray[np.generic]], path: Path) -> tuple[ColumnUse, ...]:
-    """Return time stamps and rate, as their names say, and all other columns as `UNCLEAR`."""
-    names = [*array_columns(arrays)]
-    time, rate = time_column(names, path), _rate(arrays, path)
-    roles = {names[time]: TIME} if time is not None else {}
-    roles |= {rate[0]: RATE} if rate else {}
-    return tuple(ColumnUse(name, roles.get(name, UNCLEAR)) for name in names)
+def _rate(name: str, number: float) -> float | None:
+    """Return the rate in Hz that a number states by its name, as ``fs``, ``Sample_Rate_Hz`` or ``dt_ms``."""
+    found = heading(name)
+    plain = "".join(found.words)
+    if plain.removesuffix("hz") in RATE_NAMES or plain in RATE_NAMES:
+        return number
+    seconds = parse_seconds(found.unit or "s") or 1.0
+    return 1 / (number * seconds) if plain in STEP_NAMES and number > 0 else None
+
+
+def _columns(name: str, values: NDArray[np.generic]) -> dict[str, NDArray[np.generic]]:
+    """Return the columns of an array by name; none if it is no recording."""
+    if values.dtype.names:
+        fields = {each: values[each].ravel() for each in values.dtype.names}
+        return {each: field for each, field in fields.items() if field.dtype.kind in "fiubSUO"}
+    if values.dtype.kind not in "fiub" or values.ndim not in (1, 2):
+        return {}
+    if values.ndim == 1 or 1 in values.shape:
+        return {name: values.ravel()}
+    rows = values.T if len(values) > values.shape[1] else values
+    return {f"{name}:{i}": row for i, row in enumerate(rows, 1)} if len(rows) <= MOST_COLUMNS else {}
+
+
+def _numbers(values: NDArray[np.generic]) -> NDArray[np.float64] | NDArray[np.object_]:
+    if values.dtype.kind in "fiub":
+        return values.astype(np.float64)
+    column = np.empty(len(values), dtype=object)
+    column[:] = [each.decode("utf-8", "replace") if isinstance(each, bytes) else each for each in values]
+    return column
 
 
 def describe(path: Path) -> SignalDescription | None:
@@ -184,52 +165,20 @@ def load_arrays(
     return arrays
 
 
-def _describe(arrays: dict[str, NDArray[np.generic]], path: Path) -> SignalDescription:
+def _describe(arrays: Arrays, path: Path) -> SignalDescription:
     found = decode(str(arrays[DESCRIPTION]), str(path))
     if found is None:
         raise DataError(f"{path}: description is damaged")
     return found
 
 
-def _columns_of(arrays: Mapping[str, NDArray[np.generic]], name: str) -> list[str]:
-    """Return the names of an array's columns; the name itself if it is a column, or there is no such array."""
-    values = arrays.get(name)
-    count = min(values.shape) if values is not None and values.ndim == 2 else 1
-    return [f"{name}:{i}" for i in range(1, count + 1)] if 1 < count <= MOST_COLUMNS else [name]
-
-
-def _unnamed(arrays: Mapping[str, NDArray[np.generic]], time: str | None, path: Path) -> list[str]:
-    """Return the only array besides time stamps and single numbers, or those that are axes by their names."""
-    names = [name for name in arrays if name != time and arrays[name].ndim > 0]
-    if time is not None and time in arrays and len(names) > 1:
-        names = [name for name in names if max(arrays[name].shape) == arrays[time].size] or names
-    if len(names) == 1 or (names and axis_names(names) and all(arrays[name].ndim == 1 for name in names)):
-        return names
-    raise DataError(f"{path}: which array? choose of {', '.join(arrays) or 'none'}")
-
-
-def _rate(arrays: Mapping[str, NDArray[np.generic]], path: Path) -> tuple[str, float] | None:
-    """Return name and value in Hz of the single number that is the rate."""
-    for name, values in arrays.items():
-        plain = name.lower().replace("_", "")
-        if values.shape == () and plain in (*RATE_NAMES, *STEP_NAMES):
-            number = float(_numbers(arrays, name, path, dimensions=(0,)))
-            return name, 1 / number if plain in STEP_NAMES and number > 0 else number
-    return None
-
-
-def _numbers(
-    arrays: Mapping[str, NDArray[np.generic]], name: str, path: Path, *, dimensions: Sequence[int] = (1, 2)
-) -> NDArray[np.float64]:
-    if name not in arrays:
-        raise DataError(f"{path}: no array {name!r}, there are {', '.join(arrays)}")
-    if arrays[name].dtype.kind not in "fiub" or arrays[name].ndim not in dimensions:
-        shape, dtype = arrays[name].shape, arrays[name].dtype
-        what = "numbers (axis, time)" if 0 not in dimensions else "a number"
-        what += f" with at most {MOST_COLUMNS} axes" if arrays[name].ndim == 2 not in dimensions else ""
-        raise DataError(f"{path}: {name} must be {what}, got {dtype} of shape {shape}")
-    return arrays[name].astype(np.float64)
-
-
-def _place(name: str) -> Callable[[int, int], str]:
-    return lambda axis, sample: f"time stamp {sample}" if axis < 0 else f"{name}[{axis}, {sample}]"
+def _load_array(path: Path) -> NDArray[np.generic]:
+    try:
+        with path.open("rb") as file:
+            if not file.read(1):
+                raise DataError(f"{path}: empty file")
+        loaded: NDArray[np.generic] = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (ValueError, OSError, EOFError) as error:
+        reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or not an NPY file"
+        raise DataError(f"{path}: {reason}: {one_line(error)}") from error
+    return loaded

@@ -71,7 +71,7 @@ def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None
     values = [i for i, each in enumerate(found) if each.words == ["x", "value"]]
     if not clocks and values and not any(each.words == ["y", "value"] for each in found):  # LabVIEW
         clocks |= {i: None for i in values if table.columns[i].dtype != object and _forward(table.columns[i])}
-    if not clocks and len(table.columns) > 1 and (not table.named or not found[0].name):
+    if not clocks and len(table.columns) > 1 and (table.numbered or not found[0].name):
         for i, column in enumerate(table.columns[:3]):
             steps = np.diff(column[np.isfinite(column)]) if column.dtype != object else np.array([])
             if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:
@@ -154,6 +154,8 @@ def choose_clock(
 ) -> Clock | None:
     """Return the time stamps: those of the column ``time``, else the clock with the fewest repeated stamps."""
     if table.description is not None:
+        if len(table.headings) == len(table.description.axes):
+            return None
         return Clock(0, found[0].unit or "s", parse_seconds(found[0].unit or "s") or 1.0)
     if time == NONE:
         return None

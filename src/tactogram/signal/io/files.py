@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io import sound, table
+from tactogram.signal.io import arrays, labview, matlab, records, sound, table, worksheet
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import FileContent, assemble
 from tactogram.signal.io.description import SignalDescription
@@ -26,10 +26,34 @@ from tactogram.signal.signal import Signal
 from tactogram.signal.timing import SamplingTiming, estimate_timing
 
 LOG = logging.getLogger("tactogram")
-SOUND = (".wav", ".flac")
+SOUND = (
+    ".wav",
+    ".flac",
+    ".aif",
+    ".aiff",
+    ".au",
+    ".snd",
+    ".caf",
+    ".mp3",
+    ".oga",
+    ".ogg",
+    ".opus",
+    ".rf64",
+    ".w64",
+)
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab")
-READABLE = (*SOUND, *TEXTS, ".npz", ".xlsx", ".mat", ".lvm")
+PACKED = (".gz", ".bz2", ".xz", ".zip")
+WORKBOOKS = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+ARRAYS = (".npz", ".npy")
+MATRICES = (".mat", ".h5", ".hdf5")
+RECORDS = (".parquet", ".feather", ".arrow")
+JSON_LINES = (".jsonl", ".ndjson")
+READABLE = (*SOUND, *TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES, *PACKED)
 WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
+ELSEWHERE = (".m4a", ".aac", ".wma", ".mp4")
+"""Sounds of phones that libsndfile does not read."""
+MOST_TEXT_BYTES = 2**30
+"""Largest text table, unpacked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,7 +214,7 @@ def _contents(
     for name, useless in (
         ("full_scale", suffix not in SOUND and full_scale is not None),
         ("columns or time", suffix in SOUND and (columns is not None or time is not None)),
-        ("sheet", suffix != ".xlsx" and sheet is not None),
+        ("sheet", suffix not in WORKBOOKS and sheet is not None),
     ):
         if useless:
             raise ParameterError(f"{name} does not apply to {suffix}; omit it")
@@ -200,8 +224,22 @@ def _contents(
 
 
 def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
-    """Return the tables in a file that is no sound."""
-    return [table.table(path, path.read_bytes())]
+    """Return the tables in a file that is no sound, by the module of its format, which is imported when one is met."""
+    if suffix in TEXTS:
+        if path.stat().st_size > MOST_TEXT_BYTES:
+            raise DataError(f"{path}: must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
+        return [table.table(path, path.read_bytes())]
+    if suffix in PACKED:
+        return [table.table(path, records.inner_bytes(path, MOST_TEXT_BYTES))]
+    if suffix in WORKBOOKS:
+        return worksheet.tables(path, sheet=sheet)
+    if suffix in ARRAYS:
+        return arrays.tables(path)
+    if suffix in MATRICES:
+        return matlab.tables(path)
+    if suffix in JSON_LINES:
+        return records.json_tables(path)
+    return {".lvm": labview.lvm_tables, ".tdms": labview.tdms_tables}.get(suffix, records.tables)(path)
 
 
 def read_signal(path: str | Path, **options: Any) -> Signal:
@@ -221,6 +259,10 @@ def read_metadata(path: str | Path) -> dict[str, Any]:
             return _metadata(sound.describe(path))
         case suffix if suffix in TEXTS:
             return _metadata(table.describe(path))
+        case ".npz":
+            return _metadata(arrays.describe(path))
+        case ".xlsx":
+            return _metadata(worksheet.describe(path))
         case _:
             return {}
 
@@ -278,7 +320,7 @@ def write_signal(
     path = Path(path)
     suffix = _suffix(path, WRITABLE)
     if suffix not in SOUND and (subtype is not None or full_scale is not None):
-        raise ParameterError(f"subtype and full_scale are for {' and '.join(SOUND)}, got {suffix}")
+        raise ParameterError(f"subtype and full_scale are for .wav and .flac, got {suffix}")
     description = SignalDescription.of(signal, metadata)
     description.encode()
     with atomic_write(path) as part:
@@ -320,6 +362,10 @@ def _existing(path: str | Path) -> Path:
 
 def _suffix(path: Path, known: Sequence[str]) -> str:
     suffix = path.suffix.lower()
+    if suffix in ELSEWHERE:
+        raise ParameterError(
+            f"{path}: {suffix} is not read; convert it to .wav, e.g. `ffmpeg -i {path.name} {path.stem}.wav`"
+        )
     if suffix not in known:
         raise ParameterError(f"{path}: suffix must be one of {', '.join(known)}, got {suffix or 'none'}")
     return suffix

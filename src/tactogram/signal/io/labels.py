@@ -51,7 +51,7 @@ def _codes(column: Column) -> bool:
     if column.dtype == object:
         return True
     values = column[np.isfinite(column)].astype(np.float64)
-    return bool(len(values)) and bool((values == np.round(values)).all())
+    return bool((values == np.round(values)).all())
 
 
 @dataclass(frozen=True, eq=False)

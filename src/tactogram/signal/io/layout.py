@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Self
 
@@ -85,8 +85,3 @@ class TableLayout(BaseModel):
     def labels(self) -> Mapping[str, str]:
         """Headings of the columns of labels by role."""
         return {role: heading for role in LABELS if (heading := getattr(self, role)) is not None}
-
-
-def layout_for(headings: Sequence[str], layouts: Sequence[TableLayout]) -> TableLayout | None:
-    """Return the layout of tables with these headings, None if there is none."""
-    return next((layout for layout in layouts if layout.columns == tuple(headings)), None)

@@ -1,10 +1,10 @@
-"""MAT files of MATLAB up to version 7 (not 7.3), read by scipy: numeric variables, also those in structures."""
+"""MAT files, by scipy up to version 7 and by h5py from 7.3 on, and HDF5 files: numeric arrays by name."""
 
 from __future__ import annotations
 
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -12,59 +12,94 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
+from tactogram.extras import imported
 from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError
-from tactogram.signal.io.arrays import array_content
-from tactogram.signal.io.content import FileContent
-from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.arrays import array_tables
+from tactogram.signal.io.raw_table import RawTable
 
+HDF5 = b"\x89HDF\r\n\x1a\n"
+MOST_BYTES = 2**31
+"""Unpacked size of the arrays of an HDF5 file."""
 _HEAD = 128
 _COMPRESSED = 15
 """Type of a compressed element (MAT-File Format, MathWorks, Level 5, table 1-1)."""
 
 
-def read(
-    path: Path,
-    *,
-    columns: Sequence[str] | None = None,
-    time: str | None = None,
-    layouts: Sequence[TableLayout] = (),
-) -> FileContent:
-    """Return the content of a MAT file: variables of shape (time,), (axis, time) or (time, axis).
+def tables(path: Path) -> list[RawTable]:
+    """Return the numeric variables of a MAT file, or the datasets of an HDF5 file, as the arrays of an NPZ.
 
-    They are chosen as the arrays of an NPZ. Fields of structures have the name of the field, after that of the
-    structure where others have it, too (``run1.acc``).
+    Fields of structures and datasets in groups have their own name, after that of the structure or group where others
+    have it, too (``run1.acc``). Attributes of an HDF5 file state rates and units.
     """
-    return array_content(variables(path), path, columns=columns, time=time, layouts=layouts)
-
-
-def variables(path: Path) -> dict[str, NDArray[np.generic]]:
-    """Return the numeric variables by name, single numbers with shape ()."""
-    from scipy.io import loadmat
-
     with path.open("rb") as file:
         head = file.read(_HEAD)
+        file.seek(512)
+        second = file.read(8)
     if not head:
         raise DataError(f"{path}: empty file")
-    if head.startswith((b"MATLAB 7.3", b"\x89HDF")):
-        raise DataError(f"{path}: MAT files of version 7.3 are not read; save it with save(NAME, '-v7')")
-    with path.open("rb") as file:
-        check_unpacked(file, path)
-    try:
-        content = loadmat(path, simplify_cells=True, verify_compressed_data_integrity=True)
-    except Exception as error:  # scipy raises whatever a damaged file leads to
-        raise DataError(f"{path}: truncated or not a MAT file: {one_line(error)}") from None
-    found = dict(_numeric(content))
-    short = Counter(name.rpartition(".")[2] for name in found)
-    named = {
-        last if short[last := name.rpartition(".")[2]] == 1 else name: values
-        for name, values in found.items()
-    }
-    if not any(values.ndim for values in named.values()):
+    if head.startswith((b"MATLAB 7.3", HDF5)) or second == HDF5:
+        return _hdf5_tables(path, transposed=path.suffix.lower() == ".mat")
+    if path.suffix.lower() != ".mat":
+        raise DataError(f"{path}: not an HDF5 file: must begin with {HDF5[:4]!r}, got {head[:4]!r}")
+    arrays = _named(dict(_numeric(_loaded(path))))
+    if not any(values.size > 1 for values in arrays.values()):
         raise DataError(
             f"{path}: no numeric variable; tables and timetables are objects that only MATLAB reads: save their "
             "columns as variables"
         )
-    return named
+    return array_tables(path, arrays)
+
+
+def _loaded(path: Path) -> Mapping[str, Any]:
+    from scipy.io import loadmat
+
+    with path.open("rb") as file:
+        check_unpacked(file, path)
+    try:
+        return loadmat(path, simplify_cells=True, verify_compressed_data_integrity=True)
+    except Exception as error:  # scipy raises whatever a damaged file leads to
+        raise DataError(f"{path}: truncated or not a MAT file: {one_line(error)}") from None
+
+
+def _hdf5_tables(path: Path, *, transposed: bool) -> list[RawTable]:
+    h5py = imported("h5py", extra="formats", what="HDF5 files, and MAT files of version 7.3")
+    arrays: dict[str, NDArray[np.generic]] = {}
+    units: dict[str, str | None] = {}
+    stated: dict[str, NDArray[np.generic]] = {}
+
+    def visit(name: str, item: Any) -> None:
+        stated.update({key: np.asarray(value) for key, value in item.attrs.items() if np.size(value) == 1})
+        if not isinstance(item, h5py.Dataset) or name.startswith("#"):
+            return
+        if sum(each.nbytes for each in arrays.values()) + item.nbytes > MOST_BYTES:
+            raise UnpackedSizeError(f"{path}: its arrays must have at most {MOST_BYTES // MIB} MiB")
+        if item.dtype.kind in "fiub" or item.dtype.names:
+            values = item[()]
+            short = name.replace("/", ".")
+            arrays[short] = values.T if transposed and values.ndim == 2 else values
+            unit = item.attrs.get("unit", item.attrs.get("units"))
+            units[short] = unit.decode() if isinstance(unit, bytes) else None if unit is None else str(unit)
+
+    try:
+        with h5py.File(path, "r") as file:
+            visit("", file)
+            file.visititems(visit)
+    except UnpackedSizeError:
+        raise
+    except Exception as error:  # h5py raises whatever a damaged file leads to
+        raise DataError(f"{path}: truncated or not an HDF5 file: {one_line(error)}") from None
+    named = _named(arrays)
+    by_name = dict(zip(named, units.values(), strict=True)) if any(units.values()) else None
+    return array_tables(path, {**stated, **named}, units=by_name)
+
+
+def _named(arrays: Mapping[str, NDArray[np.generic]]) -> dict[str, NDArray[np.generic]]:
+    """Return arrays by the last part of their names where it is the only one."""
+    short = Counter(name.rpartition(".")[2] for name in arrays)
+    return {
+        last if short[last := name.rpartition(".")[2]] == 1 else name: values
+        for name, values in arrays.items()
+    }
 
 
 def check_unpacked(file: BinaryIO, where: Path | str, *, most_bytes: int | None = None) -> None:

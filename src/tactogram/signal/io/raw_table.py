@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -26,21 +26,27 @@ class RawTable:
     path: Path
     headings: tuple[str, ...]  # as in the file; "1", "2", … if it has none
     columns: tuple[Column, ...]
-    units: tuple[
-        str | None, ...
-    ] = ()  # as the file spells them apart from the headings; empty if it does not
-    groups: tuple[
-        str, ...
-    ] = ()  # array, structure, sensor or sheet that each column belongs to; empty if none
-    named: bool = True  # whether the headings are the file's
-    rows: Sequence[
-        int
-    ] = ()  # number of each row in the file, as an editor or spreadsheet counts; empty: from 0
-    rate: float | None = None  # Hz, if the file states one
-    rate_name: str | None = None  # array or attribute that states it
-    description: SignalDescription | None = None  # if this package wrote the file
+    units: tuple[str | None, ...] = ()
+    """As the file spells them apart from the headings; empty if it does not."""
+    groups: tuple[str, ...] = ()
+    """Array, structure or sheet of each column; empty if there is none."""
+    named: bool = True
+    """Whether the headings are the file's."""
+    rows: Sequence[int] = ()
+    """Number of each row in the file, as an editor or spreadsheet counts; empty: from 0."""
+    rate: float | None = None
+    """Hz, if the file states one, in ``rate_name``."""
+    rate_name: str | None = None
+    description: SignalDescription | None = None
+    """If this package wrote the file."""
     comment: str | None = None
-    notes: tuple[str, ...] = field(default=())  # one line each, on what was left out or assumed while reading
+    notes: tuple[str, ...] = ()
+    """One line each, on what was left out or assumed while reading."""
 
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
+
+    @property
+    def numbered(self) -> bool:
+        """Whether the columns are those of matrices or of a table without headings, and so have no names."""
+        return not self.named or bool(self.groups and set(self.groups).isdisjoint(self.headings))

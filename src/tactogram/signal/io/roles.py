@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.signal.io.clocks import choose_clock, clocks_of
+from tactogram.signal.io.content import default_axes
 from tactogram.signal.io.labels import label_columns
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout, layout_for
+from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import is_date
 from tactogram.signal.io.table_head import is_number
@@ -96,11 +97,11 @@ def roles_of(
         )
         labels = {role: i for role, i in named.items() if i not in own.values()} | own
     others = {i: "clock" for i in clocks if i != at} | dict.fromkeys(labels.values(), "label")
-    if table.rate_name in table.headings:
-        others[table.headings.index(table.rate_name)] = RATE
     notes = [] if clock is None or clock.note is None else [clock.note]
     if by_layout:
         streams = tuple(_of_layout(layout, table, found) for layout in by_layout)
+        reasons = {i: _no_signal(found[i], table.columns[i], table, i) for i in range(len(found))}
+        others = {i: what for i, what in reasons.items() if what} | others
     elif table.description is not None and columns is None:
         streams = (_described(table, at),)
     else:
@@ -119,9 +120,9 @@ def roles_of(
 
 def layouts_of(table: RawTable, layouts: Sequence[TableLayout]) -> list[TableLayout]:
     """Return the layouts of tables with these headings; labels that one of them states hold for all."""
-    if (first := layout_for(table.headings, layouts)) is None:
-        return []
-    alike = [layout for layout in layouts if layout.columns == first.columns]
+    alike = [
+        each for each in layouts if tuple(c for c in each.columns if c != table.rate_name) == table.headings
+    ]
     labels = {role: name for layout in alike for role, name in layout.labels.items()}
     return [layout.model_copy(update=labels) for layout in alike]
 
@@ -157,6 +158,9 @@ def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> 
     """Return the columns of these names as one stream."""
     places = []
     for name in names:
+        if name in table.groups and name not in table.headings:
+            places += [i for i, group in enumerate(table.groups) if group == name]
+            continue
         place = _place(name, table, found)
         if place is None:
             raise DataError(f"{table.path}: no column {name!r}, there are {', '.join(table.headings)}")
@@ -244,7 +248,7 @@ def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, plac
         numbers = sum(is_number(cell) for cell in column[:200] if cell is not None)
         if all(is_date(cell) for cell in column[:200] if cell is not None):
             return "date"
-        mixed = 2 * numbers > sum(cell is not None for cell in column[:200])
+        mixed = 2 * numbers >= sum(cell is not None for cell in column[:200])
         return None if mixed and not each.other else "text"
     values = column[np.isfinite(column)]
     if not len(values):
@@ -308,11 +312,9 @@ def _axes_of(
         others |= {i: _beside(found[i]) for i in places if i not in lettered}
         names = [*letters] if letters else _names(lettered, table, found)
         return _converted(name, lettered, names, [found[i] for i in lettered], table)
-    names = _names(places, table, found)
-    if not table.named and len(places) == 3:
-        names = ["x", "y", "z"]
-    if len(places) == 1 and not table.named:
-        names = ["z"]
+    numbered = table.groups and all(table.headings[i] != table.groups[i] for i in places)
+    plain = numbered or (not table.named and len(places) in (1, 3))
+    names = [*default_axes(len(places))] if plain else _names(places, table, found)
     return _converted(name, places, names, [found[i] for i in places], table)
 
 
@@ -375,15 +377,14 @@ def _uses(
     ]
     for role, i in labels.items():
         uses[i] = ColumnUse(table.headings[i], role)
-    for i, what in others.items():
-        if what == RATE:
-            uses[i] = ColumnUse(table.headings[i], RATE)
     for number, stream in enumerate(streams):
         for i, axis in zip(stream.places, stream.axes, strict=True):
             unit = stream.layout.unit if stream.layout and stream.layout.unit else found[i].unit
             uses[i] = ColumnUse(table.headings[i], axis, unit, stream=stream.name if number else None)
     if at is not None:
         uses[at] = ColumnUse(table.headings[at], TIME, time_unit)
+    if table.groups and table.rate_name is not None:
+        uses.append(ColumnUse(table.rate_name, RATE))
     return tuple(uses)
 
 

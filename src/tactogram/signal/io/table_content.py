@@ -73,7 +73,8 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
         first, second = intervals[:2]
         stop, start = first.contents[0].times, second.contents[0].times
         assert stop is not None and start is not None  # noqa: S101
-        step = start[0] - stop[-1]
+        with np.errstate(over="ignore"):
+            step = start[0] - stop[-1]
         what = f"time goes back by {-step:.4g} s" if step < 0 else f"{step:.4g} s without samples"
         if len(intervals) > MOST_HOLES * len(contents[0].rows) + 2:
             raise DataError(
@@ -93,7 +94,7 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
 def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: float | None) -> FileContent:
     rows = table.rows if len(table.rows) else range(len(table))
     where = f"{table.path}: row {{}}, column "
-    numbers = [_numbers(table, i, rows) for i in stream.places]
+    numbers = [column_numbers(table, i) for i in stream.places]
     own = table.description is not None
     notes = [*table.notes, *roles.notes]
     if not own and (marker := _marker(numbers)) is not None:
@@ -103,7 +104,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     times = None if roles.time is None else _times(table, roles.time, roles.seconds, rows, where)
     labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
     kept: NDArray[np.int64] | None = None
-    if times is not None and len(times) < 2:
+    if not own and times is not None and len(times) < 2:
         raise DataError(f"{table.path}: one row of numbers is no signal")
     if times is not None and not own:
         if np.isnan(times[:-1]).mean() > MOST_HOLES:  # stamps of the first sample of each block alone
@@ -148,9 +149,9 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     )
 
 
-def _numbers(table: RawTable, place: int, rows: Sequence[int]) -> NDArray[np.float64]:
+def column_numbers(table: RawTable, place: int) -> NDArray[np.float64]:
     """Return a column as float64; a `DataError` names the cell that is no number."""
-    column = table.columns[place]
+    column, rows = table.columns[place], table.rows if len(table.rows) else range(len(table))
     if column.dtype != object:
         return column.astype(np.float64)
     values = np.full(len(column), np.nan)
@@ -179,7 +180,7 @@ def _times(
     column = table.columns[place]
     if seconds is None:
         return stamp_seconds(column.astype(object), f"{where}{table.headings[place]!r}", rows)
-    values = _numbers(table, place, rows)
+    values = column_numbers(table, place)
     known = values[np.isfinite(values)]
     if len(known) and LONG_AGO_S < abs(known[0] * seconds) < MOST_SPAN**2:
         values = values - known[0]

@@ -14,37 +14,9 @@ from tactogram.signal.units import parse_seconds, parse_unit
 MISSING = frozenset(
     [
         "",
-        "nan",
-        "na",
-        "n/a",
-        "#n/a",
-        "#na",
-        "null",
-        "none",
-        "--",
-        "-",
-        "---",
-        "ovf",
-        "#value!",
-        "#num!",
-        "#div/0!",
+        *"nan na n/a #n/a #na null none - -- --- . ovf ol over overload overflow overrange #value! #num! #div/0!".split(),
     ]
-    + [
-        "-nan",
-        "nan(ind)",
-        "-1.#ind",
-        "1.#qnan",
-        ".",
-        "inf",
-        "-inf",
-        "+inf",
-        "∞",
-        "-∞",
-        "+∞",
-        "infinity",
-        "-infinity",
-    ]
-    + ["ol", "over", "overload", "overflow", "overrange"]
+    + "-nan nan(ind) -1.#ind 1.#qnan inf -inf +inf ∞ -∞ +∞ infinity -infinity".split()
 )
 """Cells that hold no number, in lower case."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")

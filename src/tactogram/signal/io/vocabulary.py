@@ -10,7 +10,7 @@ from tactogram.errors import UnitError
 from tactogram.signal.units import STANDARD_GRAVITY, parse_seconds, parse_unit, split_heading
 
 CLOCK = re.compile(
-    r"t|time|times|timestamp|timestamps|zeit\w*|uhrzeit|temps|tiempo|tempo|tijd|tid|czas|čas|cas|время|zaman|waktu|tempus|"
+    r"t|ts|time|times|timestamp|timestamps|zeit\w*|uhrzeit|temps|tiempo|tempo|tijd|tid|czas|čas|cas|время|zaman|waktu|tempus|"
     r"時間|時刻|经过时间|时间|時間戳|시간|elapsed|elapsedtime|seconds|secs?|millis|micros|ms|us|msec|usec|epoch?|epoc|clock|ticks?|"
     r"date|datetime|datum|fecha|sampletimefine|hostname? ?timestamp|unix|utc|stamp|seconds elapsed|temps écoulé"
 )
@@ -280,6 +280,8 @@ def _unit_at_end(name: str) -> tuple[str, str | None]:
             else (name, None)
         )
     alone = Heading(name, head, last, quantity).converted()[0]
+    if words_of(head) in (["x"], ["y"], ["z"]) and last in ("g", "N", "V"):
+        return head, last
     fits = quantity is not None and alone in (UNITS_OF.get(quantity), "V")
     return (head, last) if fits or (quantity is None and len(last) > 1 and alone != "1") else (name, None)
 

@@ -15,19 +15,19 @@ from typing import Any, cast
 
 import numpy as np
 
-from tactogram.datasets import Examples, Split, contiguous_blocks, kfold, signal_kind
+from tactogram.datasets import Examples, Split, kfold, signal_kind
 from tactogram.datasets.scratch import scratch
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
-from tactogram.model import Classifier, window_of
+from tactogram.model import Classifier
 from tactogram.recipe import run_id
 from tactogram.workflows.evaluation.crossval_setup import CrossvalSetup, write_results
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
-from tactogram.workflows.training.plan import labelled, make_split
+from tactogram.workflows.training.plan import block_splits, labelled, make_split
 from tactogram.workflows.training.requests import CrossvalRequest
 from tactogram.workflows.training.train import run_training
 from tactogram.workflows.workers.kept import kept_values
@@ -168,6 +168,8 @@ def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:
     folds, split, label, by = request.folds, request.split, request.label, cast(By, request.by)
     if split == "all":
         raise ParameterError("`split` all keeps nothing for testing; use last=N, or `folds`")
+    if split == "blocks":
+        raise ParameterError("`split` blocks is for one training; `folds` test on every block")
     if split:
         parts = make_split(setup.index, split=split, by=by, seed=recipe.seed, label=label)
         return [parts], f"tested on the {split.replace('=', ' ')} recordings of each material, by recording"
@@ -175,19 +177,11 @@ def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:
     scarcest, fewest = min(Counter(info.material for info in index).items(), key=lambda pair: pair[1])
     if by != "recording" or fewest >= folds:
         return kfold(index, folds, by=by, seed=recipe.seed), f"{folds} folds by {by}"
-    stream = recipe.prepare.stream_of(tuple(store.streams))
-    seconds = {info.id: store.length(info.id, stream) / store.rate(info.id, stream) for info in index}
-    rate = recipe.prepare.rate_of(store.rate(index[0].id, stream))
-    gap = window_of(setup.config) / rate
-    if min(seconds.values()) / folds < 3 * gap:
-        instead = f"use {fewest} folds" if fewest >= 2 else "record more of it, or exclude it with `where`"
-        raise ParameterError(
-            f"{folds} folds need as many recordings of every class, or recordings long enough to divide; "
-            f"{scarcest} has {fewest}: {instead}"
-        )
-    between = f", {gap:.2g} s (one window) left out between" if gap else ""
-    described = f"{folds} contiguous blocks of each recording{between}; each block counts as a recording"
-    return contiguous_blocks(index, seconds, blocks=folds, gap_s=gap), described
+    instead = f"use {fewest} folds" if fewest >= 2 else "record more of it, or exclude it with `where`"
+    remedy = f"{scarcest} has {fewest} of the {folds} recordings that folds of recordings need: {instead}"
+    splits = block_splits(store, index, recipe, setup.config, blocks=folds, remedy=remedy)
+    between = f", {splits[0].gap_s:.2g} s (one window) left out between" if splits[0].gap_s else ""
+    return splits, f"{folds} contiguous blocks of each recording{between}; each block counts as a recording"
 
 
 def _report(path: Path, figures: Mapping[str, Any], result: ClassificationResult) -> Path:

@@ -17,6 +17,7 @@ from tactogram.datasets import (
     Segment,
     Split,
     Store,
+    contiguous_blocks,
     label_of,
     open_store,
     split_fractions,
@@ -25,9 +26,13 @@ from tactogram.datasets import (
 )
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
+from tactogram.model import window_of
 from tactogram.recipe import Recipe, run_id
 from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatingData
 from tactogram.workflows.training.requests import TrainingRequest
+
+BLOCKS = 5
+"""Contiguous blocks of which the last one of every recording is for testing."""
 
 
 @dataclass(frozen=True)
@@ -66,13 +71,15 @@ def planned(request: TrainingRequest) -> TrainingPlan:
     index = select(store.index, request.where) if len(store) else []
     rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)
     how: dict[str, Any] = {"split": request.split, "by": request.by, "seed": recipe.seed}
+    config = facts.config(recipe.config)
     if rated is not None:
         parts = rated.split(index, recipe.prepare, **how)
+    elif request.split == "blocks":
+        parts = block_splits(store, labelled(index, request.label), recipe, config, blocks=BLOCKS)[-1]
     else:
         parts = make_split(index, label=request.label, **how)
     if "image" in facts.needs or ("image" in facts.instead and store.photographs_by_material):
         parts = split_photographs(store, parts, seed=recipe.seed)
-    config = facts.config(recipe.config)
     return TrainingPlan(store, facts, recipe, config, parts, rated, request.label, folders)
 
 
@@ -93,8 +100,28 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int,
     if split == "all":
         return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
     if split:
-        raise ParameterError(f"split must be last=N or all, got {split!r}")
+        raise ParameterError(f"split must be last=N, blocks or all, got {split!r}")
     return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
+
+
+def block_splits(
+    store: Store,
+    index: Sequence[RecordingInfo],
+    recipe: Recipe,
+    config: BaseModel,
+    *,
+    blocks: int,
+    remedy: str = "record longer, or use `split=all`",
+) -> list[Split]:
+    """Return a split for each of ``blocks`` contiguous parts of every recording, one window apart from the others."""
+    stream = recipe.prepare.stream_of(tuple(store.streams))
+    seconds = {info.id: store.length(info.id, stream) / store.rate(info.id, stream) for info in index}
+    gap = window_of(config) / recipe.prepare.rate_of(store.rate(index[0].id, stream))
+    if (shortest := min(seconds.values())) < 3 * gap * blocks:
+        raise ParameterError(
+            f"{blocks} blocks of a recording need at least {3 * gap * blocks:.3g} s, got {shortest:.3g} s; {remedy}"
+        )
+    return contiguous_blocks(index, seconds, blocks=blocks, gap_s=gap)
 
 
 def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo]:

@@ -39,8 +39,9 @@ class TrainingOptions(Request):
     split: Annotated[
         str,
         Option(
-            "keep the last N recordings of a class for testing, or none (default: a fifth, and a tenth for validation)",
-            "last=N|all",
+            "for testing: the last N recordings of a class, the last fifth of every recording, or none (default: a "
+            "fifth of the recordings, and a tenth for validation)",
+            "last=N|blocks|all",
         ),
     ] = ""
     by: Annotated[

@@ -88,6 +88,8 @@ class ImportStart:
             output = self.workspace.inside(f"data/{self.name.value.strip()}")
             if output.exists():
                 raise ParameterError(f"data/{output.name}: already exists; choose another name")
+            if self.page.preview.facts.get("question"):
+                raise ParameterError("Say first what the paths name: the summary above asks")
             if self.page.preview.facts.get("needs_skip_bad") and not self.skip.value:
                 raise ParameterError("Some files cannot be read: tick the box above to leave them out")
             if mapping and mapping != self.page.values["mapping"]:

@@ -48,7 +48,7 @@ class LayoutCard:
             with ui.element("div"):
                 heading(f"Layout {self.number}")
                 self._counts = ui.label().style("overflow-wrap: anywhere")
-                if self.choices.headings and self._changed is not None:
+                if self.choices.headings and self._changed is not None and not self.facts["tables"]:
                     self._draw_columns()
                 self._timing = hint("")
                 self._problem = ui.label().classes("text-negative").props('role="alert"')

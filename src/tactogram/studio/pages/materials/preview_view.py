@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from tactogram.datasets import Recording
+from tactogram.datasets.kinds import in_one_line
 from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.preview import preview_dataset, preview_file
 from tactogram.errors import TactogramError
@@ -23,11 +24,11 @@ if TYPE_CHECKING:
 
 MOST_LAYOUTS = 30
 MOST_SHOWN = 200
-"""Skipped files, and materials, that the page lists."""
+"""Kinds of skipped files, and materials, that the page lists."""
 REMEDIES = (
     (r"; give the rate in Hz, e\.g\. `rate=1000`", "; choose the column of the time, or fill in 'Rate, Hz'"),
     (
-        r"must be in a folder named after its material, .* with `material_from=file`",
+        r"must be in a folder named after its material, .* with `path=[^`]+`",
         "is in no folder; choose 'the file name' in 'Material named by', or the column of the material",
     ),
     (r"which array\? choose of (.+)", r"has several arrays (\1); choose what each is"),
@@ -44,6 +45,7 @@ REMEDIES = (
     (r"; leave the unit out", "; remove unit=… from 'What no file says'"),
     (r"; give the rate instead", "; choose 'not read' for the time, and fill in 'Rate, Hz'"),
     (r"omit (it|them|the column) from (?:the|a) mapping", "choose 'not read' for the column"),
+    (r"`((?:path|unit)=[^`]+)`", r"\1 in 'What no file says'"),
     (r": head it 'time \[s\]', 'time \[ms\]' or 'time \[us\]'", "; choose its unit"),
 )
 """What readers advise, and what this page offers instead."""
@@ -176,19 +178,25 @@ class PreviewView:
             ui.label(f"{counted}.")
             listed = [f"{name} ({count})" for name, count in [*materials.items()][:MOST_SHOWN]]
             hint(", ".join(listed)).style("overflow-wrap: anywhere")
+            if facts["question"]:
+                ui.label(in_words_of_the_page(facts["question"], self.page.path)).classes("text-negative")
+            elif facts["proposed_path"]:
+                hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
+            for note in facts["notes"]:
+                hint(in_words_of_the_page(in_one_line(note), self.page.path))
             for stream, rates in facts["several_rates_hz"].items():
                 found = ", ".join(f"{rate:.7g}" for rate in rates)
                 hint(f"{stream}: {found} Hz; a training needs one rate: enter it for each layout, or there.")
 
     def _show_skipped(self) -> None:
-        skipped, path = self.facts["skipped"], self.page.path
+        problems, path = self.facts["problems"], self.page.path
         self._skipped.clear()
-        if not skipped:
+        if not problems:
             return
         with self._skipped, ui.element("section").classes("card w-full").props('aria-label="Skipped files"'):
-            heading(f"Skipped ({len(skipped)})")
+            heading(f"Skipped ({len(self.facts['skipped'])})")
             with ui.element("ul").classes("skipped"):
-                for each in skipped[:MOST_SHOWN]:
-                    ui.element("li")._text = in_words_of_the_page(each["reason"], path)
-            if len(skipped) > MOST_SHOWN:
-                hint(f"… and {len(skipped) - MOST_SHOWN} more")
+                for kind in problems[:MOST_SHOWN]:
+                    ui.element("li")._text = in_words_of_the_page(in_one_line(kind), path)
+            if len(problems) > MOST_SHOWN:
+                hint(f"… and {len(problems) - MOST_SHOWN} more kinds")

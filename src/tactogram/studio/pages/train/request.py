@@ -19,6 +19,7 @@ NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 SPLITS = {
     "": "random validation and test parts",
     "last": "last recordings of each material as test part",
+    "blocks": "last fifth of every recording as test part",
     "all": "no test part",
 }
 SPLIT_TEXTS = {
@@ -26,6 +27,8 @@ SPLIT_TEXTS = {
     "least three recordings of each; with fewer, choose another split.",
     "last": "The last recordings of each material are used for testing and, where there are enough, the one before "
     "them for validation.",
+    "blocks": "Every recording is divided: its last fifth is used for testing, one window after the rest. This is for "
+    "single long recordings of each material; it says nothing about another recording of it.",
     "all": "All recordings are used for training: the run cannot be evaluated on its own data.",
 }
 """Explanation of each split."""

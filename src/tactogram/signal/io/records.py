@@ -1,0 +1,131 @@
+"""Parquet, Feather and JSON: columns read by pyarrow, and records as web services and loggers write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.errors import DataError, one_line
+from tactogram.signal.io.arrays import array_tables
+from tactogram.signal.io.raw_table import Column, RawTable
+from tactogram.signal.io.table_columns import converted
+from tactogram.text_files import detected_text, parse_json
+
+MOST_BYTES = 2**31
+"""Unpacked size of a table."""
+
+
+def tables(path: Path) -> list[RawTable]:
+    """Return the table in a Parquet, Feather or Arrow file, with the units in the metadata of its fields."""
+    import pyarrow as pa
+    import pyarrow.feather as feather
+    import pyarrow.parquet as parquet
+
+    try:
+        if path.suffix.lower() == ".parquet":
+            meta = parquet.read_metadata(path)
+            size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
+            if size > MOST_BYTES:
+                raise DataError(
+                    f"{path}: must unpack to at most {MOST_BYTES >> 20} MiB, got {size >> 20} MiB"
+                )
+            found = parquet.read_table(path)
+        else:
+            found = feather.read_table(path)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise DataError(f"{path}: truncated or not a table: {one_line(error)}") from None
+    units = tuple(_unit(field.metadata or {}) for field in found.schema)
+    columns = tuple(_column(found.column(i)) for i in range(found.num_columns))
+    return [RawTable(path, tuple(found.column_names), columns, units=units if any(units) else ())]
+
+
+def json_tables(path: Path) -> list[RawTable]:
+    """Return the records in a JSON file: one object per line, a list of objects, or lists by name."""
+    text, _ = detected_text(path.read_bytes(), path)
+    lines = [line for line in text.splitlines() if line.strip()]
+    if not lines:
+        raise DataError(f"{path}: empty file")
+    if len(lines) > 1 and all(line.strip().endswith("}") for line in lines[:20]):
+        content: Any = parse_json(f"[{','.join(lines)}]", path)
+    else:
+        content = parse_json(text, path)
+    if isinstance(content, dict):
+        lists = {
+            name: np.asarray(each) for name, each in content.items() if isinstance(each, list | int | float)
+        }
+        return array_tables(path, {name: each for name, each in lists.items() if each.dtype.kind in "fiub"})
+    if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
+        raise DataError(f"{path}: must hold objects of names and numbers, one per sample")
+    rows = [_flat(row) for row in content]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    return [RawTable(path, tuple(names), tuple(converted([row.get(name) for row in rows]) for name in names))]
+
+
+def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return an object with the names of inner ones as ``outer.inner``, lists of numbers as ``outer.1`` …."""
+    found: dict[str, Any] = {}
+    for name, value in row.items():
+        if isinstance(value, list):
+            value = {str(i): each for i, each in enumerate(value, 1)}
+        found |= _flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {f"{prefix}{name}": value}
+    return found
+
+
+def _column(values: Any) -> Column:
+    array = values.to_numpy()
+    if array.dtype.kind in "fiub":
+        return np.asarray(array, dtype=np.float64)
+    if array.dtype.kind == "M":
+        stamps = np.empty(len(array), dtype=object)
+        stamps[:] = [None if np.isnat(each) else str(each) for each in array]
+        return stamps
+    return converted(array.tolist())
+
+
+def _unit(metadata: dict[bytes, bytes]) -> str | None:
+    known = {
+        key.decode("utf-8", "replace").lower(): value.decode("utf-8", "replace")
+        for key, value in metadata.items()
+    }
+    return known.get("unit") or known.get("units")
+
+
+def inner_bytes(path: Path, most_bytes: int) -> bytes:
+    """Return the content of the only file in a ``.gz``, ``.bz2``, ``.xz`` or ``.zip``, at most ``most_bytes``."""
+    import bz2
+    import gzip
+    import lzma
+    import zipfile
+
+    try:
+        if path.suffix.lower() == ".zip":
+            with zipfile.ZipFile(path) as archive:
+                members = [
+                    each
+                    for each in archive.infolist()
+                    if not each.is_dir() and "__MACOSX" not in each.filename
+                ]
+                if len(members) != 1:
+                    raise DataError(
+                        f"{path}: holds {len(members)} files; unpack it, and read them one by one"
+                    )
+                with archive.open(members[0]) as file:
+                    raw = file.read(most_bytes + 1)
+        else:
+            opened = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}[path.suffix.lower()]
+            with opened(path, "rb") as stream:
+                raw = stream.read(most_bytes + 1)
+    except (
+        OSError,
+        EOFError,
+        zipfile.BadZipFile,
+        lzma.LZMAError,
+        NotImplementedError,
+        RuntimeError,
+    ) as error:
+        raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
+    if len(raw) > most_bytes:
+        raise DataError(f"{path}: must unpack to at most {most_bytes >> 20} MiB; unpack it")
+    return raw
