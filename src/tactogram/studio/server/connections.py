@@ -74,11 +74,11 @@ class StudioServer(uvicorn.Server):
     def serve_until_ended(self) -> None:
         """Serve until interrupted or `should_exit` is set."""
         with suppress(KeyboardInterrupt):  # the usual way to stop it
-            self.run(sockets=[self.listener])
+            self.run()
 
     async def startup(self, sockets: list[socket] | None = None) -> None:
         """Accept connections."""
-        await super().startup(sockets)
+        await super().startup([self.listener])
         self.ready()
 
     async def on_tick(self, counter: int) -> bool:
