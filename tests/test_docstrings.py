@@ -21,7 +21,6 @@ MODULES = (
     "tactogram.datasets.store.copying",
     "tactogram.datasets.ratings.ratings",
     "tactogram.datasets.ratings.table",
-    "tactogram.datasets.phac2",
     "tactogram.statistics.comparison",
     "tactogram.statistics.reliability",
     "tactogram.datasets.splits.split",

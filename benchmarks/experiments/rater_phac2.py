@@ -19,7 +19,7 @@ from sklearn.metrics import roc_auc_score
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
-from tactogram.datasets.phac2 import AdjectiveTrials, read_phac2
+from benchmarks.experiments.phac2 import AdjectiveTrials, read_phac2
 from tactogram.errors import DataError, ParameterError
 from tactogram.models.rater import Config
 from tactogram.models.rater.regression import fit_regression

@@ -126,7 +126,7 @@ def serve(
         If there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
-    from tactogram.studio.server.connections import LimitedServer, system_limits
+    from tactogram.studio.server.connections import StudioServer
 
     listening = listening.with_certificate(_state_folder(studio))
     certificate = listening.certificate
@@ -151,9 +151,7 @@ def serve(
     gc.collect()
     gc.freeze()
     try:
-        LimitedServer(
-            app, listening.socket, context=context, limits=system_limits(), ready=on_ready
-        ).serve_until_ended()
+        StudioServer(app, listening.socket, context=context, ready=on_ready).serve_until_ended()
     finally:
         studio.sessions.close()
 

@@ -17,7 +17,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import SessionRegistry
-from tactogram.studio.server.connections import LimitedServer
+from tactogram.studio.server.connections import StudioServer
 from tactogram.studio.server.guard import RequestGuard
 from tactogram.studio.server.guard_rules import GuardSettings
 
@@ -62,11 +62,11 @@ def write_study(folder, design="abx", **changes):
 
 
 @contextlib.contextmanager
-def served_here(app, limits=None, context=None):
+def served_here(app, context=None, **limits):
     """Serve an application in a thread, over TLS with a context, and give its address."""
     started = threading.Event()
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = LimitedServer(app, listener, context=context, limits=limits, ready=started.set)
+        server = StudioServer(app, listener, context=context, ready=started.set, **limits)
         thread = threading.Thread(target=server.serve_until_ended, daemon=True)
         thread.start()
         assert started.wait(60)
@@ -76,10 +76,10 @@ def served_here(app, limits=None, context=None):
 
 
 @contextlib.contextmanager
-def serving(sessions, settings=SETTINGS, limits=None):
+def serving(sessions, settings=SETTINGS, **limits):
     """Give a browser's client to sessions that are served behind the guard."""
     with (
-        served_here(RequestGuard(make_participant_app(sessions), settings), limits) as address,
+        served_here(RequestGuard(make_participant_app(sessions), settings), **limits) as address,
         httpx.Client(base_url=address, timeout=60) as client,
     ):
         yield client

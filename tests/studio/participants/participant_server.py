@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tactogram.studio.participants.routes import make_participant_app
 from tactogram.studio.participants.sessions import SessionRegistry
-from tactogram.studio.server.connections import LimitedServer
+from tactogram.studio.server.connections import StudioServer
 from tactogram.studio.server.guard import RequestGuard
 from tactogram.studio.server.guard_rules import GuardSettings
 
@@ -22,4 +22,4 @@ def ready():
 
 app = RequestGuard(make_participant_app(sessions), GuardSettings(body_seconds=2.0))
 with socket.create_server(("127.0.0.1", 0)) as listener:
-    LimitedServer(app, listener, ready=ready).serve_until_ended()
+    StudioServer(app, listener, ready=ready).serve_until_ended()

@@ -182,4 +182,4 @@ def test_pages_that_do_not_fit_the_study_are_reported_as_damage(make_study, tmp_
 def test_answers_to_a_damaged_session_are_refused_and_the_error_is_the_files(damaged):
     folder = damaged(statements=["DROP TABLE device"])
     with SessionStore(folder) as store, pytest.raises(DamagedSessionError, match="no such table: device"):
-        store.write_together([lambda: store.enrol("P99", simulated=True, device={"px_per_mm": 4})])
+        store.enrol("P99", simulated=True, device={"px_per_mm": 4})

@@ -15,7 +15,7 @@ from tactogram.study.session import progress as session_standing
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE, drawn_code
 from tactogram.study.session.progress import page_row, parse_pages, with_page
-from tactogram.study.session.store import SessionStore, SubmissionResult
+from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take
 from tactogram.study.trials import PageAnswers
 
@@ -148,79 +148,17 @@ def test_two_who_write_at_once_lose_nothing_and_store_nothing_twice(make_study, 
             assert len(own) == len(set(own)) == 8 + 3
 
 
-def commits(store):
-    """Return a list that grows by one with each transaction that is committed."""
-    found = []
-    store._connection.set_trace_callback(lambda text: found.append(text) if text == "COMMIT" else None)
-    return found
-
-
-def test_answers_that_are_stored_together_are_one_transaction(store):
-    codes = [store.enrol().code for _ in range(3)]
-    committed = commits(store)
-    found = store.write_together(
-        [partial(store.submit, code, "consent", {"consent": "agreed"}) for code in codes]
-    )
-    assert [(one.stored, one.page.token) for one in found] == [(True, "before")] * 3
-    assert len(committed) == 1
-    assert [row.participant for row in store.answers()] == codes
-
-
-def test_a_refused_answer_and_an_error_in_the_program_harm_no_neighbour(store, monkeypatch):
-    first, wrong, broken, last = (store.enrol(code).code for code in ("P1", "P2", "P3", "P4"))
-    monkeypatch.setattr(
-        session_store, "add_device", lambda rows, number, *_: 1 / 0 if number == 3 else None
-    )  # after its rows were written
-    writes = [partial(store.submit, code, "consent", {"consent": "agreed"}) for code in (first, broken, last)]
-    writes.insert(1, partial(store.submit, wrong, "consent", {"consent": "perhaps"}))
-    found = store.write_together(writes)
-    assert [type(one) for one in found] == [
-        SubmissionResult,
-        ParameterError,
-        ZeroDivisionError,
-        SubmissionResult,
-    ]
-    assert [row.participant for row in store.answers()] == [first, last]
-    assert [store.page(code).token for code in (first, wrong, broken, last)] == [
-        *("before", "consent"),
-        *("consent", "before"),
-    ]
-
-
-def test_what_raises_after_it_stored_has_stored_nothing_and_harms_no_neighbour(store):
-    first, last = (store.enrol(code).code for code in ("P1", "P2"))
-
-    def shown(code):
-        store.submit(code, "consent", {"consent": "agreed"})
-        raise ZeroDivisionError
-
-    failed, stored = store.write_together(
-        [partial(shown, first), partial(store.submit, last, "consent", {"consent": "agreed"})]
-    )
-    assert (type(failed), stored.stored) == (ZeroDivisionError, True)
-    assert [row.participant for row in store.answers()] == [last]
-    assert [store.page(code).token for code in (first, last)] == ["consent", "before"]
-
-
-def test_a_double_click_that_is_stored_together_is_stored_once(store):
-    code = store.enrol().code
-    answer(store, code, 2)
-    both = store.write_together([partial(store.submit, code, "trial-1.1", {"which": side}) for side in "AB"])
-    assert [(one.stored, one.page.token) for one in both] == [(True, "trial-2.1"), (False, "trial-2.1")]
-    [row] = store.answers().where(token="trial-1.1")
-    assert row.answer == "A"
-
-
-def test_a_full_disk_stores_nothing_of_what_was_to_be_stored_together(store):
+def test_a_full_disk_stores_nothing_and_the_next_answers_are_stored(store):
     code = store.enrol().code
     pages = store._connection.execute("PRAGMA page_count").fetchone()[0]
     store._connection.execute(f"PRAGMA max_page_count = {pages}")
-    consent = partial(store.submit, code, "consent", {"consent": "agreed"})
+    note = partial(store.note, "x" * 4000)
     with pytest.raises(DataError, match="nothing was stored: database or disk is full"):
-        store.write_together([consent, *[partial(store.note, "x" * 4000)] * 9, consent])
-    assert (tokens(store), store.notes()) == ([], [])
+        [note() for _ in range(9)]
+    kept = store.notes()
     store._connection.execute("PRAGMA max_page_count = 1000000")
-    assert [one.stored for one in store.write_together([consent])] == [True]
+    assert store.notes() == kept
+    assert store.submit(code, "consent", {"consent": "agreed"}).stored
 
 
 def test_who_reads_waits_for_nobody_who_writes_and_sees_what_is_on_the_disk(store):
@@ -228,17 +166,15 @@ def test_who_reads_waits_for_nobody_who_writes_and_sees_what_is_on_the_disk(stor
     seen = []
 
     def look():
-        seen.append((store.page(code).token, store.count, store.progress()[0]["status"], store.ended))
+        seen.append((store.page(code).token, store.count, store.withdrawn))
 
-    def write():
-        store.submit(code, "consent", {"consent": "agreed"})
+    with store._writing() as rows:
+        rows.execute("UPDATE study SET withdrawn = 1")
         reader = threading.Thread(target=look, daemon=True)
         reader.start()
         reader.join(10)  # while this thread writes
-
-    store.write_together([write])
     look()
-    assert seen == [("consent", 0, "not begun", None), ("before", 1, "active", None)]
+    assert seen == [("consent", 0, 0), ("consent", 0, 1)]
 
 
 def test_what_is_next_is_computed_once(store, monkeypatch):

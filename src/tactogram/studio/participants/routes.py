@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -160,7 +159,7 @@ def _add_pages(router: APIRouter, sessions: SessionRegistry) -> None:
         if entry is None:
             raise UnknownSessionError(NO_TICKET)
         session, code = entry
-        return await session.writes.store(partial(_store_answers, session, code, body))
+        return await anyio.to_thread.run_sync(_store_answers, session, code, body, limiter=session.writing)
 
     @router.post("/take/{ticket}/language")
     def language(ticket: str, body: LanguageRequest) -> PageResponse:

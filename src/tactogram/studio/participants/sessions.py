@@ -12,12 +12,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from anyio import CapacityLimiter
+
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.studio.participants.prepared_stimuli import PreparedStimuli
 from tactogram.studio.participants.server_display import ServerDisplay
 from tactogram.studio.participants.tickets import FILE as KEYS
 from tactogram.studio.participants.tickets import SessionKeys, load_keys
-from tactogram.studio.participants.write_batcher import WriteBatcher
 from tactogram.study.session.participants import UnknownParticipantError
 from tactogram.study.session.progress import ParticipantState
 from tactogram.study.session.store import SessionStore
@@ -59,7 +60,8 @@ class OpenSession:
             self.store.close()
             raise
         self.store.is_simulated = self.stimuli.is_simulated
-        self.writes = WriteBatcher(self.store)
+        # A thread of its own: answers are stored even while all others are busy.
+        self.writing = CapacityLimiter(1)
         self._codes: dict[bytes, str] = {}
         self._attempts: OrderedDict[str, str] = OrderedDict()
         self._joining = threading.Lock()

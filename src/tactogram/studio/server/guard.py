@@ -106,18 +106,8 @@ class RequestGuard:
             await receive()
             await send({"type": "websocket.close", "code": 1008})
             return
-
-        async def limited() -> Message:
-            message = await receive()
-            if message["type"] == "websocket.receive":
-                length = len(message.get("bytes") or b"") + len((message.get("text") or "").encode())
-                if length > self.settings.message_bytes:
-                    await send({"type": "websocket.close", "code": 1009})
-                    return {"type": "websocket.disconnect", "code": 1009}
-            return message
-
         try:
-            await self.app(scope, limited, send)
+            await self.app(scope, receive, send)
         except Exception:
             log.exception("websocket %s failed", _logged_path(scope))
 
@@ -223,4 +213,4 @@ def _logged_path(scope: Scope) -> str:
     parts = str(scope["path"]).split("/")
     if len(parts) > 2 and parts[1] in ("join", "take", "feel"):
         parts[2] = "…"
-    return "/".join(parts)[:200]
+    return repr("/".join(parts)[:200])

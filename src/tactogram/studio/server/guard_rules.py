@@ -24,8 +24,6 @@ Scope = Mapping[str, Any]
 COOKIE = "tactogram_token"
 """Prefixed with ``__Host-`` over https: browsers accept such a cookie over encrypted connections only (RFC 6265bis)."""
 METHODS = ("GET", "HEAD", "POST")
-LONGEST_PATH = 2048
-MOST_HEADER_BYTES = 32 * 1024
 KIB, MIB = 2**10, 2**20
 PARTICIPANTS = ("/join/", "/take/", "/participants/", "/feel/")
 """Prefixes of participants' paths, and of files felt on a phone: these need a ticket instead of the token and get the
@@ -54,8 +52,8 @@ class GuardSettings:
         Prefixes of paths that need no token.
     path_bytes : tuple of (str, int)
         Largest body by path prefix; the first match counts.
-    body_bytes, message_bytes : int
-        Largest other body; largest websocket message.
+    body_bytes : int
+        Largest other body.
     body_seconds : float
         Longest wait for each chunk of a body, s.
     body_rate : float
@@ -77,7 +75,6 @@ class GuardSettings:
         (RECEIVED, 520 * MIB),  # with the names of the files
     )
     body_bytes: int = MIB
-    message_bytes: int = 4 * MIB
     body_seconds: float = 20.0
     body_rate: float = float(KIB)
 
@@ -103,27 +100,11 @@ class Refusal:
 def refusal(scope: Scope, settings: GuardSettings) -> Refusal | None:
     """Return why a request is refused before its body is read, or None; the token is checked separately."""
     return (
-        _malformed(scope)
-        or _foreign_host(scope, settings)
+        _foreign_host(scope, settings)
         or _wrong_method(scope)
         or _foreign_origin(scope)
         or _too_long(scope, settings)
     )
-
-
-def _malformed(scope: Scope) -> Refusal | None:
-    path = str(scope["path"])
-    if len(path) + len(scope.get("query_string", b"")) > LONGEST_PATH:
-        return Refusal(414, f"An address must have at most {LONGEST_PATH} characters; shorten it.")
-    if any(ord(c) < 32 or ord(c) == 127 for c in path) or "\\" in path or ".." in path.split("/"):
-        return Refusal(
-            400, "An address must not contain control characters, backslashes or '..'; correct it."
-        )
-    if sum(len(name) + len(value) for name, value in scope["headers"]) > MOST_HEADER_BYTES:
-        return Refusal(
-            431, f"Headers must have at most {MOST_HEADER_BYTES} bytes; clear this site's cookies."
-        )
-    return None
 
 
 def _foreign_host(scope: Scope, settings: GuardSettings) -> Refusal | None:

@@ -10,12 +10,12 @@ import json
 import sqlite3
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Any, Self
 
 from tactogram.errors import DataError
 from tactogram.signal.io.writable import check_writable
@@ -28,8 +28,6 @@ from tactogram.study.session.salvage import (
 )
 from tactogram.study.session.tables import FILE, TABLES, VERSION
 from tactogram.study.study_file import Study
-
-T = TypeVar("T")
 
 TRIES = 40
 """Attempts to open a file that another process is creating."""
@@ -91,26 +89,6 @@ class SessionFile:
         """Continue a study that was ended."""
         with self._writing() as rows:
             rows.execute("UPDATE study SET ended = NULL")
-
-    def write_together(self, writes: Sequence[Callable[[], T]]) -> list[T | Exception]:
-        """Do several writes in one transaction, and return what each returned or raised.
-
-        A write that raises stores nothing, and the others are stored. Report none of them before this returns: until
-        then nothing is on the disk. Raises `DataError` if the file cannot be written to; then none is stored.
-        """
-        results: list[T | Exception] = []
-        with self._writing():
-            for write in writes:
-                try:
-                    with self._savepoint():
-                        results.append(write())
-                except Exception as error:  # a bug in one write, too, must not lose the others
-                    if isinstance(error, sqlite3.OperationalError | DamagedSessionError) or (
-                        isinstance(error, sqlite3.Error) and is_damage(error)
-                    ):
-                        raise  # of the file, not of one write
-                    results.append(error)
-        return results
 
     def compact(self) -> None:
         """Rewrite the file without deleted rows, and empty its log.
@@ -200,43 +178,23 @@ class SessionFile:
 
     @contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:
-        """Give the connection in a transaction; within `write_together`, in a savepoint of its transaction."""
+        """Give the connection in a transaction."""
+        connection = self._connection
         with self._lock:
-            nested = self._connection.in_transaction  # of this thread, which has the lock
-            with self._savepoint() if nested else self._transaction():
-                yield self._connection
-
-    @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        connection = self._connection
-        try:
-            with self._damage_reported():
-                connection.execute("BEGIN IMMEDIATE")
-                yield
-                connection.execute("COMMIT")
-        except BaseException as error:
-            # A full disk has rolled it back already.
-            if connection.in_transaction:
-                connection.execute("ROLLBACK")
-            if isinstance(
-                error, sqlite3.OperationalError
-            ):  # full disk, removed file, another writer that never ends
-                raise DataError(f"{self.path}: nothing was stored: {error}") from error
-            raise
-
-    @contextmanager
-    def _savepoint(self) -> Iterator[None]:
-        """Undo the writes within, and nothing else of the transaction, if they raise."""
-        connection = self._connection
-        connection.execute("SAVEPOINT part")
-        try:
-            yield
-        except BaseException:
-            if connection.in_transaction:
-                connection.execute("ROLLBACK TO part")
-                connection.execute("RELEASE part")
-            raise
-        connection.execute("RELEASE part")
+            try:
+                with self._damage_reported():
+                    connection.execute("BEGIN IMMEDIATE")
+                    yield connection
+                    connection.execute("COMMIT")
+            except BaseException as error:
+                # A full disk has rolled it back already.
+                if connection.in_transaction:
+                    connection.execute("ROLLBACK")
+                if isinstance(
+                    error, sqlite3.OperationalError
+                ):  # full disk, removed file, another writer that never ends
+                    raise DataError(f"{self.path}: nothing was stored: {error}") from error
+                raise
 
 
 def ended_at(rows: sqlite3.Connection) -> str | None:

@@ -96,7 +96,7 @@ class SessionStore(SessionLogs):
         rt_ms: Mapping[str, float] | None = None,
         device: Mapping[str, Any] | None = None,
     ) -> SubmissionResult:
-        """Store the answers to a page; they are on the disk on return, or when an enclosing `write_together` returns.
+        """Store the answers to a page; they are on the disk on return.
 
         A second submission, by a double click, the back button or a reload, stores nothing and returns the same.
 

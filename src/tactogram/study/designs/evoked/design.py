@@ -87,7 +87,7 @@ class EvokedWords(WordScales):
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
         """Return the shares, words by images."""
-        from tactogram.study.designs.evoked.figures import evoked_figure
+        from tactogram.study.designs.evoked.analysis import evoked_figure
 
         return {"evoked": evoked_figure(section)}
 

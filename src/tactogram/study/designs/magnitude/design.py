@@ -123,7 +123,7 @@ class MagnitudeEstimation(SingleStimulus):
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
         """Return the geometric means over intensity."""
-        from tactogram.study.designs.magnitude.figures import magnitude_figure
+        from tactogram.study.designs.magnitude.analysis import magnitude_figure
 
         return {"magnitude": magnitude_figure(section)}
 

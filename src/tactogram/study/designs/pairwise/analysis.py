@@ -7,10 +7,12 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import special, stats
 
 from tactogram.errors import DataError
+from tactogram.statistics.figures import BLUE, GRAY
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import share_of
 from tactogram.study.analysis.bradley_terry import (
@@ -22,6 +24,7 @@ from tactogram.study.analysis.bradley_terry import (
     strengths_by_participant,
 )
 from tactogram.study.analysis.exact import exact_finding
+from tactogram.study.analysis.figures import title_of
 from tactogram.study.analysis.findings import AnalysisSection, Finding, numeric_answers, section_of
 from tactogram.study.answers import Answer, Answers
 
@@ -186,3 +189,22 @@ def _circular_triads(table: Numbers) -> int:
     """Return the circular triads (a over b over c over a) among each participant's majorities."""
     beats = (table > table.transpose(0, 2, 1)).astype(np.float64)
     return round(float(np.einsum("pij,pjk,pki->", beats, beats, beats)) / 3)
+
+
+def preference_figure(section: AnalysisSection) -> Figure:
+    """Draw the strength of each item with its interval, the most preferred on top."""
+    rows = next(iter(section.tables.values()))
+    figure = Figure(figsize=(6.4, 1.4 + 0.36 * max(3, len(rows))), layout="constrained")
+    axes = figure.add_subplot()
+    at = np.arange(len(rows))
+    strengths = np.array([row["strength"] for row in rows])
+    ends = np.array([[row["low"], row["high"]] for row in rows], float)
+    axes.errorbar(
+        strengths, at, xerr=np.nan_to_num(np.abs(ends - strengths[:, None])).T, fmt="o", color=BLUE, capsize=3
+    )
+    axes.set_yticks(at, [str(row["item"]) for row in rows])
+    axes.invert_yaxis()
+    axes.axvline(0, color=GRAY, lw=0.8)
+    axes.set_xlabel("log strength, mean 0 (95 % by participant)")
+    axes.set_title(title_of(section), fontsize=10)
+    return figure

@@ -128,7 +128,7 @@ class PairwiseComparison(Design):
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
         """Return the strengths."""
-        from tactogram.study.designs.pairwise.figures import preference_figure
+        from tactogram.study.designs.pairwise.analysis import preference_figure
 
         return {"pairwise": preference_figure(section)}
 

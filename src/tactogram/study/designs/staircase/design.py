@@ -165,7 +165,7 @@ class Staircase(Design):
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
         """Return the tracks of each staircase, with the thresholds."""
-        from tactogram.study.designs.staircase.figures import staircase_figure
+        from tactogram.study.designs.staircase.analysis import staircase_figure
 
         return {"staircase": staircase_figure(section, answers)}
 

@@ -181,7 +181,7 @@ class TwoArea(Design):
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
         """Return the shares correct as in Fig. 12 of the paper, or the marks as in Fig. 13."""
         from tactogram.study.analysis.figures import correct_figure
-        from tactogram.study.designs.two_area.figures import realism_figure
+        from tactogram.study.designs.two_area.realism import realism_figure
 
         if section.question == WHICH:
             return {"two_area_correct": correct_figure(section)}

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.experiments.phac2 import read_phac2
 from tactogram.datasets import EVOKED
-from tactogram.datasets.phac2 import read_phac2
 from tactogram.errors import DataError
 
 
