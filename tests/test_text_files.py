@@ -43,7 +43,7 @@ def refusal(name, content, tmp_path):
     return str(caught.value)
 
 
-@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("name", [name for name in TABLES if name != "signal.csv"])  # read in any encoding
 @pytest.mark.parametrize("encoding", ["latin-1", "cp932", "utf-16"])
 def test_a_table_in_another_encoding_is_refused(name, encoding, tmp_path):
     _, headings, row = TABLES[name]

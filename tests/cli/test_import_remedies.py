@@ -12,14 +12,9 @@ ROWS = range(90)
 TABLES = {
     "no time": ("cork/a.csv", "x,y\n" + "1,2\n" * 90),
     "no folder": ("cork.csv", "t [s],x [g]\n" + "".join(f"{k / 100},{k % 7}\n" for k in ROWS)),
-    "two units": ("cork/a.csv", "t [s],x [g],y [g],f [N]\n" + "".join(f"{k / 100},1,2,3\n" for k in ROWS)),
 }
 MAPPED = {
     "a word": ("t [s],x [g]\n0,1\n0.1,one\n0.2,2\n", "x [g]"),
-    "two units with blanks": (
-        "t [s],a b [g],c d [N]\n" + "".join(f"{k / 100},1,3\n" for k in ROWS),
-        "c d [N]",
-    ),
     "no labels": ("t [s],x [g],label\n" + "".join(f"{k / 100},1,n{k}\n" for k in ROWS), "label"),
 }
 

@@ -21,7 +21,6 @@ from tactogram.signal.io import SignalFile, complete, read_contents
 from tactogram.signal.io.content import FileContent
 from tactogram.signal.io.labels import LONGEST_STEP, Interval, cut
 from tactogram.signal.io.layout import MATERIAL, ColumnUse, TableLayout
-from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
 from tactogram.signal.signal import UNITS
 from tactogram.signal.units import parse_unit
 

@@ -59,7 +59,8 @@ _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600
 
 _WORDS = {
     # Whole words and plain variants, in lower case, by the spelling above.
-    "m/s^2": "meters/second^2 metres/second^2 meter/second^2 mps2 mps^2 ms2 ms-2 ms^-2 m*s-2 m*s^-2 m/s2 m/s/s m/ss m_s2 meterspersecondsquared metrespersecondsquared "
+    "m/s^2": "meters/second^2 metres/second^2 meter/second^2 mps2 mps^2 ms2 ms-2 ms^-2 m*s-2 m*s^-2 m/s2 m/s/s m/ss "
+    "m_s2 meterspersecondsquared metrespersecondsquared "
     "meterpersecondsquared m/secondsquared",
     "mm/s^2": "mm/s2 mm/s/s",
     "cm/s^2": "cm/s2 gal",

@@ -36,9 +36,9 @@ from tactogram.datasets.store.photographs import PICTURES
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import table
-from tactogram.signal.resampling import resample
 from tactogram.signal.io.table_content import column_numbers
 from tactogram.signal.io.vocabulary import heading
+from tactogram.signal.resampling import resample
 
 TITLE = "HapTex: friction of a finger over 120 fabrics"
 LICENCE = "free access for research, no licence stated"

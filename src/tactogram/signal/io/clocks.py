@@ -167,7 +167,8 @@ def choose_clock(
             return Clock(place, kind or "date and time", None)
         return _with_unit(place, unit, table, rate)
     if not clocks:
-        return _asked(table, found, rate)
+        _ask(table, found, rate)
+        return None
 
     def rank(place: int) -> tuple[float, bool, bool, int]:
         column = table.columns[place]
@@ -211,7 +212,8 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         listed = ", ".join(f"{1 / (typical * (parse_seconds(c) or 1)):g} Hz in {c}" for c in likely)
         raise DataError(
             f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
-            f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only counts"
+            f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only "
+            "counts"
         )
     unit = fitting[0]
     note = (
@@ -222,7 +224,7 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     return Clock(place, unit, parse_seconds(unit), note)
 
 
-def _asked(table: RawTable, found: Sequence[Heading], rate: float | None) -> None:
+def _ask(table: RawTable, found: Sequence[Heading], rate: float | None) -> None:
     """Raise a `DataError` if a column that is named as an axis looks like time stamps, and nothing else does."""
     if rate is not None or table.rate is not None or not table.named:
         return
@@ -235,7 +237,8 @@ def _asked(table: RawTable, found: Sequence[Heading], rate: float | None) -> Non
             and float(np.ptp(column)) == 0
         ):
             raise DataError(
-                f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}; give the "
+                f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}; give "
+                f"the "
                 "rate instead, e.g. `rate=1000`"
             )
     for each, column in zip(found, table.columns, strict=True):
@@ -262,7 +265,7 @@ def _named(time: str, table: RawTable, found: Sequence[Heading]) -> tuple[int, s
 
 def _forward(column: NDArray[np.generic], share: float = _MEASURED) -> bool:
     """Return whether a share of the steps goes forward as time does, or all but a few restarts."""
-    values = column[np.isfinite(column)].astype(np.float64)  # type: ignore[arg-type]
+    values = column[np.isfinite(column)].astype(np.float64)
     if len(values) < 2:
         return len(values) == 1
     steps = np.diff(values)

@@ -123,9 +123,7 @@ def _joined(found: Sequence[RawTable]) -> list[RawTable]:
         if last is None or last.headings != each.headings or not each.headings[0].startswith(X):
             joined.append(each)
             continue
-        columns: list[Any] = [
-            np.concatenate(both) for both in zip(last.columns, each.columns, strict=True)
-        ]
+        columns: list[Any] = [np.concatenate(both) for both in zip(last.columns, each.columns, strict=True)]
         rate = last.rate if last.rate == each.rate else None
         joined[-1] = replace(last, columns=tuple(columns), rows=[*last.rows, *each.rows], rate=rate)
     return joined

@@ -48,7 +48,7 @@ class StreamColumns:
 
 @dataclass(frozen=True)
 class TableRoles:
-    """What the columns of a table hold."""
+    """Roles of the columns of a table."""
 
     streams: tuple[StreamColumns, ...]  # that of the signal first
     time: int | None
@@ -110,10 +110,7 @@ def roles_of(
             if axes and all(name in table.groups or _place(name, table, found) is not None for name in axes)
             else None
         )
-        if chosen is not None:
-            streams = (_chosen(chosen, table, found),)
-        else:
-            streams = _found(table, found, at, others)
+        streams = (_chosen(chosen, table, found),) if chosen is not None else _found(table, found, at, others)
     uses = _uses(table, found, streams, at, clock.unit if clock else None, others, labels)
     if not by_layout and table.description is None:
         notes += _left_out(uses, found)
@@ -359,7 +356,8 @@ def _converted(
     if len(set(axes)) < len(axes):
         numbers = ",".join(str(i + 1) for i in places)
         raise DataError(
-            f"{table.path}: columns must have different names, got {', '.join(axes)}; choose by number, `axes={numbers}`"
+            f"{table.path}: columns must have different names, got {', '.join(axes)}; choose by number, "
+            f"`axes={numbers}`"
         )
     return StreamColumns(
         name, tuple(places), tuple(axes), known.pop() if known else None, tuple(factor for _, factor in units)

@@ -17,7 +17,8 @@ _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct",
 _STAMP = re.compile(
     r"""\s*(?:(?:[A-Za-z]{3},?\ +)?
     (?:(?P<a>\d{4}|\d{1,2})[-/. ]\ ?(?P<b>\d{1,2}|[A-Za-z]{3,9})[-/. ],?\ ?(?P<c>\d{4}|\d{1,2})
-       |(?P<word>(?i:jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec)[a-z]{0,6})\ +(?P<wordday>\d{1,2}),?(?:\ (?P<wordyear>\d{4}))?
+       |(?P<word>(?i:jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec)[a-z]{0,6})\ +
+        (?P<wordday>\d{1,2}),?(?:\ (?P<wordyear>\d{4}))?
        |(?P<year>(?:19|20)\d\d)(?P<month>\d\d)(?P<day>\d\d))(?=[T_\ ,;]|$)[T_\ ,;]*)?
     (?:(?P<hour>\d{1,2})[:.h-](?P<minute>\d{1,2})(?:[:.m-](?P<second>\d{1,2}))?(?:[.,:_](?P<fraction>\d{1,9}))?
        \s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?(?:\ (?P<lastyear>\d{4}))?)?\s*""",
@@ -31,8 +32,10 @@ def is_stamp(cell: object) -> bool:
     """Return whether a cell holds a date, a date with a time, or a time of day, and is no plain number."""
     if isinstance(cell, datetime | time):
         return True
-    found = isinstance(cell, str) and _match(cell)
-    return bool(found) and any(found.group("a", "year", "word") + (":" in found.string and found["minute"],))  # type: ignore[operator]
+    found = _match(cell) if isinstance(cell, str) else None
+    return found is not None and any(
+        (*found.group("a", "year", "word"), ":" in found.string and found["minute"])
+    )
 
 
 def stamp_kind(cells: Sequence[object]) -> str | None:
@@ -133,8 +136,8 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
     if isinstance(cell, datetime | time):
         seconds = 3600 * cell.hour + 60 * cell.minute + cell.second + 1e-6 * cell.microsecond
         date = (cell.year, cell.month, cell.day) if isinstance(cell, datetime) else None
-        zone = cell.utcoffset() if isinstance(cell, datetime) else None
-        return date, seconds, None if zone is None else zone.total_seconds()
+        east = cell.utcoffset() if isinstance(cell, datetime) else None
+        return date, seconds, None if east is None else east.total_seconds()
     found = _match(str(cell)) if isinstance(cell, str) else None
     if found is None or not is_stamp(cell):
         return None
@@ -167,13 +170,8 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
         if hour > 24 or minute > 59 or second > 60:
             return None
         seconds = 3600.0 * hour + 60 * minute + second + fraction
-    zone = found["zone"]
     offset: float | None = None
-    if zone is not None:
-        digits = re.sub(r"\D", "", zone)
-        offset = (
-            (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:]))
-            if digits
-            else 0.0
-        )
+    if zone := found["zone"]:
+        digits = re.sub(r"\D", "", zone).ljust(4, "0")
+        offset = (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:]))
     return date, seconds, offset

@@ -17,7 +17,6 @@ from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_columns import converted, is_empty, start_and_rate, text_columns
 from tactogram.signal.io.table_head import (
-    HEAD_ROWS,
     TableHead,
     body_start,
     head_of,
@@ -203,7 +202,8 @@ def _lines(lines: Sequence[str], path: Path) -> tuple[str, list[str], list[Numbe
     first = rows[:SNIFFED_ROWS]
     if sum(bool(_YAML.fullmatch(line.text)) for line in first) > 0.9 * len(first):
         raise DataError(
-            f"{path}: lines of 'name: value' over several rows (YAML, as `ros2 topic echo` prints); save a table instead, "
+            f"{path}: lines of 'name: value' over several rows (YAML, as `ros2 topic echo` prints); save a table "
+            "instead, "
             "with its option --csv"
         )
     return separator, comments, rows

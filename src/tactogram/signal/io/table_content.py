@@ -72,7 +72,9 @@ def _main_first(found: Sequence[FileContent], table: RawTable) -> list[FileConte
         return content.unit is None and "acceleration" not in content.stream, rank_of(content.stream)
 
     first, *others = sorted(found, key=rank)
-    alike = [content for content in others if content.uses is not first.uses and content.stream == first.stream]
+    alike = [
+        content for content in others if content.uses is not first.uses and content.stream == first.stream
+    ]
     alike = [first, *(content for content in alike if (content.unit is None) == (first.unit is None))]
     if len(alike) > 1:
         names = [[use.heading for use in content.uses if use.role in content.axes] for content in alike]
@@ -97,18 +99,19 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
     if part is None:
         first, second = intervals[:2]
         stop, start = first.contents[0].times, second.contents[0].times
-        assert stop is not None and start is not None  # noqa: S101
         with np.errstate(over="ignore"):
-            step = start[0] - stop[-1]
+            step = 0.0 if stop is None or start is None else start[0] - stop[-1]
         what = f"time goes back by {-step:.4g} s" if step < 0 else f"{step:.4g} s without samples"
         if len(intervals) > MOST_HOLES * len(contents[0].rows) + 2:
             raise DataError(
-                f"time goes back or stands for long at {len(intervals) - 1} rows: these are not in the order of time; sort them, or "
+                f"time goes back or stands for long at {len(intervals) - 1} rows: these are not in the order of time; "
+                "sort them, or "
                 "read them as they are, `time=none` with a rate"
             )
         longest = max(range(len(intervals)), key=lambda i: len(intervals[i].contents[0].rows)) + 1
         raise DataError(
-            f"rows {first.rows[1]} to {second.rows[0]}: {what}; at most 3 missing samples are interpolated: choose one of "
+            f"rows {first.rows[1]} to {second.rows[0]}: {what}; at most 3 missing samples are interpolated: "
+            f"choose one of "
             f"the {len(intervals)} parts between, e.g. the longest, `part={longest}`"
         )
     if not 1 <= part <= len(intervals):
@@ -222,7 +225,8 @@ def _trusted(
     if len(times) > 1 and times.min() == times.max():
         if rate is None and table.rate is None:
             raise DataError(
-                f"{table.path}: time stands still: all {len(times)} stamps are the same; give the rate instead, e.g. `rate=1000`"
+                f"{table.path}: time stands still: all {len(times)} stamps are the same; give the rate instead, "
+                "e.g. `rate=1000`"
             )
         return None, "time stamps are all the same: not used"
     if len(times) < 4 or not times[-1] > times[0] or times[-1] / 2 - times[0] / 2 > MOST_SPAN / 2:
@@ -262,7 +266,10 @@ def _without_unit(stream: StreamColumns, samples: NDArray[np.float64]) -> str | 
     mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
     for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
         if len(samples) == 3 and abs(mean / one - 1) < 0.15:
-            return f"no unit stated: read as plain numbers; their mean of {mean:.3g} is that of gravity in {unit}: `unit={unit}`"
+            return (
+                f"no unit stated: read as plain numbers; their mean of {mean:.3g} is that of gravity in {unit}: "
+                f"`unit={unit}`"
+            )
     whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10
     return f"no unit stated: read as {'counts' if whole else 'plain numbers'}; say it, e.g. `unit=g`"
 

@@ -14,9 +14,43 @@ from tactogram.signal.units import parse_seconds, parse_unit
 MISSING = frozenset(
     [
         "",
-        *"nan na n/a #n/a #na null none - -- --- . ovf ol over overload overflow overrange #value! #num! #div/0!".split(),
+        *[
+            "nan",
+            "na",
+            "n/a",
+            "#n/a",
+            "#na",
+            "null",
+            "none",
+            "-",
+            "--",
+            "---",
+            ".",
+            "ovf",
+            "ol",
+            "over",
+            "overload",
+            "overflow",
+            "overrange",
+            "#value!",
+            "#num!",
+            "#div/0!",
+        ],
+        *[
+            "-nan",
+            "nan(ind)",
+            "-1.#ind",
+            "1.#qnan",
+            "inf",
+            "-inf",
+            "+inf",
+            "∞",
+            "-∞",
+            "+∞",
+            "infinity",
+            "-infinity",
+        ],
     ]
-    + "-nan nan(ind) -1.#ind 1.#qnan inf -inf +inf ∞ -∞ +∞ infinity -infinity".split()
 )
 """Cells that hold no number, in lower case."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
@@ -25,7 +59,8 @@ HEAD_ROWS = 4
 """Most rows of headings: of groups, names, kinds and units."""
 _KINDS = frozenset(["cal", "raw", "uncal", "real", "float", "double", "int", "analog", "none", "value"])
 _RATE = re.compile(
-    r"""\b(?P<what>(?:sampl(?:e|ing|es)|data|acquisition|logging|output)?[ _-]*(?:rate|freq(?:uency)?|interval|period|increment)
+    r"""\b(?P<what>(?:sampl(?:e|ing|es)|data|acquisition|logging|output)?[ _-]*
+        (?:rate|freq(?:uency)?|interval|period|increment)
     |x-axis[ ]delta|fs|dt|delta_?x|at|samples?[ _/]+(?:per|/)[ _]*s(?:ec(?:ond)?)?)\b
     [^\d\n]{0,24}?(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(?P<unit>[a-zµμ]*)""",
     re.IGNORECASE | re.VERBOSE,
@@ -71,7 +106,7 @@ def is_value(cell: object) -> bool:
 def body_start(
     rows: Sequence[Sequence[object]], sample: Sequence[Sequence[object]], width: int
 ) -> int | None:
-    """Return the first of the rows of numbers: with ``width`` cells, and numbers where most rows of a sample have them."""
+    """Return the first of the rows of numbers: ``width`` cells, and numbers where most rows of a sample have them."""
     filled = [
         [row[i] for row in sample if len(row) >= width and not is_missing(row[i])] for i in range(width)
     ]
@@ -102,17 +137,17 @@ def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
         for row in texts
         if len(row) >= width and row[0].endswith("=")
     }
-    if (names := labelled.get("channeltitle")) is not None:  # LabChart
+    if (titles := labelled.get("channeltitle")) is not None:  # LabChart
         return TableHead(
-            ("time", *names),
-            (None, *(unit or None for unit in labelled.get("unitname", ("",) * len(names)))),
+            ("time", *titles),
+            (None, *(unit or None for unit in labelled.get("unitname", ("",) * len(titles)))),
             named=True,
         )
     rows: list[list[str]] = []
     lengths: set[int] = set()
     for row in reversed(texts[-2 * HEAD_ROWS :]):
         while len(row) > width and not row[-1]:
-            row = row[:-1]
+            row.pop()
         filled = [text for text in row if text]
         if width > 1 and len(filled) == 1 and not filled[0][0].isalnum():
             continue  # the name of a section, such as *DATA
@@ -139,7 +174,7 @@ def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
 
 
 def rate_in(lines: Sequence[str]) -> float | None:
-    """Return the rate in Hz that lines above a table state, by a rate or by an interval; None if there is none, or two."""
+    """Return the rate in Hz that lines above a table state, by a rate or an interval; None if there is none, or two."""
     found = set()
     joined = [
         f"{line} {following}" if line.strip().endswith(":") else line
@@ -179,8 +214,9 @@ def increment_in(above: Sequence[Sequence[object]]) -> float | None:
 
 
 def _fitted(row: list[str], width: int, *, over: bool) -> list[str] | None:
-    """Return a row of headings with as many cells as the numbers: one less if rows are named, more or, ``over`` others,
-    fewer if these are empty.
+    """Return a row of headings with as many cells as the numbers.
+
+    It may have one less if rows are named, more or, ``over`` others, fewer if these are empty.
     """
     if len(row) == width + 1 and row[0].lower().rstrip(":") in ("header", "headers", "columns", "fields"):
         row = row[1:]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 MOST = 0.8
@@ -15,7 +16,8 @@ SNIFFED = 200
 """Lines that are looked at for it."""
 _TIME = r"(?:\d{4}[-/.]\d\d[-/.]\d\d[T ])?\d{1,2}:\d\d:\d\d(?:[.,:]\d+)?"
 _STAMPED = re.compile(
-    rf"(?:\[(?:[A-Z][a-z]{{2}} [A-Z][a-z]{{2}} +\d+ )?({_TIME})(?: \d{{4}})?\]:?\s*|({_TIME})(?:\s*->\s*|\s*>\s*|: +))(?=[^\s,;])(.*)"
+    rf"(?:\[(?:[A-Z][a-z]{{2}} [A-Z][a-z]{{2}} +\d+ )?({_TIME})(?: \d{{4}})?\]:?\s*"
+    rf"|({_TIME})(?:\s*->\s*|\s*>\s*|: +))(?=[^\s,;])(.*)"
 )
 """``10:23:45.123 -> 1,2`` (Arduino), ``[2026-01-02 10:23:45.123] 1,2`` (Tera Term, CoolTerm)."""
 _PLAIN = re.compile(rf"({_TIME}) +(?=[^\s,;])(.*)")
@@ -23,7 +25,8 @@ _TICKED = re.compile(r"[IWED] \((\d+)\) [\w.-]+: ()(.*)")
 """``I (1234) imu: 1,2`` (ESP-IDF), in ms."""
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan"
 _PAIR = re.compile(
-    rf"\s*[,;|\t]?\s*\"?([A-Za-z_][\w .\-/]*?(?:\s*[\[(][^\])]*[\])])?)\"?\s*[:=]\s*\"?({_NUMBER})\"?\s*((?:[^\s,;|:=\d][^\s,;|:=]*)?)(?=[\s,;|}}]|$)",
+    rf"\s*[,;|\t]?\s*\"?([A-Za-z_][\w .\-/]*?(?:\s*[\[(][^\])]*[\])])?)\"?\s*"
+    rf"[:=]\s*\"?({_NUMBER})\"?\s*((?:[^\s,;|:=\d][^\s,;|:=]*)?)(?=[\s,;|}}]|$)",
     re.IGNORECASE,
 )
 
@@ -56,6 +59,10 @@ def cleaned(text: str) -> str:
     return text
 
 
+def _fits(form: re.Pattern[str], text: str) -> bool:
+    return bool(form.fullmatch(text.strip()))
+
+
 def prefix_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], tuple[str, list[str]] | None]:
     """Return the lines without the time that a terminal put in front, and its heading and stamps if there are any."""
     headless = bool(rows) and bool(_PLAIN.fullmatch(rows[0].text.strip()))
@@ -64,7 +71,8 @@ def prefix_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], tuple[st
         (_TICKED, "time [ms]"),
         *([(_PLAIN, "time")] if headless else []),
     ):
-        if not _alike(rows, lambda text, form=form: bool(form.fullmatch(text.strip()))):
+        matches: Callable[[str], bool] = partial(_fits, form)
+        if not _alike(rows, matches):
             continue
         found = [form.fullmatch(line.text.strip()) for line in rows]
         kept = [(line, match) for line, match in zip(rows, found, strict=True) if match]

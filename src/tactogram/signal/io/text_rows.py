@@ -154,7 +154,10 @@ def separator_of(rows: Sequence[str]) -> str:
     """Return the separator that gives most rows the same number of cells, and these values."""
 
     def fit(separator: str) -> tuple[float, int]:
-        cells = [split(row.strip(" ") if separator == "\t" else row.strip(), separator) for row in rows]
+        try:
+            cells = [split(row.strip(" ") if separator == "\t" else row.strip(), separator) for row in rows]
+        except csv.Error:  # refused by `TextRows.cells`
+            return 0.0, 0
         counts = Counter(map(len, cells))
         count, alike = max(counts.items(), key=lambda each: (each[1], each[0]))
         filled = [cell for row in cells for cell in row if not is_missing(cell)]

@@ -1,4 +1,4 @@
-"""Vocabulary of tables: what loggers, phones and programs call clocks, counters and quantities, in several languages."""
+"""Vocabulary of tables: names that loggers, phones and programs give to clocks, counters and quantities."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ _LETTERS = {
     "lin": "linear_acceleration", "pos": "position", "vel": "velocity", "b": "magnetic_field", "la": "linear_acceleration",
     "gr": "gravity", "imu": "",
 }  # fmt: skip
-"""What stands before the letter of an axis in one word: ``ax``, ``gFx``, ``accX``."""
+"""Prefix of the letter of an axis in one word: ``ax``, ``gFx``, ``accX``."""
 ENVIRONMENT = ("temperature", "humidity", "battery", "light", "heart rate")
 """Those of `OTHERS` that no unit makes a signal of touch."""
 _ENDINGS = ("mm_s^2", "m_s^2", "m_s2", "mps2", "ms2", "m_s", "mm_s", "deg_s", "rad_s", "dps", "mdps")  # fmt: skip
@@ -84,7 +84,7 @@ _CAMEL = re.compile(
 
 @dataclass(frozen=True)
 class Heading:
-    """What a heading says of its column."""
+    """A heading, by the words of the vocabulary."""
 
     text: str
     name: str  # without the unit
@@ -96,6 +96,7 @@ class Heading:
 
     @property
     def words(self) -> list[str]:
+        """Return the words of the name."""
         return words_of(self.name)
 
     @property
@@ -256,9 +257,9 @@ def _unit_at_end(name: str) -> tuple[str, str | None]:
     blank, _, last = name.rpartition(" ")
     if blank and len(last) > 1 and "/" in last and _is_unit(last):
         return blank.rstrip(" ,"), last
-    if match := re.fullmatch(r"(.*?\S)\s*[/,]\s*([^\s/,]+|m/s\S*|\(.+\))", name):
-        if _is_unit(match[2]) and not (match[2].isdigit() or match[2] == "-"):
-            return match[1], match[2]
+    match = re.fullmatch(r"(.*?\S)\s*[/,]\s*([^\s/,]+|m/s\S*|\(.+\))", name)
+    if match and _is_unit(match[2]) and not (match[2].isdigit() or match[2] == "-"):
+        return match[1], match[2]
     lower = name.lower()
     for ending in _ENDINGS:
         if re.search(rf"[_ .-]{re.escape(ending)}$", lower):

@@ -145,7 +145,8 @@ def save_upload(
 ) -> Path:
     """Check an uploaded file, store it in a folder under a safe unused name, and return its path.
 
-    A signal is ``read`` with ``options`` as for `read_uploaded_signal`, unless its columns are asked about later. The file is written under a temporary name and
+    A signal is ``read`` with ``options`` as for `read_uploaded_signal`, unless its columns are asked about
+    later. The file is written under a temporary name and
     renamed; symbolic links are not followed. The folder is created if needed; the caller confines it to the workspace.
     """
     safe = check_upload(name, data, kind=kind)

@@ -29,6 +29,7 @@ from tactogram.signal.io import (
     read_image_metadata,
     write_signal,
 )
+from tactogram.signal.io.layout import ColumnUse
 from tactogram.signal.io.writable import check_writable
 from tactogram.signal.resampling import resample
 from tactogram.workflows.data.requests import ConversionRequest
@@ -116,7 +117,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         "timing": given.timing,
         "metadata": metadata,
     }
-    optional = {"reduced_by": how, "mapped": mapped, "read": given.read, "written": written}
+    optional: dict[str, Any] = {"reduced_by": how, "mapped": mapped, "read": given.read, "written": written}
     optional["notes"] = list(given.notes) or None
     return facts | {name: value for name, value in optional.items() if value is not None}
 
@@ -210,7 +211,9 @@ def check(path: Path | str, *, format: str | None = None, **reading: Any) -> dic
     suffix = path.suffix.lower()
     if format is not None or not path.name.lower().endswith(READABLE) or not path.is_file():
         return check_file(path, format=format)
-    problems, found, notes = [], (), ()
+    problems: list[str] = []
+    found: tuple[ColumnUse, ...] = ()
+    notes: tuple[str, ...] = ()
     try:
         file = read_file(path, **reading)
         found, notes = file.columns, file.notes

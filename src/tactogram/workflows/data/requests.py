@@ -130,8 +130,8 @@ class ConversionRequest(SignalOptions):
     """A signal to write in another format, with its metadata; ``target`` may be ``source``.
 
     ``unit``, ``rate``, ``axes``, ``columns``, ``time``, ``sheet`` and ``part`` state what ``source`` does not; of a
-    haptic file ``rate`` is that of the carrier. A photograph is drawn as a relief (`tactogram.rendering.photo_relief`): its
-    brightness is no prediction of how a material feels.
+    haptic file ``rate`` is that of the carrier. A photograph is drawn as a relief (`tactogram.rendering.photo_relief`):
+    its brightness is no prediction of how a material feels.
     """
 
     source: Annotated[

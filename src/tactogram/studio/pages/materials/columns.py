@@ -143,9 +143,9 @@ def _roles(layout: TableLayout, *, main: bool) -> dict[str, str]:
     places = [layout.columns.index(heading) for heading in layout.axes.values()]
     usual = tuple(layout.axes) == default_axes(len(places)) and places == sorted(places)
     usual = usual and layout.stream in STREAM_ROLES
-    for axis, heading in layout.axes.items():
+    for axis, column in layout.axes.items():
         role = axis if main else f"{layout.stream}: {axis}"
-        roles[heading] = str(layout.stream) if usual else role
+        roles[column] = str(layout.stream) if usual else role
     return roles
 
 
