@@ -71,7 +71,10 @@ def table(path: Path, raw: bytes) -> RawTable:
     rows, names = pairs_apart(without_brackets(rows))
     if not separator:
         middle = [line.text for line in rows[len(rows) // 2 :][:SNIFFED_ROWS]]
-        separator = "\t" if names else separator_of(middle)
+        try:
+            separator = "\t" if names else separator_of(middle)
+        except csv.Error as error:
+            raise DataError(f"{path}: not a table: {error}; is a quote left open?") from None
     grid = TextRows(path, rows, separator, notes=notes)
     grid.divide()
     head = TableHead(tuple(names), (), named=True) if names else _head(grid, comments)
@@ -203,8 +206,7 @@ def _lines(lines: Sequence[str], path: Path) -> tuple[str, list[str], list[Numbe
     if sum(bool(_YAML.fullmatch(line.text)) for line in first) > 0.9 * len(first):
         raise DataError(
             f"{path}: lines of 'name: value' over several rows (YAML, as `ros2 topic echo` prints); save a table "
-            "instead, "
-            "with its option --csv"
+            "instead, with its option --csv"
         )
     return separator, comments, rows
 
