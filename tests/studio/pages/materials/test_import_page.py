@@ -149,9 +149,9 @@ def test_what_a_preview_read_is_chosen_at_first(tmp_path):
     facts = preview_dataset("folder", lab(tmp_path / "lab"), workers=1)
     table, korks, matrix = facts["layouts"]
     chosen = ColumnChoices.of(table["columns"], [])
-    assert (chosen.roles, chosen.units) == (("time", "x", "y", "z"), ("", "g", "g", "g"))
-    assert ColumnChoices.of(korks["columns"], []).roles == ("time", "Kanal 1", "Kraft")
-    assert ColumnChoices.of(matrix["columns"], []).roles == ("unclear",) * 4
+    assert (chosen.roles, chosen.units) == (("time", "x", "y", "z"), ("s", "g", "g", "g"))
+    assert ColumnChoices.of(korks["columns"], []).roles == ("time", "ignored", "Kraft")
+    assert ColumnChoices.of(matrix["columns"], []).roles == ("time", "x", "y", "z")
     assert timing_text(table).startswith("acceleration: x, y, z in m/s^2 · 500 Hz · time stamps: ")
     assert [*by_key([table, table])] == [repr(chosen.headings), table["example"]]
     mapped = read_file(tmp_path / "lab/felt/take_1.csv", layouts=chosen.layouts()).signal
@@ -163,10 +163,8 @@ def test_reasons_name_what_the_page_offers(tmp_path):
     reasons = [in_words_of_the_page(each["reason"], tmp_path / "lab") for each in facts["skipped"]]
     assert "export it as .csv" in reasons[0]
     assert reasons[1:] == [
-        "cork/matrix.mat: no time column and no rate in the file; choose the column of the time, or fill in "
-        "'Rate, Hz'",
-        "felt/broken.csv: row 3, column 'X-Axis (g)': expected a number, got 'one'; correct it, or choose 'not read' "
-        "for its column",
+        "felt/broken.csv: time column 'Elapsed Time' without unit goes in steps of 0.1 (10 Hz in s, 10000 Hz in ms); "
+        "choose its unit, or fill in 'Rate, Hz'",
     ]
     assert (safe_store_name("Kork ä (1)"), safe_store_name("…")) == ("Kork____1", "recordings")
 

@@ -31,6 +31,7 @@ REMEDIES = (
         r"must be in a folder named after its material, .* with `path=[^`]+`",
         "is in no folder; choose 'the file name' in 'Material named by', or the column of the material",
     ),
+    (r": say its unit, `time=[^`]+`, or the rate.*", "; choose its unit, or fill in 'Rate, Hz'"),
     (r"which array\? choose of (.+)", r"has several arrays (\1); choose what each is"),
     (r"which sheet\? choose of (.+)", r"has several sheets (\1); save the one to read as a file of its own"),
     (
@@ -46,7 +47,6 @@ REMEDIES = (
     (r"; give the rate instead", "; choose 'not read' for the time, and fill in 'Rate, Hz'"),
     (r"omit (it|them|the column) from (?:the|a) mapping", "choose 'not read' for the column"),
     (r"`((?:path|unit)=[^`]+)`", r"\1 in 'What no file says'"),
-    (r": head it 'time \[s\]', 'time \[ms\]' or 'time \[us\]'", "; choose its unit"),
 )
 """What readers advise, and what this page offers instead."""
 
