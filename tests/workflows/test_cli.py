@@ -229,7 +229,7 @@ def test_a_table_is_converted_by_its_columns(tmp_path, capsys):
     ]
     assert main(["convert", str(tmp_path / "t.csv"), str(tmp_path / "t.wav"), *options, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
-    assert (facts["rate_hz"], facts["unit"], facts["axes"], facts["samples"]) == (50.0, "m/s^2", ["ay"], 100)
+    assert (facts["rate_hz"], facts["unit"], facts["axes"], facts["samples"]) == (50.0, "m/s^2", ["y"], 100)
 
 
 def test_a_signal_over_displacement_is_played_at_a_speed(tmp_path, capsys):

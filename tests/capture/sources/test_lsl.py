@@ -94,7 +94,8 @@ def test_unit_is_the_given_one_else_that_of_all_channels_else_counts():
     assert described_unit("mg", ["V", "V"])[0] == "m/s^2"
     assert described_unit(None, ["mV", "mV"]) == ("V", pytest.approx(1e-3))
     assert described_unit(None, ["mV", "g"]) == ("1", 1.0)
-    assert described_unit(None, ["microvolts"]) == ("1", 1.0)
+    assert described_unit(None, ["microvolts"]) == ("V", pytest.approx(1e-6))
+    assert described_unit(None, ["arbitrary"]) == ("1", 1.0)
 
 
 def xdf_bytes(stamps, rows, *, rate=100.0, channel_format="float32"):
