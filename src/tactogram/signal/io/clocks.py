@@ -193,6 +193,12 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     values = column[np.isfinite(column)]
     steps = np.abs(np.diff(values))
     typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if typical == 0:
+        if len(values) > 1:
+            raise DataError(
+                f"{table.path}: time column {name!r} must go forward, its stamps are all {values[0]:g}"
+            )
+        raise DataError(f"{table.path}: expected two rows of numbers or more, got {len(values)}")
     size = float(np.abs(values).max(initial=0.0))
     for candidate, low, high in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
@@ -200,7 +206,7 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     ticks = any(word.startswith("tick") for word in words_of(name))
     fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high and not ticks]
     counts = typical == 1 and float(np.std(steps)) == 0
-    if rate is not None and typical > 0:
+    if rate is not None:
         near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c, *_ in STEPS}
         fitting = [c for c, off in near.items() if off < _NEAR]
         if counts and not fitting:
