@@ -22,24 +22,14 @@ EPOCHS = (("ns", 1e17, 1e19), ("us", 1e14, 1e17), ("ms", 1e11, 1e14), ("s", 1e9,
 STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7))
 """Units by the step between stamps without any: rates of 20 Hz to 50 kHz. Ours."""
 _FRACTIONS = {
-    "nanosec": "ns",
-    "nanosecs": "ns",
-    "nsec": "ns",
-    "nsecs": "ns",
-    "nanosecond": "ns",
-    "nanoseconds": "ns",
-    "ns": "ns",
+    form: unit
+    for unit, forms in (
+        ("ns", "ns nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
+        ("us", "us usec usecs micros microsec microseconds"),
+        ("ms", "ms msec millis millisec milliseconds"),
+    )
+    for form in forms.split()
 }
-_FRACTIONS |= {
-    "usec": "us",
-    "microsec": "us",
-    "microseconds": "us",
-    "us": "us",
-    "msec": "ms",
-    "milliseconds": "ms",
-    "ms": "ms",
-}
-_FRACTIONS |= {"millis": "ms", "micros": "us", "millisec": "ms", "usecs": "us"}
 _NEAR = 0.1
 """Relative difference between a stated rate and that of stamps in the right unit."""
 _MEASURED = 0.99
