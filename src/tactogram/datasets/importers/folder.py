@@ -38,7 +38,7 @@ from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.datasets.takes import Take, is_no_signal, quantity_of, takes
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.files import READABLE
+from tactogram.signal.io.files import READABLE, USUAL
 from tactogram.signal.io.layout import TRIAL
 from tactogram.signal.io.table import is_table
 from tactogram.signal.units import parse_unit
@@ -291,7 +291,7 @@ def left_out(folder: Path) -> list[tuple[str, str]]:
 def _reason(path: Path) -> str:
     if path.suffix.lower() in NOTES:
         return "not a table of numbers"
-    return f"suffix must be one of {', '.join(READABLE)}, got {path.suffix or 'none'}; export it as .csv"
+    return f"suffix must be one of {USUAL}, got {path.suffix or 'none'}; export it as .csv"
 
 
 def _signals(folder: Path) -> tuple[dict[str, Path], list[str]]:

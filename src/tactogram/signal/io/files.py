@@ -41,6 +41,8 @@ JSON_LINES = (".jsonl", ".ndjson")
 TABLES = (*TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES)
 READABLE = (*SOUND, *TABLES, *(f"{text}{packed}" for text in (".csv", ".tsv", ".txt") for packed in PACKED))
 """Ends of the names of files that can be read, in lower case."""
+USUAL = ".wav, .flac, .csv, .txt, .xlsx, .mat, .npz, .h5, .lvm, .tdms, .parquet … (docs/data.md lists all)"
+"""The ones that people are told."""
 WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
 ELSEWHERE = (".m4a", ".aac", ".wma", ".mp4")
 """Sounds of phones that libsndfile does not read."""
@@ -367,5 +369,6 @@ def _suffix(path: Path, known: Sequence[str]) -> str:
     if suffix in PACKED and Path(path.stem).suffix.lower() in TEXTS and known is READABLE:
         return suffix
     if suffix not in known:
-        raise ParameterError(f"{path}: suffix must be one of {', '.join(known)}, got {suffix or 'none'}")
+        told = USUAL if known is READABLE else ", ".join(known)
+        raise ParameterError(f"{path}: suffix must be one of {told}, got {suffix or 'none'}")
     return suffix

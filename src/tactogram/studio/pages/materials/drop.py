@@ -14,6 +14,7 @@ from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
+from tactogram.signal.io.files import USUAL
 from tactogram.studio.layout import (
     NumberField,
     busy,
@@ -110,8 +111,6 @@ class _UploadedFile:
     # -- the file ------------------------------------------------------------------------------------------
 
     def draw_upload(self) -> None:
-        kinds = ", ".join(READABLE)
-
         async def take(event: events.UploadEventArguments) -> None:
             data = await event.file.read()
             try:
@@ -124,10 +123,10 @@ class _UploadedFile:
 
         with ui.element("section").classes("card w-full"):
             heading("Upload a recording")
-            hint(f"Supported files: {kinds}. The recording stays on this machine.")
+            hint(f"Supported files: {USUAL}. The recording stays on this machine.")
             field = upload("Drop a file here, or choose one", on_upload=report_errors(take))
             field.props(f'accept="{",".join(READABLE)}"').classes("w-full")
-            field.on("rejected", lambda: ui.notify(f"Expected one of {kinds}.", type="negative"))
+            field.on("rejected", lambda: ui.notify(f"Expected one of {USUAL}.", type="negative"))
         self.analysis = ui.column().classes("w-full gap-4 items-stretch")
 
     def _draw_failure(self, name: str, error: Exception) -> None:

@@ -16,7 +16,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.model import TextureMapModel
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal
-from tactogram.signal.io.files import READABLE
+from tactogram.signal.io.files import READABLE, USUAL
 from tactogram.signal.modulated_noise import ModulatedNoise
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.synthesis import synthesise
@@ -189,9 +189,7 @@ class TouchSources:
         if request.where == "kept":
             signal = self._shelf.get(request.of).signal()
         elif not path.name.lower().endswith(READABLE):
-            raise ParameterError(
-                f"{request.of}: expected a file of {', '.join(READABLE)}, got {path.suffix!r}"
-            )
+            raise ParameterError(f"{request.of}: expected a file of {USUAL}, got {path.suffix!r}")
         elif path.stat().st_size > LARGEST_FILE:
             raise ParameterError(f"{request.of}: larger than {LARGEST_FILE // 1_000_000} MB; cut it first")
         else:
