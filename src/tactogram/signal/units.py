@@ -15,12 +15,17 @@ _ACCELERATION = {
     "m/s^2": 1.0,
     "mm/s^2": 1e-3,
     "cm/s^2": 1e-2,
+    "ft/s^2": 0.3048,
+    "in/s^2": 0.0254,
     "g": STANDARD_GRAVITY,
+    "ug": 1e-6 * STANDARD_GRAVITY,
     "mg": 1e-3 * STANDARD_GRAVITY,
 }
 _FORCE = {
     "N": 1.0,
     "mN": 1e-3,
+    "cN": 1e-2,
+    "daN": 10.0,
     "kN": 1e3,
     "gf": 1e-3 * STANDARD_GRAVITY,
     "kgf": STANDARD_GRAVITY,
@@ -31,8 +36,16 @@ _SPELLINGS: dict[str, tuple[str, float]] = {
     **{name: ("N", factor) for name, factor in _FORCE.items()},
     **{
         f"{name}/s": ("m/s", factor)
-        for name, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6))
+        for name, factor in (
+            ("m", 1.0),
+            ("cm", 1e-2),
+            ("mm", 1e-3),
+            ("um", 1e-6),
+            ("in", 0.0254),
+            ("ft", 0.3048),
+        )
     },
+    "mm/min": ("m/s", 1e-3 / 60),
     **{
         name: ("m", factor)
         for name, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9))
@@ -40,7 +53,14 @@ _SPELLINGS: dict[str, tuple[str, float]] = {
     **{name: ("V", factor) for name, factor in (("V", 1.0), ("mV", 1e-3), ("uV", 1e-6))},
     **{
         name: ("Pa", factor)
-        for name, factor in (("Pa", 1.0), ("hPa", 1e2), ("kPa", 1e3), ("mbar", 1e2), ("bar", 1e5))
+        for name, factor in (
+            ("Pa", 1.0),
+            ("hPa", 1e2),
+            ("kPa", 1e3),
+            ("mbar", 1e2),
+            ("bar", 1e5),
+            ("psi", 6894.757),
+        )
     },
     **{name: ("T", factor) for name, factor in (("T", 1.0), ("mT", 1e-3), ("uT", 1e-6), ("nT", 1e-9))},
     **{name: ("T", factor) for name, factor in (("gauss", 1e-4), ("mgauss", 1e-7))},
@@ -55,7 +75,7 @@ _SPELLINGS: dict[str, tuple[str, float]] = {
     "%": ("1", 1e-2),
     **dict.fromkeys(("counts", "count", "lsb", "raw", "adc", "digits", "a.u.", "au", "n/a"), ("1", 1.0)),
 }
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
 _WORDS = {
     # Whole words and plain variants, in lower case, by the spelling above.
@@ -64,6 +84,10 @@ _WORDS = {
     "meterpersecondsquared m/secondsquared",
     "mm/s^2": "mm/s2 mm/s/s",
     "cm/s^2": "cm/s2 gal",
+    "ft/s^2": "ft/s2 fps2 fps^2",
+    "in/s^2": "in/s2 ips2",
+    "ug": "micro-g microg",
+    "in/s": "ips",
     "g": "g's gs gn g_n g0 g_0 gee gees gravity gravities gravitys g-force standardgravity",
     "mg": "milli-g millig mgee mg's milligs milligravity",
     "m/s": "mps meterspersecond metrespersecond",
@@ -76,7 +100,7 @@ _WORDS = {
     "kN": "kn kilonewton kilonewtons",
     "gf": "gram-force gramforce grams-force p pond",
     "kgf": "kp kilopond kilogram-force",
-    "lbf": "lb-force pound-force lb_f",
+    "lbf": "lb lbs pound pounds lb-force pound-force lb_f",
     "V": "v volt volts vdc",
     "mV": "mv millivolt millivolts mvolt mvolts",
     "uV": "uv microvolt microvolts",
@@ -98,6 +122,7 @@ _WORDS = {
     "ns": "nsec nsecs nanos nanosec nanosecond nanoseconds ナノ秒 纳秒",
     "min": "minute minutes",
     "h": "hour hours hr hrs",
+    "d": "day days",
     "1": "none unitless dimensionless",
 }  # fmt: skip
 _BY_WORD = {word: unit for unit, words in reversed(_WORDS.items()) for word in words.split()}
@@ -122,8 +147,11 @@ def parse_unit(text: str) -> tuple[str, float]:
 
 
 def parse_seconds(text: str) -> float | None:
-    """Return the time unit ``text`` in s (``"ms"`` is 0.001); None if it is not a time unit."""
+    """Return the time unit ``text`` in s (``"ms"`` is 0.001, ``"100 ns"`` 1e-7); None if it is not a time unit."""
     plain = _plain(text)
+    if found := re.fullmatch(r"[x*]?(1/)?(\d+(?:\.\d+)?)\*?([a-z]+)", plain):
+        times, one = float(found[2]), parse_seconds(found[3])
+        return None if one is None or times == 0 else one / times if found[1] else one * times
     return _SECONDS.get(plain, _SECONDS.get(_BY_WORD.get(plain.lower(), "")))
 
 
@@ -150,4 +178,6 @@ def _plain(text: str) -> str:
     return re.sub(r"(?<=/s)2$|(?<=/s)\^\(2\)$", "^2", text)
 
 
-_CHARACTERS = str.maketrans({"²": "^2", "µ": "u", "μ": "u", "·": "*", "⋅": "*", "∕": "/", "’": "'"})
+_CHARACTERS = str.maketrans(
+    {"м": "m", "с": "s", "²": "^2", "µ": "u", "μ": "u", "·": "*", "⋅": "*", "∕": "/", "’": "'"}
+)

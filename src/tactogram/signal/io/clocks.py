@@ -17,19 +17,19 @@ from tactogram.signal.units import parse_seconds, split_heading
 
 NONE = "none"
 """Name of no column: the time stamps are not to be used."""
-EPOCHS = (("ns", 1e17, 1e19), ("us", 1e14, 1e17), ("ms", 1e11, 1e14), ("s", 1e9, 1e10))
-"""Units by the size of stamps since 1970."""
+EPOCHS = (
+    *(
+        ("ns", 9e17, 1e19, "1970"),
+        ("us", 1e14, 1e17, "1970"),
+        ("ms", 1e11, 1e14, "1970"),
+        ("s", 1e9, 1e10, "1970"),
+    ),
+    *(("100 ns", 6e17, 9e17, "the year 1"), ("100 ns", 1.2e17, 2e17, "1601")),
+    *(("d", 3e4, 7e4, "1900"), ("d", 7e5, 8e5, "the year 0")),
+)
+"""Units by the size of stamps since a year, as of Unix, .NET, Windows, Excel and MATLAB."""
 STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7))
 """Units by the step between stamps without any: rates of 20 Hz to 50 kHz. Ours."""
-_FRACTIONS = {
-    form: unit
-    for unit, forms in (
-        ("ns", "ns nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
-        ("us", "us usec usecs micros microsec microseconds"),
-        ("ms", "ms msec millis millisec milliseconds"),
-    )
-    for form in forms.split()
-}
 _NEAR = 0.1
 """Relative difference between a stated rate and that of stamps in the right unit."""
 _MEASURED = 0.99
@@ -108,29 +108,53 @@ def _columns_of(table: RawTable, places: Sequence[int]) -> RawTable:
     )
 
 
-def with_whole_seconds(table: RawTable) -> RawTable:
-    """Return a table whose column of whole seconds, and that of their fraction beside it, are one clock."""
+def with_whole_clock(table: RawTable) -> RawTable:
+    """Return a table whose columns of hours, minutes, seconds or a fraction, side by side, are one clock in seconds."""
     names = [words_of(text) for text in table.headings]
-    for i, words in enumerate(names[:-1]):
-        following = names[i + 1]
-        if not words or not following or words[:-1] != following[:-1]:
+    numbers = [column.dtype != object for column in table.columns]
+    units = [
+        parse_seconds(words[-1]) if words and number else None
+        for words, number in zip(names, numbers, strict=True)
+    ]
+    for i, unit in enumerate(units):
+        end, seconds, last = i + 1, np.zeros(0), unit
+        while last and end < len(units) and (finer := units[end]) and names[end][:-1] == names[i][:-1]:
+            column = table.columns[end].astype(np.float64)
+            if (
+                not 0
+                <= np.nanmin(column)
+                <= np.nanmax(column) * finer
+                < last
+                <= 1000 * finer * (1e6 if last == 1 else 1)
+            ):
+                break
+            whole = table.columns[i].astype(np.float64)
+            seconds = (seconds if len(seconds) else (whole - whole[0]) * (unit or 1)) + column * finer
+            end, last = end + 1, finer
+        if len(seconds):
+            heading = " ".join([*names[i][:-1], "time", "[s]"])
+            return replace(
+                table,
+                headings=(*table.headings[:i], heading, *table.headings[end:]),
+                columns=(*table.columns[:i], seconds, *table.columns[end:]),
+                units=(*table.units[:i], None, *table.units[end:]) if table.units else (),
+                groups=(*table.groups[:i], "", *table.groups[end:]) if table.groups else (),
+            )
+    return table
+
+
+def forward(table: RawTable) -> RawTable:
+    """Return a table whose rows stand in descending order of time the other way round, with a note."""
+    for text, column in zip(table.headings, table.columns, strict=True):
+        if column.dtype == object or not heading(text).is_clock or not time_unit_of(heading(text)):
             continue
-        unit = _FRACTIONS.get(following[-1])
-        both = table.columns[i : i + 2]
-        if (
-            words[-1] not in ("sec", "secs", "s", "second", "seconds")
-            or unit is None
-            or any(c.dtype == object for c in both)
-        ):
-            continue
-        whole, part = (column.astype(np.float64) for column in both)
-        seconds = (whole - whole[0]) + part * (parse_seconds(unit) or 1.0)
-        return replace(
-            table,
-            headings=(*table.headings[:i], f"{table.headings[i]} [s]", *table.headings[i + 2 :]),
-            columns=(*table.columns[:i], seconds, *table.columns[i + 2 :]),
-            units=(*table.units[:i], *table.units[i + 1 :]) if table.units else (),
-        )
+        if len(column) > 3 and bool((np.diff(column) < 0).all()):
+            return replace(
+                table,
+                columns=tuple(each[::-1] for each in table.columns),
+                rows=[*table.rows][::-1],
+                notes=(*table.notes, f"rows in descending order of {text}: reversed"),
+            )
     return table
 
 
@@ -160,18 +184,25 @@ def choose_clock(
         _ask(table, found, rate)
         return None
 
-    def rank(place: int) -> tuple[float, bool, bool, int]:
+    def rank(place: int) -> tuple[bool, float, bool, bool, bool, int]:
         column = table.columns[place]
         dated = column.dtype == object
         if dated:
             repeated = len({*map(str, column)}) < (1 - 0.05) * len(column)
         else:
             repeated = float(np.mean(np.diff(column) == 0)) > 0.05 if len(column) > 1 else False
-        return float(repeated), dated, clocks[place] is None, place
+        still = len({*map(str, column[:50])}) == 1
+        return still, float(repeated), dated, clocks[place] is None, "header" not in found[place].words, place
 
     best = min(clocks, key=rank)
     if table.columns[best].dtype == object:
         return Clock(best, str(clocks[best]), None)
+    spelled = found[best].unit
+    if clocks[best] is None and spelled and re.fullmatch(r"[a-zµ]{1,3}", spelled):
+        raise DataError(
+            f"{table.path}: unit {spelled!r} of time column {table.headings[best]!r} is not known: say it, e.g. "
+            f"`time={found[best].name} [ms]`"
+        )
     return _with_unit(best, clocks[best], table, rate)
 
 
@@ -190,9 +221,11 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
             )
         raise DataError(f"{table.path}: expected two rows of numbers or more, got {len(values)}")
     size = float(np.abs(values).max(initial=0.0))
-    for candidate, low, high in EPOCHS:
+    for candidate, low, high, since in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
-            return Clock(place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since 1970")
+            return Clock(
+                place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since {since}"
+            )
     ticks = any(word.startswith("tick") for word in words_of(name))
     fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high and not ticks]
     counts = typical == 1 and float(np.std(steps)) == 0
@@ -203,7 +236,9 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
             return None
     if len(fitting) != 1 or (counts and rate is None):
         likely = [
-            c for c in ("s", "ms", "us", "ns") if 1 <= 1 / (typical * (parse_seconds(c) or 1) or 1) <= 1e6
+            c
+            for c in ("s", "ms", "us", "ns", "d")
+            if 1 <= 1 / (typical * (parse_seconds(c) or 1) or 1) <= 1e6
         ]
         listed = ", ".join(f"{1 / (typical * (parse_seconds(c) or 1)):g} Hz in {c}" for c in likely)
         raise DataError(

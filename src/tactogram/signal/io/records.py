@@ -76,6 +76,8 @@ def _column(values: Any) -> Column:
     array = values.to_numpy()
     if array.dtype.kind in "fiub":
         return np.asarray(array, dtype=np.float64)
+    if array.dtype.kind == "m":
+        return np.asarray(array / np.timedelta64(1, "s"), dtype=np.float64)
     if array.dtype.kind == "M":
         stamps = np.empty(len(array), dtype=object)
         stamps[:] = [None if np.isnat(each) else str(each) for each in array]

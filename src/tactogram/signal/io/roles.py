@@ -174,6 +174,8 @@ def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> 
     parts = [found[i] for i in places]
     whole = len(names) == 1 < len(places)  # a matrix
     names = axis_letters(parts) or (default_axes(len(places)) if whole else _names(places, table, found))
+    if len(set(names)) < len(names):
+        names = [str(i + 1) for i in places]
     return replace(_converted(_stream_of(parts), places, names, parts, table), chosen=True)
 
 
@@ -208,8 +210,8 @@ def _found(
         )
     if not places:
         raise DataError(
-            f"{table.path}: no column of samples besides the time, got {', '.join(table.headings)}; "
-            "choose them: `axes=NAME,NAME`"
+            f"{table.path}: no column of samples besides the time, got {', '.join(table.headings)}; choose them: "
+            f"`axes={','.join([name for i, name in enumerate(table.headings) if i != at][:3])}`"
         )
     groups: dict[str, list[int]] = {}
     for i in places:
@@ -267,6 +269,13 @@ def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, plac
     rising = whole and len(steps) > 0 and bool((steps >= 0).all()) and values[-1] > values[0]
     if each.is_counter and each.name and rising and len(table.columns) > 1:
         return "counter"
+    if (
+        len(values) > 20
+        and np.isin(values, (0, 1)).all()
+        and len(table.columns) > 2
+        and not (each.axis or each.unit)
+    ):
+        return "0 and 1 alone"
     constant = len(values) > 1 and bool((steps == 0).all())
     if (
         constant

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from datetime import datetime, time
+from datetime import datetime, time, timedelta
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ _STAMP = re.compile(
        |(?P<word>(?i:jan|feb|mar|apr|may|jun|jul|aug|sep|oct|nov|dec)[a-z]{0,6})\ +
         (?P<wordday>\d{1,2}),?(?:\ (?P<wordyear>\d{4}))?
        |(?P<year>(?:19|20)\d\d)(?P<month>\d\d)(?P<day>\d\d))(?=[T_\ ,;]|$)[T_\ ,;]*)?
-    (?:(?P<hour>\d{1,2})[:.h-](?P<minute>\d{1,2})(?:[:.m-](?P<second>\d{1,2}))?(?:[.,:_](?P<fraction>\d{1,9}))?
+    (?:(?P<hour>\d{1,2})(?P<dot>[:.h-])(?P<minute>\d{1,2})(?:(?P<point>[:.m-])(?P<second>\d{1,2}))?(?:[.,:_](?P<fraction>\d{1,9}))?
        \s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2})?(?:\ (?P<lastyear>\d{4}))?)?\s*""",
     re.VERBOSE,
 )
@@ -30,7 +30,7 @@ _DAY_S = 86_400.0
 
 def is_stamp(cell: object) -> bool:
     """Return whether a cell holds a date, a date with a time, or a time of day, and is no plain number."""
-    if isinstance(cell, datetime | time):
+    if isinstance(cell, datetime | time | timedelta):
         return True
     found = _match(cell) if isinstance(cell, str) else None
     return found is not None and any(
@@ -96,7 +96,7 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
 
 
 def _match(text: str) -> re.Match[str] | None:
-    text = _COMPACT.sub(r"\1:\2:\3", text.strip())
+    text = _COMPACT.sub(r"\1:\2:\3", re.sub(r"^\d+ days?,? +", "", text.strip()))
     if "年" in text:
         text = (
             re.sub("年|月", "-", text)
@@ -118,14 +118,14 @@ def _is_number(text: str) -> bool:
 
 
 def _has_date(cell: object) -> bool:
-    if isinstance(cell, datetime | time):
+    if isinstance(cell, datetime | time | timedelta):
         return isinstance(cell, datetime)
     found = _match(str(cell))
     return bool(found and (found["a"] or found["year"] or found["word"]))
 
 
 def _has_time(cell: object) -> bool:
-    if isinstance(cell, datetime | time):
+    if isinstance(cell, datetime | time | timedelta):
         return True
     found = _match(str(cell))
     return bool(found and found["hour"])
@@ -133,6 +133,8 @@ def _has_time(cell: object) -> bool:
 
 def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | None] | None:
     """Return date (as written, the year first if it has four digits), seconds of the day and zone (s) of a stamp."""
+    if isinstance(cell, timedelta):
+        return None, cell.total_seconds(), None
     if isinstance(cell, datetime | time):
         seconds = 3600 * cell.hour + 60 * cell.minute + cell.second + 1e-6 * cell.microsecond
         date = (cell.year, cell.month, cell.day) if isinstance(cell, datetime) else None
@@ -162,8 +164,10 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
         hour, minute, second = (int(found[name] or 0) for name in ("hour", "minute", "second"))
         fraction = float(f"0.{found['fraction'] or 0}")
         if (
-            found["second"] is None and found["fraction"]
+            found["point"] == "." and found["dot"] == ":"
         ):  # minutes, seconds and a fraction, as Excel shows them
+            hour, minute, second, fraction = 0, hour, minute, float(f"0.{found['second']}")
+        elif found["second"] is None and found["fraction"]:
             hour, minute, second = 0, hour, minute
         if half := found["half"]:
             hour = hour % 12 + (12 if half[0] in "pP" else 0)

@@ -15,7 +15,14 @@ from tactogram.errors import DataError
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.raw_table import Column, RawTable
 from tactogram.signal.io.stamps import is_stamp
-from tactogram.signal.io.table_columns import converted, is_empty, start_and_rate, text_columns
+from tactogram.signal.io.table_columns import (
+    converted,
+    footer_of,
+    is_empty,
+    start_and_rate,
+    text_columns,
+    with_unit,
+)
 from tactogram.signal.io.table_head import (
     TableHead,
     body_start,
@@ -34,6 +41,7 @@ from tactogram.signal.io.table_lines import (
     without_brackets,
 )
 from tactogram.signal.io.text_rows import SNIFFED_ROWS, TextRows, separator_of, split
+from tactogram.signal.io.vocabulary import heading as heading_of
 from tactogram.signal.signal import Signal
 from tactogram.text_files import detected_text
 
@@ -94,6 +102,14 @@ def table(path: Path, raw: bytes) -> RawTable:
     units = [one or other for one, other in zip(head.units or [None] * grid.width, behind, strict=True)]
     headings = [*head.headings]
     across, along = units_in(facts)
+    if along is not None and any(line.strip(" ,").lower() == "mode,fast" for line in facts):
+        along = None
+        notes.append("GW Instek's fast mode: counts, 25 to a division of the vertical scale")
+    if length := re.search(r"\blength units?[ ,;:=]+([a-z]+)", " ".join(facts), re.IGNORECASE):  # OptiTrack
+        units = [
+            length[1] if unit is None and heading_of(name).quantity == "position" else unit
+            for name, unit in zip(headings, units, strict=True)
+        ]
     if along is not None and not any(units) and not any(re.search(r"[\[(]", name) for name in headings):
         units = [_side_unit(column, across, along) for column in columns]
     if stamps is not None:
@@ -125,7 +141,7 @@ def table_of_cells(path: Path, cells: Sequence[Sequence[object]], *, name: str =
     rows = [row[:width] + [None] * (width - len(row)) for row in rows]
     above = [row[:end] for row, end in zip(rows[:start], ends, strict=False)]
     head = head_of(above, width)
-    columns = [converted([row[i] for row in rows[start:]]) for i in range(width)]
+    columns = [_of_cells([row[i] for row in rows[start:]]) for i in range(width)]
     rate = increment_in(above) or rate_in([" ".join(str(c) for c in row if c is not None) for row in above])
     return _table(path, [*head.headings], columns, [*head.units], numbers[start:], rate, head.named)
 
@@ -143,6 +159,13 @@ def _table(
     notes: Sequence[str] = (),
 ) -> RawTable:
     """Return the table without empty columns that have no heading."""
+    if footer := footer_of(columns):
+        columns = [_numbers(column[:-footer]) for column in columns]
+        notes = [
+            *notes,
+            f"the last {footer} rows hold words, as of a summary: left out, from row {rows[-footer]}",
+        ]
+        rows = rows[:-footer]
     kept = [i for i, column in enumerate(columns) if (named and headings[i]) or not is_empty(column)]
     return RawTable(
         path,
@@ -156,6 +179,16 @@ def _table(
         description=description,
         notes=tuple(notes),
     )
+
+
+def _of_cells(cells: Sequence[object]) -> Column:
+    """Return cells of a worksheet; numbers that it holds as text may have decimal commas."""
+    texts = [cell for cell in cells if isinstance(cell, str)]
+    return with_unit(texts)[0] if len(texts) == len(cells) else converted(cells)
+
+
+def _numbers(column: Column) -> Column:
+    return converted([*column]) if column.dtype == object else column
 
 
 def is_table(path: Path) -> bool:

@@ -14,6 +14,8 @@ from tactogram.signal.io.raw_table import Column
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_head import DECIMAL_COMMA, MISSING, NUMBER_WITH_UNIT, is_missing, is_number
 
+MOST_FOOTER = 10
+"""Rows below a table that may summarise it."""
 MOST_MISSING = 0.8
 """Share of cells without a number above which a column without a heading is none."""
 _SNIFFED = 200
@@ -22,6 +24,7 @@ _CALENDAR = re.compile(
 )
 _MAYBE_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:,\d{3})+\.\d+")
+_DOTTED_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:\.\d{3})+")
 _MISSING_FORMS = sorted({form for cell in MISSING for form in (cell, cell.upper(), cell.title(), "NaN")})
 
 
@@ -35,7 +38,10 @@ def text_columns(
     import pandas as pd
 
     commas = any(DECIMAL_COMMA.fullmatch(cell) for cell in sample)
-    points = any("." in cell and is_number(cell) for cell in sample)
+    dotted = [cell for cell in sample if "." in cell and is_number(cell)]
+    thousands = "," if any(_THOUSANDS.fullmatch(cell) for cell in sample) else None
+    if commas and dotted and all(_DOTTED_THOUSANDS.fullmatch(cell) for cell in dotted):
+        dotted, thousands = [], "."
     text = "\n".join(line.rstrip(" " if separator == "\t" else None) for line in lines)
     try:
         frame = pd.read_csv(
@@ -44,8 +50,8 @@ def text_columns(
             header=None,
             names=[*range(width + 1)],
             index_col=False,
-            decimal="," if commas and not points else ".",
-            thousands="," if any(_THOUSANDS.fullmatch(cell) for cell in sample) else None,
+            decimal="," if commas and not dotted else ".",
+            thousands=thousands,
             skipinitialspace=True,
             keep_default_na=False,
             na_values=_MISSING_FORMS,
@@ -63,7 +69,7 @@ def _column(values: NDArray[np.generic]) -> tuple[Column, str | None]:
         return dated, None
     if values.dtype.kind in "fiub":
         return values.astype(np.float64), None
-    return _with_unit([None if value != value else str(value).strip() for value in values])
+    return with_unit([None if value != value else str(value).strip() for value in values])
 
 
 def converted(cells: Sequence[object]) -> Column:
@@ -79,6 +85,18 @@ def is_empty(column: Column) -> bool:
     """Return whether most cells are missing, as where an oscilloscope writes its settings beside the first rows."""
     missing = [cell is None for cell in column] if column.dtype == object else np.isnan(column)
     return float(np.mean(missing)) > MOST_MISSING
+
+
+def footer_of(columns: Sequence[Column]) -> int:
+    """Return how many of the last rows hold words where all others have numbers: ``Mean``, ``Max``, a remark."""
+    rows = 0
+    for column in columns:
+        if column.dtype != object or len(column) < 3 * MOST_FOOTER:
+            continue
+        odd = [i for i, cell in enumerate(column) if cell is not None and not is_number(cell)]
+        if odd and odd[0] >= len(column) - MOST_FOOTER and not is_stamp(column[odd[0]]):
+            rows = max(rows, len(column) - odd[0])
+    return rows
 
 
 def start_and_rate(columns: Sequence[Column]) -> float | None:
@@ -100,7 +118,7 @@ def _calendar_digits(values: NDArray[np.generic]) -> Column | None:
     return column
 
 
-def _with_unit(cells: Sequence[str | None]) -> tuple[Column, str | None]:
+def with_unit(cells: Sequence[str | None]) -> tuple[Column, str | None]:
     """Return cells as numbers if each has the same unit behind it, or a decimal comma where others have points."""
     filled = [cell for cell in cells if cell]
     numeric = bool(filled) and all(is_number(cell) or DECIMAL_COMMA.fullmatch(cell) for cell in filled)

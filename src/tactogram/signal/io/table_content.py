@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.io.clocks import split_by_clocks, with_whole_seconds
+from tactogram.signal.io.clocks import forward, split_by_clocks, with_whole_clock
 from tactogram.signal.io.content import FileContent, default_axes
 from tactogram.signal.io.labels import LONGEST_STEP, cut, label_of_cell
 from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.long_tables import split_by_sensor
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.roles import StreamColumns, TableRoles, rank_of, roles_of
 from tactogram.signal.io.stamps import stamp_seconds
@@ -44,7 +45,8 @@ def table_contents(
     found: list[FileContent] = []
     problem: DataError | None = None
     left_out: list[str] = []
-    for table in [part for whole in tables for part in split_by_clocks(with_whole_seconds(whole))]:
+    parts = [part for whole in tables for part in split_by_sensor(with_whole_clock(whole))]
+    for table in [part for whole in parts for part in split_by_clocks(forward(whole))]:
         try:
             roles = roles_of(
                 table, columns=columns, axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled
@@ -58,7 +60,9 @@ def table_contents(
         raise problem or DataError("no columns of numbers")
     uses = tuple(use for content in {id(c.uses): c for c in found}.values() for use in content.uses)
     notes = tuple(dict.fromkeys([*(note for content in found for note in content.notes), *left_out]))
-    if not any(content.chosen or content.layout for content in found):
+    if any(content.chosen or content.layout for content in found):
+        found.sort(key=lambda content: not (content.chosen or content.layout))
+    else:
         found = _main_first(found, tables[0])
     return (replace(found[0], uses=uses, notes=notes), *found[1:])
 
@@ -93,7 +97,8 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
     """
     if contents[0].times is None:
         return tuple(contents)
-    intervals = cut([replace(content, labels={}) for content in contents])
+    alike = [content for content in contents if content.rows == contents[0].rows]
+    intervals = cut([replace(content, labels={}) for content in alike])
     if len(intervals) <= 1 and part in (None, 1):
         return tuple(contents)
     if part is None:
@@ -208,11 +213,24 @@ def _times(
     column = table.columns[place]
     if seconds is None:
         return stamp_seconds(column.astype(object), f"{where}{table.headings[place]!r}", rows)
-    values = column_numbers(table, place)
+    values = _unwrapped(column_numbers(table, place))
     known = values[np.isfinite(values)]
     if len(known) and LONG_AGO_S < abs(known[0] * seconds) < MOST_SPAN**2:
         values = values - known[0]
     return values * seconds
+
+
+def _unwrapped(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the ticks of a counter of 16 or 32 bits, continued where it starts again."""
+    back = np.flatnonzero(np.diff(values) < 0)
+    if not len(back) or (values != np.round(values)).any():
+        return values
+    usual = float(np.median(np.diff(values)))
+    for size in (2.0**16, 2.0**32):
+        steps = np.diff(values)[back] + size
+        if 0 <= values.min() <= values.max() < size and (steps > 0).all() and (steps <= 10 * usual).all():
+            return values + size * np.concatenate([[0], np.cumsum(np.diff(values) < 0)])
+    return values
 
 
 def _trusted(
@@ -235,6 +253,27 @@ def _trusted(
     forward = steps[steps > 0]
     repeated = float(np.mean(steps == 0))
     holes = int(np.count_nonzero(steps > LONGEST_STEP * np.median(forward))) if len(forward) else 0
+    ticks = np.rint(steps / steps.min()) if steps.min() > 0 else steps
+    doubled = np.flatnonzero(ticks == 2)
+    if (
+        ticks.max() == 2
+        and 0.02 * len(steps) < len(doubled) < 0.5 * len(steps)
+        and np.ptp(np.diff(doubled)) <= 1
+    ):
+        true = (len(times) - 1) / float(times[-1] - times[0])
+        note = f"time stamps are rounded to {steps.min():.4g} s: taken as even, {true:.4g} Hz"
+        return times[0] + np.arange(len(times)) / true, note
+    early, late = (float(np.median(part)) for part in (steps[: len(steps) // 4], steps[-(len(steps) // 4) :]))
+    if (
+        rate is None
+        and not 0.8 * early < late < 1.25 * early
+        and _stands(steps, early)
+        and _stands(steps[::-1], late)
+    ):
+        raise DataError(
+            f"{table.path}: steps of {early:.4g} s between time stamps become {late:.4g} s: give the rate to resample "
+            f"all to, `rate={1 / min(early, late):.4g}`"
+        )
     if repeated <= MOST_REPEATED and holes <= max(3, MOST_HOLES * len(steps)):
         return times, None
     span = float(times[-1] - times[0])
@@ -251,6 +290,11 @@ def _trusted(
     off = likely / known - 1 if known else 0.0
     far = f"; these say {likely:.4g} Hz: samples may be lost" if abs(off) > MOST_OFF else ""
     return None, f"time stamps are arrival times of blocks: not used, the rate is {known:g} Hz as given{far}"
+
+
+def _stands(steps: NDArray[np.float64], usual: float) -> bool:
+    """Return whether the first quarter of the steps are nearly all as usual."""
+    return usual > 0 and float(np.mean(np.abs(steps[: len(steps) // 4] / usual - 1) < 0.1)) > 0.9
 
 
 def _on_grid(times: NDArray[np.float64], rate: float) -> bool:

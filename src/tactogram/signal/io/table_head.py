@@ -16,14 +16,15 @@ _NO_NUMBERS = """nan na n/a #n/a #na null none - -- --- . ovf ol over overload o
 MISSING = frozenset(["", *_NO_NUMBERS.split()])
 """Cells that hold no number, in lower case."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
-NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\d\s[(].*?)\s*")
+NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*((?:[^\W\d_]|[°%]).*?)\s*")
 HEAD_ROWS = 4
 """Most rows of headings: of groups, names, kinds and units."""
 _KINDS = frozenset(["cal", "raw", "uncal", "real", "float", "double", "int", "analog", "none", "value"])
 _RATE = re.compile(
     r"""\b(?P<what>(?:sampl(?:e|ing|es)|data|acquisition|logging|output)?[ _-]*
         (?:rate|freq(?:uency)?|interval|period|increment)
-    |x-axis[ ]delta|fs|dt|delta_?x|at|samples?[ _/]+(?:per|/)[ _]*s(?:ec(?:ond)?)?)\b
+    |messrate|abtastrate|time[ ]interval|tinc|x-axis[ ]delta|fs|dt|delta_?x|at
+    |samples?[ _/]+(?:per|/)[ _]*s(?:ec(?:ond)?)?)\b
     [^\d\n]{0,24}?(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(?P<unit>[a-zµμ]*)""",
     re.IGNORECASE | re.VERBOSE,
 )
@@ -96,15 +97,18 @@ def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
     """Return headings and units from the rows above the numbers, the last of which are nearest to them."""
     texts = [[str("" if cell is None else cell).strip() for cell in row] for row in above]
     labelled = {
-        row[0].lower().strip(" =:"): tuple(row[1:width])
+        row[0].lower().strip(" =:"): tuple(row[1 : width + 1])
         for row in texts
-        if len(row) >= width and row[0].endswith("=")
+        if len(row) >= width and row[0].endswith(("=", ":"))
     }
     if (titles := labelled.get("channeltitle")) is not None:  # LabChart
+        below = labelled.get("unitname", ("",) * width)[: width - 1]
         return TableHead(
-            ("time", *titles),
-            (None, *(unit or None for unit in labelled.get("unitname", ("",) * len(titles)))),
-            named=True,
+            ("time", *titles[: width - 1]), (None, *(unit or None for unit in below)), named=True
+        )
+    if (titles := labelled.get("kanalname")) is not None and len(titles) >= width:  # catman
+        return TableHead(
+            titles[:width], tuple(unit or None for unit in labelled.get("einheit", ())[:width]), named=True
         )
     rows: list[list[str]] = []
     lengths: set[int] = set()
@@ -146,7 +150,7 @@ def rate_in(lines: Sequence[str]) -> float | None:
     for line in joined:
         for match in _RATE.finditer(line):
             number, unit = float(match["number"].replace(",", ".")), match["unit"].lower()
-            slow = re.search(r"interval|period|increment|dt|delta", match["what"], re.IGNORECASE)
+            slow = re.search(r"interval|period|inc|dt|delta", match["what"], re.IGNORECASE)
             seconds = parse_seconds(unit) if unit else 1.0
             if slow and seconds and number > 0:
                 found.add(round(1 / (number * seconds), 9))
@@ -158,7 +162,7 @@ def rate_in(lines: Sequence[str]) -> float | None:
 def units_in(lines: Sequence[str]) -> tuple[str | None, str | None]:
     """Return the units of time stamps and samples in lines such as ``Horizontal Units,s`` and ``Vertical Units,V``."""
     found: list[str | None] = []
-    for axis in (r"horizontal|x-axis|h", r"vertical|y-axis|v"):
+    for axis in (r"horizontal|x-axis|h", r"vertical|y-axis|v|measure"):
         form = re.compile(
             rf"[\"'#\s]*(?:{axis})[ _-]*units?\b[\"':=\s]*[,;:\t=]?[\"'\s]*([^\",;\t\s]+)", re.IGNORECASE
         )
@@ -197,7 +201,7 @@ def _heads(row: list[str]) -> bool:
     filled = [text for text in row if text]
     numbers = sum(is_value(text) for text in filled)
     counted = [str(i) for i in range(len(filled) - 1)], [str(i + 1) for i in range(len(filled) - 1)]
-    return bool(filled) and (2 * numbers < len(filled) or (len(filled) > 2 and filled[1:] in counted))
+    return bool(filled) and (2 * numbers < len(filled) or (len(filled) > 1 and filled[1:] in counted))
 
 
 def _are_units(row: list[str]) -> bool:

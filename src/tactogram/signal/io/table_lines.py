@@ -49,6 +49,9 @@ def cleaned(text: str) -> str:
         text = re.sub("(?<=\\d)[\u00a0\u2009\u202f'\u2019](?=\\d{3}(?!\\d))", "", text)
     if re.search(r"\d[dD][-+]\d\d", middle):  # Fortran
         text = re.sub(r"(?<=\d)[dD](?=[-+]\d\d)", "e", text)
+    ended = [line.find(";") == len(line) - 1 for line in map(str.rstrip, middle.split("\n")[1:-1]) if line]
+    if sum(ended) > MOST * len(ended) and "," in middle:
+        text = re.sub(r";[ \t]*$", "", text, flags=re.MULTILINE)  # statements, as of WISDM
     if re.search(r"\*[0-9A-F]{2}$", middle, re.MULTILINE):  # checksums as of NMEA 0183
         text = re.sub(r"\*[0-9A-F]{2}$", "", text, flags=re.MULTILINE)
     return text

@@ -12,7 +12,7 @@ from tactogram.signal.units import STANDARD_GRAVITY, parse_seconds, parse_unit, 
 CLOCK = re.compile(
     r"t|ts|time|times|timestamp|timestamps|zeit\w*|uhrzeit|temps|tiempo|tempo|tijd|tid|czas|čas|cas|время|zaman|waktu|tempus|"
     r"時間|時刻|经过时间|时间|時間戳|시간|elapsed|elapsedtime|seconds|secs?|millis|micros|ms|us|msec|usec|epoch?|epoc|clock|ticks?|"
-    r"date|datetime|datum|fecha|sampletimefine|hostname? ?timestamp|unix|utc|stamp|seconds elapsed|temps écoulé"
+    r"date|datetime|datum|fecha|sampletimefine|hostname? ?timestamp|unix|utc|stamp|seconds elapsed|temps écoulé|datenum|tow"
 )
 """A name in lower case, or a word of one, of a column of time stamps."""
 COUNTER = re.compile(
@@ -27,7 +27,7 @@ OTHERS = {
     "location": r"lat|latitude|lon|lng|long|longitude|gps|alt|altitude|satellites|hdop|bearing",
     "heart rate": r"heart\w*|hr|bpm|pulse|ppg|ecg|eda|gsr|spo2",
     "magnitude": r"magnitude|norm|resultant|abs|absolute|total|gesamt\w*|betrag|sum|vector|rss|tgf|at|atotal|wt|mag "
-    r"|絶対\w*|绝对\w*|absolue?|absoluta|assoluta|result",
+    r"|\w*絶対\w*|\w*绝对\w*|absolue?|absoluta|assoluta|result",
     "status": r"status|state|flag|flags|marker|mark|trigger|trig|event|events|error|err|errors|crc|checksum|rssi|quality|valid|"
     r"accuracy|button|mode|gain|range|sensitivity|msgid|serial|version|device|sensor ?id|address|mac|channel ?id|crackle|"
     r"annotation|comment|comments|note|notes|label|labels|frame ?id|covariance|scale|offset|steps?|activity|trial|take|block",
@@ -35,17 +35,17 @@ OTHERS = {
 """Words of what is no signal of touch, by what it is."""
 QUANTITIES = {
     "gravity": r"grav\w*|重力\w*",
-    "linear_acceleration": r"linear\w*|lin ?acc\w*|linacc\w*|useracc\w*|user|線形\w*|线性\w*|lineare?|linéaire",
+    "linear_acceleration": r"linear\w*|lin ?acc\w*|linacc\w*|\w*useracc\w*|線形\w*|线性\w*|lineare?|linéaire",
     "acceleration": r"acc|acc\d|accel\w*|acceler\w*|accéléra\w*|acelera\w*|accelera\w*|beschl\w*|versnelling|przyspieszenie|"
     r"ускорение|加速度\w*|가속도|acl|axl|gforce|gf|imu ?acc\w*|xl|vibration ?acc\w*|base ?acc\w*",
     "angular_rate": r"gyr|gyro\w*|gyr\w*|rotation ?rate|rotationrate\w*|angular\w*|angularvelocity\w*|omega|drehrate|giroscopio|"
     r"角速度\w*|ジャイロ\w*|陀螺\w*|angvel\w*|turn ?rate",
     "magnetic_field": r"mag|magn\w*|magnetometer|magfield|compass|磁\w*",
-    "orientation": r"quat\w*|roll|pitch|yaw|euler\w*|orient\w*|attitude|heading|rotvec\w*|tilt|azimuth|inclin\w*",
+    "orientation": r"quat\w*|rotation|roll|pitch|yaw|euler\w*|orient\w*|attitude|heading|rotvec\w*|tilt|azimuth|inclin\w*",
     "torque": r"torque\w*|moment|drehmoment\w*|couple|トルク",
     "friction": r"friction\w*|mu|cof|reibung\w*|摩擦\w*|µ|μ",
-    "force": r"force\w*|forces|kraft\w*|fuerza|forza|siła|сила|力|荷重|load|loadcell|fnormal|ftangential|fn|ft|lateral ?force|"
-    r"normal ?force|fx|fy|fz|press",
+    "force": r"force\w*|forces|\w*kraft\w*|fuerza|forza|siła|сила|力|荷重|load|loadcell|fnormal|ftangential|f|fn|ft|lateral ?force|"
+    r"normal ?force|fx|fy|fz|press|weight|gewicht\w*|mass|masse|poids|peso|scale|waage|hx711|tension|grip\w*|thrust",
     "velocity": r"vel|veloc\w*|speed\w*|geschwindigkeit|vitesse|速度|velocidad",
     "position": r"pos|posi\w*|disp|displ\w*|distance|weg|auslenkung|変位|位置|deplacement|déplacement|coord\w*|laser|encoder|travel",
     "sound": r"mic|mic\d|microphone|audio|sound|mikrofon|micro|音\w*|schall",
@@ -71,6 +71,8 @@ _LETTERS = {
     "gr": "gravity", "imu": "",
 }  # fmt: skip
 """Prefix of the letter of an axis in one word: ``ax``, ``gFx``, ``accX``."""
+MASSES = {"g": 1e-3, "mg": 1e-6, "kg": 1.0, "gram": 1e-3, "grams": 1e-3, "gramm": 1e-3}
+"""Kilograms, whose weight is a force."""
 ENVIRONMENT = ("temperature", "humidity", "battery", "light", "heart rate")
 """Those of `OTHERS` that no unit makes a signal of touch."""
 _ENDINGS = ("mm_s^2", "m_s^2", "m_s2", "mps2", "ms2", "m_s", "mm_s", "deg_s", "rad_s", "dps", "mdps")  # fmt: skip
@@ -135,8 +137,8 @@ class Heading:
         if unit is None:
             return None, 1.0
         plain = unit.strip("[]() ")
-        if self.quantity == "force" and plain in ("g", "mg", "kg"):
-            return "N", STANDARD_GRAVITY * {"g": 1e-3, "mg": 1e-6, "kg": 1.0}[plain]
+        if self.quantity == "force" and plain.lower() in MASSES:
+            return "N", STANDARD_GRAVITY * MASSES[plain.lower()]
         if self.quantity == "magnetic_field" and plain in ("G", "mG", "Gs", "gauss"):
             return "T", {"m": 1e-7}.get(plain[0], 1e-4)
         try:
@@ -159,6 +161,11 @@ def heading(text: str, unit: str | None = None) -> Heading:
     axis, sensor, letters = _axis(words)
     other = next((kind for kind, form in OTHERS.items() if _fits(form, words, joined)), None)
     named = next((key for key, form in QUANTITIES.items() if _fits(form, words, joined)), None)
+    weighed = (spelled or "").lower() in MASSES
+    if (named == "voltage" and weighed) or (
+        named == "friction" and (weighed or _fits(QUANTITIES["force"], words, joined))
+    ):
+        named = "force"  # tension in g, friction force
     quantity = letters if letters and _AXIS_WORD.fullmatch("".join(words)) else named or letters
     if quantity == "acceleration" and sensor == "gf" and spelled is None:
         spelled = "g"  # gFx: g-force
@@ -187,11 +194,11 @@ def _name_and_unit(text: str) -> tuple[str, str | None]:
     name, inside = split_heading(text)
     if inside is not None:
         known = _unit_at_end(name.rstrip(" /,:"))
-        if known[1] is not None or re.search(r"[:/]", inside):
+        if known[1] is not None or re.search(r":|^/|[a-zA-Z]\d+/", inside):
             return known
         if not inside:
             return name.rstrip(" /,:"), None
-        if re.search(r"[°%]|^[a-zA-Zµ]{1,4}$", inside) and inside.lower() not in (
+        if re.search(r"[°%/^·]|^[a-zA-Zµμ]{1,4}\d?(?: [a-zA-Z])?$", inside) and inside.lower() not in (
             "x",
             "y",
             "z",
@@ -216,7 +223,7 @@ def time_unit_of(found: Heading) -> str | None:
     if found.words == ["sample", "time", "fine"]:  # Xsens and Movella
         return "us"
     for word in ("".join(found.words), *found.words):
-        if word not in ("s", "min", "h") and parse_seconds(word) is not None:
+        if word not in ("s", "min", "h", "d", "day") and parse_seconds(word) is not None:
             return word
     return None
 
@@ -248,7 +255,9 @@ def _axis(words: list[str]) -> tuple[str | None, str, str | None]:
 
 
 def _fits(form: str, words: list[str], joined: str) -> bool:
-    return any(re.fullmatch(form, text) for text in (joined, joined.replace(" ", ""), *words))
+    """Return whether a name or one of its words is of a kind; words of one or two letters say nothing beside others."""
+    said = [word for word in words if len(word) > 2 or not word.isascii() or len(words) == 1]
+    return any(re.fullmatch(form, text) for text in (joined, joined.replace(" ", ""), *said))
 
 
 def _unit_at_end(name: str) -> tuple[str, str | None]:
@@ -265,12 +274,14 @@ def _unit_at_end(name: str) -> tuple[str, str | None]:
         if re.search(rf"[_ .-]{re.escape(ending)}$", lower):
             return name[: -len(ending) - 1], ending.replace("_", "/") if "_" in ending else ending
     head, _, last = re.sub(r"[ ._-](?=[^ ._-]*$)", "\0", name).partition("\0")
-    if not last or not _is_unit(last) or last in ("-", "1", "%") or last.isdigit():
-        return name, None
     quantity = next(
         (key for key, form in QUANTITIES.items() if _fits(form, words_of(head), " ".join(words_of(head)))),
         None,
     )
+    if quantity == "force" and last.lower() in MASSES:
+        return head, last
+    if not last or not _is_unit(last) or last in ("-", "1", "%") or last.isdigit():
+        return name, None
     quantity = quantity or _axis(words_of(head))[2]
     if parse_seconds(last) is not None:
         short = len(last) == 1
@@ -281,7 +292,7 @@ def _unit_at_end(name: str) -> tuple[str, str | None]:
             else (name, None)
         )
     alone = Heading(name, head, last, quantity).converted()[0]
-    if words_of(head) in (["x"], ["y"], ["z"]) and last in ("g", "N", "V"):
+    if words_of(head) in (["x"], ["y"], ["z"], ["f"]) and last in ("g", "N", "V"):
         return head, last
     fits = quantity is not None and alone in (UNITS_OF.get(quantity), "V")
     return (head, last) if fits or (quantity is None and len(last) > 1 and alone != "1") else (name, None)
