@@ -16,7 +16,10 @@ REMEDIES = (
         r"which array\? choose of (.+)",
         rf"has several arrays (\1); choose in the mapping that {_MAPPING} writes",
     ),
-    (r"which sheet\? choose of (.+)", r"has several sheets (\1); save the one to read as a file of its own"),
+    (
+        r"which sheet\? choose of (.+?), e\.g\. `[^`]*`",
+        r"has several sheets (\1); save the one to read as a file of its own",
+    ),
     (r"; choose those of one as axes", f"; choose those of one in the mapping that {_MAPPING} writes"),
     (
         r"choose the columns to read",

@@ -107,8 +107,12 @@ def importers() -> dict[str, Importer]:
     return {name: importer(name) for name in IMPORTERS.names()}
 
 
+LEFT_BEHIND = ("thumbs.db", "desktop.ini", ".bak", ".tmp", "~")
+"""Ends of the names of files that nobody means."""
+
+
 def files_below(folder: Path, suffixes: Iterable[str] | None) -> dict[str, Path]:
-    """Return the files below ``folder`` by relative path, numbers in order; hidden files and folders are skipped.
+    """Return the files below ``folder`` by relative path, numbers in order, without what systems and editors leave.
 
     ``suffixes`` are the wanted ones; None is all.
     """
@@ -118,7 +122,8 @@ def files_below(folder: Path, suffixes: Iterable[str] | None) -> dict[str, Path]
         name.as_posix(): paths[name]
         for name in sorted(paths, key=lambda name: natural_key(name.as_posix()))
         if (ends is None or name.name.lower().endswith(ends))
-        and not any(part.startswith(".") for part in name.parts)
+        and not any(part.startswith((".", "~$", "__MACOSX")) for part in name.parts)
+        and not name.name.lower().endswith(LEFT_BEHIND)
         and paths[name].is_file()
     }
 

@@ -103,8 +103,10 @@ def read_paths(takes: Sequence[str], materials: Sequence[str]) -> PathReading:
             "/".join(
                 [
                     f"{{{first}}}",
-                    *(_pattern([words])[0] for words in levels[1:place]),
-                    _pattern([[replace(below, stated=then), *others], *levels[place + 1 :]])[0],
+                    *(_pattern([words], used=(first, then))[0] for words in levels[1:place]),
+                    _pattern([[replace(below, stated=then), *others], *levels[place + 1 :]], used=(first,))[
+                        0
+                    ],
                 ]
             )
             for first, then in (("subject", "material"), ("material", "condition"))
@@ -194,8 +196,8 @@ def _split(column: Sequence[str]) -> list[_Words]:
     return [whole]
 
 
-def _pattern(levels: Sequence[Sequence[_Words]]) -> tuple[str, tuple[str, ...]]:
-    """Return the pattern of the levels, and its fields.
+def _pattern(levels: Sequence[Sequence[_Words]], *, used: Sequence[str] = ()) -> tuple[str, tuple[str, ...]]:
+    """Return the pattern of the levels, and its fields, none of which is ``used``.
 
     Of several words that may be the material it is the first one. A number or date before another one is a session.
     """
@@ -205,7 +207,7 @@ def _pattern(levels: Sequence[Sequence[_Words]]) -> tuple[str, tuple[str, ...]]:
         field = word.field
         if field == "take" and any(later.field == "take" for later in flat[place + 1 :]):
             field = "session"
-        if field and field not in fields.values():
+        if field and field not in (*fields.values(), *used):
             fields[place] = field
     texts, place = [], 0
     for words in levels:

@@ -24,7 +24,7 @@ stays simulated. The options ``unit`` (several, separated by commas, for streams
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -158,6 +158,11 @@ def paths(
     notes = (f"no signals, not read: {listed} ({len(without)} file{'s' * (len(without) != 1)})",) * bool(
         without
     )
+    if apart := _axes_apart(signals):
+        notes += (
+            f"files of one axis each ({', '.join(apart)}, …) become recordings of one axis: put the axes of a take "
+            "into one table to keep them together",
+        )
     rows, item_folders = _table(folder / TABLE), _item_folders(folder, items)
     unnamed = [
         take
@@ -309,6 +314,15 @@ def _signals(folder: Path) -> tuple[dict[str, Path], list[str]]:
         if name != TABLE and name not in without and (path.suffix.lower() not in NOTES or is_table(path))
     }
     return signals, without
+
+
+def _axes_apart(signals: Iterable[str]) -> list[str]:
+    """Return the first files that are named alike but for x, y and z at their ends."""
+    stems: dict[str, list[str]] = {}
+    for name in signals:
+        if found := re.fullmatch(r"(?:(.*)[\W_])?[xyzXYZ]", str(PurePosixPath(name).with_suffix(""))):
+            stems.setdefault(found[1] or "", []).append(name)
+    return next((names for names in stems.values() if len(names) > 1), [])
 
 
 def _pictures(folder: Path, found: Sequence[Take]) -> tuple[dict[str, Path], dict[str, list[Path]]]:

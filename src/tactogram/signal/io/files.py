@@ -188,15 +188,9 @@ def complete(
     signal = assemble(content, Path(path), unit=unit, axes=None if content.chosen else axes, rate=rate)
     metadata = _metadata(content.description or content.comment)
     stream = content.stream if content.stream else STREAM_OF_UNIT[signal.unit]
-    return SignalFile(
-        signal,
-        metadata,
-        content.times,
-        _uses(content, signal.axes),
-        content.layout,
-        stream,
-        notes=content.notes,
-    )
+    notes = tuple(note for note in content.notes if unit is None or not note.startswith("no unit stated"))
+    uses = _uses(content, signal.axes)
+    return SignalFile(signal, metadata, content.times, uses, content.layout, stream, notes=notes)
 
 
 def _contents(

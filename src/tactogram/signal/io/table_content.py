@@ -18,6 +18,7 @@ from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.roles import StreamColumns, TableRoles, rank_of, roles_of
 from tactogram.signal.io.stamps import stamp_seconds
 from tactogram.signal.io.table_head import is_number
+from tactogram.signal.io.vocabulary import heading
 from tactogram.signal.timing import MOST_REPEATED, MOST_SPAN
 from tactogram.signal.units import STANDARD_GRAVITY
 
@@ -165,7 +166,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
 
     return FileContent(
         samples=samples,
-        axes=stream.axes if table.named or stream.layout else default_axes(len(samples)),
+        axes=stream.axes if table.named or stream.layout else _unnamed_axes(len(samples), table),
         rate=known,
         times=None if table.description is not None else times,
         unit=table.description.unit if table.description else stream.unit,
@@ -180,6 +181,12 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
         chosen=stream.chosen,
         notes=tuple(notes),
     )
+
+
+def _unnamed_axes(count: int, table: RawTable) -> tuple[str, ...]:
+    """Return the axes of columns without headings; that of one alone may be at the end of the file's name."""
+    named = heading(table.path.stem).axis if count == 1 else None
+    return (named,) if named else default_axes(count)
 
 
 def column_numbers(table: RawTable, place: int) -> NDArray[np.float64]:
@@ -253,13 +260,7 @@ def _trusted(
     forward = steps[steps > 0]
     repeated = float(np.mean(steps == 0))
     holes = int(np.count_nonzero(steps > LONGEST_STEP * np.median(forward))) if len(forward) else 0
-    ticks = np.rint(steps / steps.min()) if steps.min() > 0 else steps
-    doubled = np.flatnonzero(ticks == 2)
-    if (
-        ticks.max() == 2
-        and 0.02 * len(steps) < len(doubled) < 0.5 * len(steps)
-        and np.ptp(np.diff(doubled)) <= 1
-    ):
+    if _are_rounded(steps):
         true = (len(times) - 1) / float(times[-1] - times[0])
         note = f"time stamps are rounded to {steps.min():.4g} s: taken as even, {true:.4g} Hz"
         return times[0] + np.arange(len(times)) / true, note
@@ -290,6 +291,15 @@ def _trusted(
     off = likely / known - 1 if known else 0.0
     far = f"; these say {likely:.4g} Hz: samples may be lost" if abs(off) > MOST_OFF else ""
     return None, f"time stamps are arrival times of blocks: not used, the rate is {known:g} Hz as given{far}"
+
+
+def _are_rounded(steps: NDArray[np.float64]) -> bool:
+    """Return whether some steps, at even distances, are twice as long as all others: 1 ms and 2 ms at 833 Hz."""
+    ticks = np.rint(steps / steps.min()) if steps.min() > 0 else np.zeros(len(steps))
+    apart = np.diff(np.flatnonzero(ticks == 2))
+    if ticks.max() != 2 or len(apart) < 3 or not 1 < apart.min() <= apart.max() <= apart.min() + 1:
+        return False
+    return len(apart) > 0.02 * len(steps) and np.allclose(steps, ticks * steps.min(), rtol=1e-3)
 
 
 def _stands(steps: NDArray[np.float64], usual: float) -> bool:

@@ -230,7 +230,10 @@ def time_unit_of(found: Heading) -> str | None:
 
 def _axis(words: list[str]) -> tuple[str | None, str, str | None]:
     """Return the axis that the words name, the others, and the quantity that its letters name."""
-    if match := _AXIS_WORD.fullmatch("".join(words)):
+    alone = (
+        len(words) == 1 or words[0] == "g" or not any(map(_AXIS_WORD.fullmatch, words))
+    )  # gFx, but not L ax
+    if alone and (match := _AXIS_WORD.fullmatch("".join(words))):
         return match[3], match[1] + match[2], _LETTERS[match[1]] or None
     for i, word in enumerate(words):
         if word in ("x", "y", "z") and not (i and words[i - 1] in ("quat", "quaternion", "q")):

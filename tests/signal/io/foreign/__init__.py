@@ -5,6 +5,7 @@ from tests.signal.io.foreign.cells import CELLS
 from tests.signal.io.foreign.clocks import CLOCKS
 from tests.signal.io.foreign.given import GIVEN
 from tests.signal.io.foreign.instruments import INSTRUMENTS
+from tests.signal.io.foreign.interleaved import INTERLEAVED
 from tests.signal.io.foreign.laboratory import LABORATORY
 from tests.signal.io.foreign.loggers import LOGGERS
 from tests.signal.io.foreign.phones import PHONES
@@ -21,6 +22,7 @@ CASES: tuple[Case, ...] = (
     *SERIAL,
     *CLOCKS,
     *CELLS,
+    *INTERLEAVED,
     *REFUSED,
     *GIVEN,
 )

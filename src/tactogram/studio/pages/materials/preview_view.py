@@ -33,7 +33,10 @@ REMEDIES = (
     ),
     (r": say its unit, `time=[^`]+`, or the rate.*", "; choose its unit, or fill in 'Rate, Hz'"),
     (r"which array\? choose of (.+)", r"has several arrays (\1); choose what each is"),
-    (r"which sheet\? choose of (.+)", r"has several sheets (\1); save the one to read as a file of its own"),
+    (
+        r"which sheet\? choose of (.+?), e\.g\. `[^`]*`",
+        r"has several sheets (\1); save the one to read as a file of its own",
+    ),
     (
         r"; choose those of one(?: as axes|, e\.g\. `axes=[^`]+`)",
         "; choose 'not read' for those of another unit",
