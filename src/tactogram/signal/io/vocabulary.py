@@ -231,7 +231,7 @@ def time_unit_of(found: Heading) -> str | None:
 def _axis(words: list[str]) -> tuple[str | None, str, str | None]:
     """Return the axis that the words name, the others, and the quantity that its letters name."""
     alone = (
-        len(words) == 1 or words[0] == "g" or not any(map(_AXIS_WORD.fullmatch, words))
+        len(words) == 1 or words[:1] == ["g"] or not any(map(_AXIS_WORD.fullmatch, words))
     )  # gFx, but not L ax
     if alone and (match := _AXIS_WORD.fullmatch("".join(words))):
         return match[3], match[1] + match[2], _LETTERS[match[1]] or None
