@@ -28,7 +28,7 @@ def _surface(values: Mapping[str, Any]) -> Surface:
         TEXTURES[texture["kind"]](**{name: value for name, value in texture.items() if name != "kind"})
         for texture in values["textures"]
     )
-    look = {
+    look: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in values["look"].items()
     }
     facts = {name: value for name, value in values.items() if name != "also"}
