@@ -204,6 +204,25 @@ def shown(cells: Sequence[Mapping[str, Any]]) -> list[str]:
     return [name for name in MEASURES if all(name in found["values"] for found in cells)]
 
 
+def compared(cells: Mapping[str, Sequence[Mapping[str, Any]]], chosen: str) -> dict[str, dict[str, Any]]:
+    """Return each row's figures on the test part: ``test``, and ``p`` against the row ``chosen``."""
+    measures = shown([found for row in cells.values() for found in row])
+    values = {
+        name: {measure: [found["values"][measure] for found in row] for measure in measures}
+        for name, row in cells.items()
+    }
+    return {
+        name: {
+            "test": {measure: spread(row[measure]) for measure in measures},
+            "p": {
+                measure: None if name == chosen else against(values[chosen][measure], row[measure])
+                for measure in measures
+            },
+        }
+        for name, row in values.items()
+    }
+
+
 def spread(values: Sequence[float]) -> dict[str, Any]:
     """Return mean, standard deviation (None for one value) and the values."""
     return {
