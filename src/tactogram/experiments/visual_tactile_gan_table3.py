@@ -20,11 +20,11 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.report import save_figure
 from tactogram.experiments.artifacts import facts_of
 from tactogram.experiments.picture_cells import (
-    cell,
     compared,
     data_of,
     p_text,
     spread,
+    table_cells,
     table_settings,
     text_of,
 )
@@ -85,22 +85,11 @@ def run(
     files = {"alexnet": alexnet, "inception": inception, "densenet201": densenet201}
     settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
     store = data_of(folder, data, paper=paper, progress=progress)
-    trained = {
-        key: [
-            cell(
-                folder,
-                store,
-                key,
-                model="visual_tactile_gan",
-                settings=settings,
-                changes={"config.discriminators": d, "config.layers": layers},
-                seed=seed,
-                progress=progress,
-            )
-            for seed in range(trainings)
-        ]
+    grid = {
+        key: ("visual_tactile_gan", {"config.discriminators": d, "config.layers": layers})
         for key, (d, layers) in wanted.items()
     }
+    trained = table_cells(folder, store, grid, settings=settings, trainings=trainings, progress=progress)
     first = next(iter(trained.values()))[0]
     chosen_by = next(name for name in first["validation"] if name != "label_accuracy_unseen")
     validation = {key: spread([one["validation"][chosen_by] for one in row]) for key, row in trained.items()}

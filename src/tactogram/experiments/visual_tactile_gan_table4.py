@@ -13,11 +13,11 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.experiments.artifacts import facts_of
 from tactogram.experiments.picture_cells import (
-    cell,
     compared,
     data_of,
     p_text,
     run_of,
+    table_cells,
     table_settings,
     text_of,
 )
@@ -95,22 +95,7 @@ def run(
     files = {"alexnet": alexnet, "inception": inception, "vgg19": vgg19, "densenet201": densenet201}
     settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
     store = data_of(folder, data, paper=paper, progress=progress)
-    cells = {
-        name: [
-            cell(
-                folder,
-                store,
-                _file(name),
-                model=model,
-                settings=settings,
-                changes=changes,
-                seed=seed,
-                progress=progress,
-            )
-            for seed in range(trainings)
-        ]
-        for name, (model, changes) in wanted.items()
-    }
+    cells = table_cells(folder, store, wanted, settings=settings, trainings=trainings, progress=progress)
     rows = {
         name: {
             **row,
@@ -119,9 +104,7 @@ def run(
         }
         for name, row in compared(cells, PROPOSED).items()
     }
-    runs = {
-        name: run_of(folder, settings.run_name(_file(name), model), 0) for name, (model, _) in wanted.items()
-    }
+    runs = {name: run_of(folder, settings.run_name(name, model), 0) for name, (model, _) in wanted.items()}
     figure = folder / "figure3.png"
     if all((place / "model.json").is_file() for place in runs.values()):
         attention = [name for name in (PROPOSED, "without CBN") if name in wanted]
@@ -153,10 +136,6 @@ def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
         if name not in known:
             raise ParameterError(f"methods must be some of {', '.join(known)} or variants, got {name!r}")
     return {name: known[name] for name in known if name in {*wanted, PROPOSED}}
-
-
-def _file(name: str) -> str:
-    return name.lower().replace(" ", "-")
 
 
 def _text(result: dict[str, Any]) -> str:
