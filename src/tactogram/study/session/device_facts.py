@@ -7,10 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
-
-from tactogram.text_files import read_toml
 
 FACT = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 """Name of a fact: letters, digits and _; it ends with the unit, and after that the slot."""
@@ -19,8 +16,35 @@ LONGEST_TEXT = 200
 LONGEST_LIST = 200
 COLUMN = "device_"
 """Prefix of the columns of an answer's device facts."""
-DESCRIPTIONS: Mapping[str, Mapping[str, str]] = read_toml(Path(__file__).with_name("columns.toml"))
-"""Descriptions of columns: of ``answers``, of ``device`` facts, and of the tables of ``people`` and notes."""
+DESCRIPTIONS: Mapping[str, str] = {
+    "px_per_mm": "CSS pixels for each mm of the screen, as calibrated",
+    "calibrated": "Whether the screen was calibrated with a card held to it",
+    "pixel_ratio": "Device pixels for each CSS pixel",
+    "zoom": "Zoom by two fingers; only at 1 are lengths in mm as stated",
+    "dark": "Whether the page was dark, as the device prefers",
+    "width_px": "Width of the page, CSS pixels",
+    "height_px": "Height of the page, CSS pixels",
+    "touch": "Whether the screen takes touches",
+    "pointer": "What was moved: touch, pen or mouse",
+    "refresh_hz": "Refresh rate of the screen, Hz, as measured",
+    "target_speed_mm_s": "Speed of the target as drawn, mm/s, as measured",
+    "finger_speed_mm_s": "Mean speed of the finger over the area, mm/s, as measured",
+    "followed_mm": "Mean distance of the finger from the target, mm, as measured",
+    "audio_latency_ms": "Latency of sound that the browser states, ms",
+    "audio_rate_hz": "Rate of the browser's sound, Hz",
+    "sound_rate_hz": "Rate of the sound that was sent, Hz",
+    "sounded_ms": "For how long it sounded, ms",
+    "plays": "How often it was played",
+    "full_screen": "Whether the page filled the screen",
+    "area_width_mm": "Width of an area as drawn, mm",
+    "area_height_mm": "Height of an area as drawn, mm",
+    "areas": "Where the areas were: beside or above each other",
+    "image_mm": "Side of the image as drawn, mm",
+    "image_asked_mm": "Side of the image that the study asks for, mm, where the screen is too small for it",
+    "vas_mm": "Length of the line as drawn, mm",
+    "vas_asked_mm": "Length of the line that the study asks for, mm",
+}
+"""Facts that the participant pages send. The texts are part of exported BIDS folders."""
 
 
 def valid_facts(device: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -51,12 +75,11 @@ def fact_text(value: Any) -> str:
 
 def fact_description(name: str) -> str:
     """Return the description of a fact; of an unknown one, that the page sent it."""
-    known = DESCRIPTIONS["device"]
-    if name in known:
-        return known[name]
+    if name in DESCRIPTIONS:
+        return DESCRIPTIONS[name]
     whole, _, slot = name.rpartition("_")
-    if slot.upper() in ("A", "B", "X") and whole in known:
-        return f"{known[whole]}; of {slot.upper()}"
+    if slot.upper() in ("A", "B", "X") and whole in DESCRIPTIONS:
+        return f"{DESCRIPTIONS[whole]}; of {slot.upper()}"
     return f"{name}, as the page sent it"
 
 

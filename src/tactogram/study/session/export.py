@@ -18,13 +18,45 @@ from typing import Any
 from tactogram.errors import DataError
 from tactogram.study.answers import Answers, cells
 from tactogram.study.language_files import own_name
-from tactogram.study.session.device_facts import COLUMN, DESCRIPTIONS, fact_description
+from tactogram.study.session.device_facts import COLUMN, fact_description
 from tactogram.study.session.side_tables import column_description, notes_table, participants_table
 from tactogram.study.session.states import STATES
 from tactogram.study.session.store import SessionStore
 from tactogram.study.study_file import Study
 
 BIDS_VERSION = "1.10.0"
+DESCRIPTIONS: Mapping[str, str] = {
+    "study": "Name of the study",
+    "participant": "Code of the participant",
+    "session": "What the sitting is called",
+    "block": "Block, from 1",
+    "trial": "What was shown, counted from 1",
+    "repeat": "How often this was asked, from 1",
+    "design": "Design of the study, or questions before and after",
+    "question": "What was asked",
+    "condition": "Version of the stimulus",
+    "stimulus": "Texture, plate or image",
+    "other": "The second stimulus",
+    "side": "Where the asked-for stimulus was",
+    "answer": "What was answered",
+    "value": "The answer as a number",
+    "correct": "Whether the answer was right",
+    "scale_low": "Lower end of the scale",
+    "scale_high": "Upper end of the scale",
+    "rt_ms": "From what was shown until the answer, in ms",
+    "at": "When it was answered, UTC; the rows are in the order given, whatever the clock said",
+    "played_sha256": "Hash of the samples that were played; several are joined by +",
+    "level": "How strong it was played",
+    "display": "On what it was played",
+    "seed": "Seed of the study's order",
+    "simulated": "Whether a simulated participant answered",
+    "other_condition": "Version of the second stimulus",
+    "simulated_stimuli": "true where what was felt or seen was simulated, whoever answered",
+    "token": "Page on which it was asked",
+    "step": "Step of the trial",
+    "consent_sha256": "Hash of the text that was agreed to",
+    "practice": "Design that was practised; such an answer does not count",
+}
 KEY_COLUMNS = ("stimulus", "other", "condition", "other_condition")
 """Columns with keys, for which a study may have names."""
 
@@ -145,7 +177,7 @@ def _sidecar(study: Study, names: Sequence[str], rows: Sequence[Sequence[str]]) 
 def _column(name: str) -> str:
     if name.startswith(COLUMN):
         return fact_description(name.removeprefix(COLUMN))
-    return DESCRIPTIONS["answers"].get(name, name)
+    return DESCRIPTIONS.get(name, name)
 
 
 def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
@@ -167,11 +199,11 @@ def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
             "Units": "s",
         },
         "duration": {"Description": "Of a stream; of others not measured", "Units": "s"},
-        "token": {"Description": DESCRIPTIONS["answers"]["token"]},
+        "token": {"Description": DESCRIPTIONS["token"]},
         "slot": {"Description": "As what it was presented: A, B, X, or alone"},
         "sha256": {"Description": "Hash of the samples"},
-        "level": {"Description": DESCRIPTIONS["answers"]["level"]},
-        "display": {"Description": DESCRIPTIONS["answers"]["display"]},
+        "level": {"Description": DESCRIPTIONS["level"]},
+        "display": {"Description": DESCRIPTIONS["display"]},
         "gain_db": {"Description": "By how much stronger than the level says", "Units": "dB"},
         "facts": {"Description": "Of a stream, as JSON: drive, latency, motion of the finger, device"},
     }

@@ -6,13 +6,23 @@ import csv
 from pathlib import Path
 
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.study.session.device_facts import COLUMN, DESCRIPTIONS, fact_description, fact_text
+from tactogram.study.session.device_facts import COLUMN, fact_description, fact_text
 from tactogram.study.session.store import SessionStore
 
 Table = tuple[list[str], list[list[str]]]
 """Headings, and rows as text."""
 PARTICIPANTS, NOTES = ".participants.csv", ".notes.csv"
 """Suffixes that replace that of the table of answers."""
+DESCRIPTIONS = {
+    "participant": "Code of the participant",
+    "number": "In the order of enrolment; the counterbalancing follows it",
+    "language": "Of the pages",
+    "simulated": "Whether it is a simulated participant",
+    "status": "How the session stands",
+    "trials": "Trials that were answered",
+    "text": "What the experimenter wrote down",
+    "at": "When it was written, UTC, by the clock of then",
+}
 
 
 def participants_table(store: SessionStore) -> Table:
@@ -54,7 +64,7 @@ def column_description(heading: str) -> str:
     """Return the description of a column."""
     if heading.startswith(COLUMN):
         return fact_description(heading.removeprefix(COLUMN))
-    return DESCRIPTIONS["people"][heading]
+    return DESCRIPTIONS[heading]
 
 
 def write_companion_tables(path: Path, store: SessionStore) -> list[Path]:
