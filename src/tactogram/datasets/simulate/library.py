@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +23,7 @@ TEXTURES: Mapping[str, type[Texture]] = {
 }  # fmt: skip
 
 
-def surface_of(values: Mapping[str, Any]) -> Surface:
-    """Return the surface in an entry of the library."""
+def _surface(values: Mapping[str, Any]) -> Surface:
     textures = tuple(
         TEXTURES[texture["kind"]](**{name: value for name, value in texture.items() if name != "kind"})
         for texture in values["textures"]
@@ -33,16 +31,16 @@ def surface_of(values: Mapping[str, Any]) -> Surface:
     look: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in values["look"].items()
     }
-    facts = {field.name: values[field.name] for field in fields(Surface) if field.name in values}
+    facts = {name: value for name, value in values.items() if name != "also"}
     return Surface(**{**facts, "textures": textures, "look": Appearance(**look)})
 
 
-LIBRARY = read_toml(Path(__file__).with_name("library.toml"))
+_LIBRARY = read_toml(Path(__file__).with_name("library.toml"))
 EVERYDAY, STROKING_30, STROKING_9, FABRICS = (
-    tuple(map(surface_of, LIBRARY[name])) for name in ("everyday", "stroking30", "stroking9", "fabrics")
+    tuple(map(_surface, _LIBRARY[name])) for name in ("everyday", "stroking30", "stroking9", "fabrics")
 )
 """Surfaces by their usual names, and named after those of Saga et al., Sec. II and Sec. III-B; fabrics."""
 SYNONYMS: Mapping[str, tuple[str, ...]] = {
-    values["name"]: tuple(values["also"]) for values in LIBRARY["everyday"] if "also" in values
+    values["name"]: tuple(values["also"]) for values in _LIBRARY["everyday"] if "also" in values
 }
 """Other names and typical objects of the everyday surfaces."""
