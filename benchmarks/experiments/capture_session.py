@@ -26,7 +26,7 @@ from tactogram.capture import read_log
 from tactogram.capture.live.recognition import WindowClassification
 from tactogram.capture.session.take import restored
 from tactogram.datasets import create_store, open_store
-from tactogram.datasets.simulate.library import STROKING_30
+from tactogram.datasets.simulate.materials import STROKING_30
 from tactogram.datasets.simulate.sets import make, tasks
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError

@@ -18,9 +18,8 @@ from tactogram.datasets import open_store
 from tactogram.datasets.importers import cdplab, haptex
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.simulate import photo
-from tactogram.datasets.simulate.library import STROKING_9
 from tactogram.datasets.simulate.photo import photographs
-from tactogram.datasets.simulate.sets import SETS
+from tactogram.datasets.simulate.sets import SETS, STROKING_9
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.simulate import simulate_to_store

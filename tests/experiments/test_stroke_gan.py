@@ -40,7 +40,7 @@ def folder(tmp_path):
 
 
 def test_the_textures_are_those_of_the_simulated_set():
-    from tactogram.datasets.simulate.library import STROKING_9
+    from tactogram.datasets.simulate.materials import STROKING_9
 
     names = {surface.name for surface in STROKING_9}
     assert set(MATERIALS) == names

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactogram.datasets.simulate import make, tasks
-from tactogram.datasets.simulate.library import EVERYDAY, SYNONYMS
+from tactogram.datasets.simulate.everyday import EVERYDAY, SYNONYMS
 from tactogram.datasets.simulate.random_surfaces import FORCES_N, SPEEDS_MM_S
 
 

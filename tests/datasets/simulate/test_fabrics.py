@@ -6,8 +6,7 @@ from scipy.fft import rfft2
 
 from tactogram.datasets.simulate import RecordingTask, make, tasks
 from tactogram.datasets.simulate.contact import FINGER, transmission
-from tactogram.datasets.simulate.fabrics import fabric
-from tactogram.datasets.simulate.library import FABRICS
+from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.surfaces import MM_PER_PIXEL, frequencies, height_field, inverse
 from tactogram.errors import ParameterError
 

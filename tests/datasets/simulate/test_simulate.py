@@ -9,7 +9,7 @@ from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from tactogram.datasets.simulate import make, simulated_sets, tasks
 from tactogram.datasets.simulate.contact import FINGER, PEN, Bristles, feel, transmission
-from tactogram.datasets.simulate.library import STROKING_9, STROKING_30
+from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.photo import photograph
 from tactogram.datasets.simulate.sensor import GRAVITY, sense, turn, wired, wireless
 from tactogram.datasets.simulate.sets import SETS

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from tactogram.cli import main
-from tactogram.datasets.simulate.library import SYNONYMS
+from tactogram.datasets.simulate.everyday import SYNONYMS
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features import text_classifier
 from tactogram.features.text_classifier import describe

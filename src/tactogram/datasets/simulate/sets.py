@@ -11,8 +11,9 @@ import numpy as np
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import CONTACTORS, Contactor, ContactSignals, feel
-from tactogram.datasets.simulate.fabrics import fabric
-from tactogram.datasets.simulate.library import EVERYDAY, FABRICS, STROKING_9, STROKING_30
+from tactogram.datasets.simulate.everyday import EVERYDAY
+from tactogram.datasets.simulate.fabrics import FABRICS, fabric
+from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.photo import photograph, photographs
 from tactogram.datasets.simulate.random_surfaces import random_contactor, random_stroke, random_surface

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from tactogram.datasets.simulate.library import SYNONYMS
+from tactogram.datasets.simulate.everyday import SYNONYMS
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe
 from tactogram.model import Condition
