@@ -95,7 +95,7 @@ def test_figure_7_is_told_by_simulated_raters_and_a_rater_model_and_says_what_fa
     assert found["spread_over_trainings"]["A"]["sd"] is not None
     assert found["text"].count("rater model was trained on the display signals") == 1
     assert set(found["word_map"]["distance_to_target"]) >= {"sensor/plate01", "A/plate03", "B/plate01"}
-    for file in (found["report"], found["word_map"]["figure"], people["figure"], tmp_path / "items.csv"):
+    for file in (found["word_map"]["figure"], people["figure"], tmp_path / "items.csv"):
         assert (tmp_path / file).is_file()
     assert [run[1] for run in made_up.trained if run[0] == "ultrasonic_cgan"] == [1, 1, 2, 2]
 

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.joining import _crossfade, extend, join, seam_excess_db
+from tactogram.signal.joining import _crossfade, extend, join
 
 RATE = 1000
 
@@ -99,6 +99,13 @@ def test_a_joined_signal_is_as_long_as_its_pieces_less_the_crossfades():
     assert len(join([noise(0, 150)] * 4, overlap_s=0.1)) == 4 * 150 - 3 * 100
 
 
+def seam_excess_db(signal, places):
+    """Return the excess of the jumps to the samples at ``places`` over those elsewhere, dB."""
+    jumps = np.diff(signal.samples[0].astype(np.float64)) ** 2
+    at = np.isin(np.arange(1, len(signal)), places)
+    return 10 * np.log10(max(jumps[at].mean() / jumps[~at].mean(), 1e-30))
+
+
 def test_repetition_shows_at_its_seams_and_crossfades_do_not():
     plain, faded = [], []
     for seed in range(40):
@@ -131,9 +138,6 @@ def test_a_seam_excess_by_hand():
         (lambda: join([noise(0)], overlap_s=0.1, search_s=np.nan), "search_s must be >= 0"),
         (lambda: extend(lambda k: noise(k, 100), seconds=1, overlap_s=0.1), "longer than overlap_s"),
         (lambda: extend(noise, seconds=0, overlap_s=0.1), "seconds must be > 0"),
-        (lambda: seam_excess_db(noise(0), []), "places must be within"),
-        (lambda: seam_excess_db(noise(0), [0]), "places must be within"),
-        (lambda: seam_excess_db(Signal(np.ones(9), RATE, "1"), [3]), "must move"),
     ],
 )
 def test_what_cannot_be_joined_is_refused(call, message):

@@ -4,7 +4,6 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Annotated
 
 from tactogram.cli.printing import Printer
-from tactogram.cli.study_sessions import with_salvage_command
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.study.requests import AnalysisRequest
@@ -31,7 +30,6 @@ class _PowerRequest(Request):
     seed: Annotated[int, Option("seed of the simulations")] = 0
 
 
-@with_salvage_command
 def _analyse(request: AnalysisRequest, show: Printer) -> None:
     from tactogram.workflows.study.analysis import analyse_study
 

@@ -1,11 +1,8 @@
 """Verbs on the session of a study: `study progress`, `note`, `abort`, `end`, `withdraw`, `export`."""
 
-import shlex
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import wraps
-from typing import Annotated, Any
+from typing import Annotated
 
 from tactogram.cli.printing import Printer, columns, lines_of
 from tactogram.cli.verbs import Verb
@@ -50,29 +47,6 @@ class _ExportRequest(_SessionRequest):
     ] = False
 
 
-Run = Callable[[Any, Printer], int | None]
-
-
-def with_salvage_command(run: Run) -> Run:
-    """Wrap a verb so that the error of a damaged session names the command that exports its readable answers."""
-
-    @wraps(run)
-    def wrapped(request: Any, show: Printer) -> int | None:
-        from tactogram.errors import DataError
-        from tactogram.study.session.salvage import DamagedSessionError
-
-        try:
-            return run(request, show)
-        except DamagedSessionError as error:
-            if not error.readable:
-                raise
-            command = f"tactogram study export {shlex.quote(str(error.folder))} --salvage --out F.csv"
-            raise DataError(f"{error.summary}; export them: {command}") from error
-
-    return wrapped
-
-
-@with_salvage_command
 def _progress(request: _SessionRequest, show: Printer) -> None:
     from tactogram.study.session.states import status_counts, status_label
     from tactogram.workflows.study.sessions import session_progress
@@ -96,38 +70,32 @@ def _progress(request: _SessionRequest, show: Printer) -> None:
     show(facts, f"{facts['study']}: {who}; {facts['answers']} answers{ended}\n{columns(rows)}")
 
 
-@with_salvage_command
 def _note(request: _NoteRequest, show: Printer) -> None:
     from tactogram.workflows.study.sessions import write_note
 
     show(facts := write_note(request.folder, request.text, code=request.participant), lines_of(facts))
 
 
-@with_salvage_command
 def _abort(request: _AbortRequest, show: Printer) -> None:
     from tactogram.workflows.study.sessions import abort_participant
 
     show(facts := abort_participant(**vars(request)), lines_of(facts))
 
 
-@with_salvage_command
 def _end(request: _EndRequest, show: Printer) -> None:
     from tactogram.workflows.study.sessions import end_session
 
     show(facts := end_session(**vars(request)), lines_of(facts))
 
 
-@with_salvage_command
 def _export(request: _ExportRequest, show: Printer) -> None:
     from tactogram.workflows.study.export import export_study
 
     show(facts := export_study(**vars(request)), lines_of(facts))
     if request.salvage:
-        least = "" if facts["lost_is_exact"] else "at least "
-        sys.stderr.write(f"tactogram: {least}{facts['lost']} rows of answers are lost\n")
+        sys.stderr.write(f"tactogram: at least {facts['lost']} rows of answers are lost\n")
 
 
-@with_salvage_command
 def _withdraw(request: _ParticipantRequest, show: Printer) -> None:
     from tactogram.workflows.study.sessions import withdraw
 

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, lines_of
 from tactogram.cli.studio import ServerOptions, bound_port, shown_qr_code
-from tactogram.cli.study_sessions import with_salvage_command
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.study.requests import CHANGES, ParticipantsRequest
@@ -119,7 +118,6 @@ def _check(request: _CheckRequest, show: Printer) -> None:
     show(facts, lines_of({**facts, "rendered": rendered, "missing_texts": missing}))
 
 
-@with_salvage_command
 def _run(request: _RunRequest, show: Printer) -> None:
     from pathlib import Path
 

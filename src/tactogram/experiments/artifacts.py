@@ -110,6 +110,11 @@ def cached_result(
     return found
 
 
+def facts_of(store: Store) -> dict[str, Any]:
+    """Return the facts of an experiment's only store in its result."""
+    return {"simulated": store.simulated, "data": store.name, "data_sha256": store.sha256}
+
+
 def kind_of(store: Store) -> str:
     """Return the name of the store's signals in a table."""
     return "simulated strokes" if store.simulated else f"recorded strokes ({store.name})"

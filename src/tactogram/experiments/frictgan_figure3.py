@@ -23,7 +23,14 @@ from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.evaluation.measures.geometry_score import geometry_score
 from tactogram.evaluation.pictures.figures import COLOURS
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import Training, cached_result, find_or_simulate, train_all, trained_run
+from tactogram.experiments.artifacts import (
+    Training,
+    cached_result,
+    facts_of,
+    find_or_simulate,
+    train_all,
+    trained_run,
+)
 from tactogram.experiments.picture_cells import spread, text_of
 from tactogram.features.registered_pairs import FrictionBatch
 from tactogram.model import Example
@@ -130,9 +137,7 @@ def run(
     cells = methods[PROPOSED]
     result: dict[str, Any] = {
         "figures": ["figure3.png", "mixing.png"],
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "trainings": trainings,
         "protocol": learner.config.protocol,
         "published_mse": PUBLISHED,

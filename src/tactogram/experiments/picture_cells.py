@@ -89,10 +89,10 @@ class TableSettings:
         return f"last={max(1, round(fewest / 10))}"
 
     def run_name(self, name: str, model: str) -> str:
-        """Return the name of a cell's run, another one for settings that train differently."""
+        """Return the name of a row's runs, another one for settings that train differently."""
         protocol = [] if self.protocol == "source-split" else [self.protocol]
         perceptual = ["perceptual"] * (model in PERCEPTUAL and VGG19.network in self.weights)
-        return "-".join([name, *protocol, *perceptual])
+        return "-".join([name.lower().replace(" ", "-"), *protocol, *perceptual])
 
 
 def table_settings(*, paper: bool, protocol: str, progress: ProgressCallback, **files: str) -> TableSettings:
@@ -139,27 +139,44 @@ def axis_of(store: Store) -> dict[str, Any]:
     return {"prepare.axes": ["z" if "z" in axes else axes[-1]]}
 
 
-def cell(
+def table_cells(
+    folder: Path,
+    store: Store,
+    rows: Mapping[str, tuple[str, Mapping[str, Any]]],
+    *,
+    settings: TableSettings,
+    trainings: int,
+    progress: ProgressCallback,
+) -> dict[str, list[dict[str, Any]]]:
+    """Return the figures of each row's trainings, one for each seed, cached in ``cells/NAME-SEED.json``.
+
+    ``rows`` has the model of each, and the changes of its recipe. The seed determines weights, crops and split, so
+    cells of one seed share a split and are paired.
+
+    Returns
+    -------
+    dict
+        Of each cell ``validation`` (used to select weights, not on the test part), ``values`` (`MEASURES`, test part),
+        ``missing`` (reasons by measure), ``pictures`` (their number).
+    """
+    return {
+        name: [
+            _cell(folder, store, name, model, settings, changes, seed, progress) for seed in range(trainings)
+        ]
+        for name, (model, changes) in rows.items()
+    }
+
+
+def _cell(
     folder: Path,
     store: Store,
     name: str,
-    *,
     model: str,
     settings: TableSettings,
     changes: Mapping[str, Any],
     seed: int,
     progress: ProgressCallback,
 ) -> dict[str, Any]:
-    """Return the figures of one training, cached in ``cells/NAME-SEED.json``.
-
-    The seed determines weights, crops and split, so cells of one seed share a split and are paired.
-
-    Returns
-    -------
-    dict
-        ``validation`` (used to select weights, not on the test part), ``values`` (`MEASURES`, test part),
-        ``missing`` (reasons by measure), ``pictures`` (their number).
-    """
     split, files = settings.split(store), settings.weights
     weights = PictureWeights(files.get(ALEXNET.network, ""), files.get(INCEPTION.network, ""))
     changes = {**axis_of(store), **settings.protocol_changes(), **changes}
@@ -202,6 +219,25 @@ def run_of(folder: Path, name: str, seed: int) -> Path:
 def shown(cells: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the measures available in every cell."""
     return [name for name in MEASURES if all(name in found["values"] for found in cells)]
+
+
+def compared(cells: Mapping[str, Sequence[Mapping[str, Any]]], chosen: str) -> dict[str, dict[str, Any]]:
+    """Return each row's figures on the test part: ``test``, and ``p`` against the row ``chosen``."""
+    measures = shown([found for row in cells.values() for found in row])
+    values = {
+        name: {measure: [found["values"][measure] for found in row] for measure in measures}
+        for name, row in cells.items()
+    }
+    return {
+        name: {
+            "test": {measure: spread(row[measure]) for measure in measures},
+            "p": {
+                measure: None if name == chosen else against(values[chosen][measure], row[measure])
+                for measure in measures
+            },
+        }
+        for name, row in values.items()
+    }
 
 
 def spread(values: Sequence[float]) -> dict[str, Any]:

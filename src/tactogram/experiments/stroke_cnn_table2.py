@@ -12,7 +12,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments.artifacts import find_or_simulate, kind_of
+from tactogram.experiments.artifacts import facts_of, find_or_simulate, kind_of
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.progress import ProgressCallback
 
@@ -75,9 +75,7 @@ def run(
         }
     return {
         "table": "II",
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "recipe": options["recipe"],
         "changes": options.get("changes", {}),
         "rows": rows,

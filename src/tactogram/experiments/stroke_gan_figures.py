@@ -18,7 +18,14 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import Training, find_or_simulate, kind_of, train_all, trained_run
+from tactogram.experiments.artifacts import (
+    Training,
+    facts_of,
+    find_or_simulate,
+    kind_of,
+    train_all,
+    trained_run,
+)
 from tactogram.experiments.nine_textures import materials_of
 from tactogram.signal import Image, Signal
 from tactogram.training.run import Run
@@ -107,9 +114,7 @@ def run(
     result = {
         "figures": files,
         "model": model,
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "held_out": {texture: len(strokes) for texture, strokes in real.items()},
         "trainings": found,
         "floor_db": {name: log_spectral_distance(part[::2], part[1::2]) for name, part in real.items()},

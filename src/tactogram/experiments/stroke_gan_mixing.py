@@ -17,7 +17,14 @@ from statistics import mean, stdev
 from typing import Any
 
 from tactogram.evaluation.mixing.placement import IndistinctEndsError
-from tactogram.experiments.artifacts import Training, find_or_simulate, kind_of, train_all, trained_run
+from tactogram.experiments.artifacts import (
+    Training,
+    facts_of,
+    find_or_simulate,
+    kind_of,
+    train_all,
+    trained_run,
+)
 from tactogram.experiments.nine_textures import materials_of
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.progress import ProgressCallback
@@ -135,9 +142,7 @@ def run(
         models[name] = {pair: summary(ladders) for pair, ladders in found.items()}
     return {
         "figures": "15-18",
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "recipes": recipes,
         "changes": changed,
         "measured": settings,

@@ -25,8 +25,8 @@ from tactogram.evaluation.ratings.figures import word_map_figure
 from tactogram.evaluation.ratings.prediction import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import find_or_simulate, trained_run
-from tactogram.experiments.figure7_report import RATER_MODEL, figure7_report, figure7_text
+from tactogram.experiments.artifacts import facts_of, find_or_simulate, trained_run
+from tactogram.experiments.figure7_text import RATER_MODEL, figure7_text
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
@@ -102,9 +102,7 @@ def run(
     shown_by = next((by for by in ("people", SIMULATED_RATERS) if by in tables), next(iter(tables)))
     result: dict[str, Any] = {
         "figure": 7,
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "recipe": recipe,
         "iterations": iterations or None,
         "split": f"rated surfaces by session; the sensor's recordings: {first.recordings}",
@@ -123,9 +121,7 @@ def run(
         "items": str(items),
         "published": {"below_sensor_p_001": list(SIGNIFICANT), "not": ["A"], "failed": ["E"]},
     }
-    result["text"] = figure7_text(result, conditions)
-    result["report"] = str(figure7_report(folder, result, conditions))
-    return result
+    return result | {"text": figure7_text(result, conditions)}
 
 
 def _signals(first: Any, made: Mapping[str, list[Any]]) -> dict[str, Signal]:

@@ -18,7 +18,7 @@ from tactogram.datasets.simulate.raters import draw_people, score_vibrations
 from tactogram.errors import ParameterError
 from tactogram.evaluation.checkpoint_selection import SelectionRule, choose, smoothed
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, reproduction
-from tactogram.experiments.artifacts import Training, find_or_simulate, train_all, trained_run
+from tactogram.experiments.artifacts import Training, facts_of, find_or_simulate, train_all, trained_run
 from tactogram.experiments.image_cells import plates_of
 from tactogram.experiments.ultrasonic_cgan_figure7 import GROUPS, PEOPLE, SIMULATED_RATERS, chosen_groups
 from tactogram.models.ultrasonic_cgan import Config
@@ -99,9 +99,7 @@ def run(
     if not clusters:
         raise ParameterError(f"{folder}: must hold a finished run for `finished`, got none")
     result: dict[str, Any] = {
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "recipe": recipe,
         "iterations": iterations or None,
         "split": "none: all recordings are trained on, as published; rated signals are of recordings trained on",

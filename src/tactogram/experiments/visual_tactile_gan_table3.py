@@ -18,13 +18,13 @@ from matplotlib.figure import Figure
 from tactogram.datasets import Store
 from tactogram.errors import ParameterError
 from tactogram.evaluation.report import save_figure
+from tactogram.experiments.artifacts import facts_of
 from tactogram.experiments.picture_cells import (
-    against,
-    cell,
+    compared,
     data_of,
     p_text,
-    shown,
     spread,
+    table_cells,
     table_settings,
     text_of,
 )
@@ -85,35 +85,19 @@ def run(
     files = {"alexnet": alexnet, "inception": inception, "densenet201": densenet201}
     settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
     store = data_of(folder, data, paper=paper, progress=progress)
-    trained = {
-        key: [
-            cell(
-                folder,
-                store,
-                key,
-                model="visual_tactile_gan",
-                settings=settings,
-                changes={"config.discriminators": d, "config.layers": layers},
-                seed=seed,
-                progress=progress,
-            )
-            for seed in range(trainings)
-        ]
+    grid = {
+        key: ("visual_tactile_gan", {"config.discriminators": d, "config.layers": layers})
         for key, (d, layers) in wanted.items()
     }
+    trained = table_cells(folder, store, grid, settings=settings, trainings=trainings, progress=progress)
     first = next(iter(trained.values()))[0]
-    measures = shown([one for row in trained.values() for one in row])
     chosen_by = next(name for name in first["validation"] if name != "label_accuracy_unseen")
     validation = {key: spread([one["validation"][chosen_by] for one in row]) for key, row in trained.items()}
     chosen = min(validation, key=lambda key: validation[key]["mean"])
-    values = {
-        key: {name: [one["values"][name] for one in row] for name in measures} for key, row in trained.items()
-    }
+    rows = compared(trained, chosen)
     result = {
         "table": 3,
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "protocol": settings.protocol,
         "trainings": trainings,
         "pictures": first["pictures"],
@@ -121,19 +105,11 @@ def run(
         "chosen_by": chosen_by,
         "chosen": chosen,
         "cells": {
-            key: {
-                "validation": validation[key],
-                "test": {name: spread(row[name]) for name in measures},
-                "p": {
-                    name: None if key == chosen else against(values[chosen][name], row[name])
-                    for name in measures
-                },
-                "published_lpips": PUBLISHED[wanted[key]],
-            }
-            for key, row in values.items()
+            key: {"validation": validation[key], **row, "published_lpips": PUBLISHED[wanted[key]]}
+            for key, row in rows.items()
         },
     }
-    shown_by = "lpips" if "lpips" in measures else chosen_by
+    shown_by = "lpips" if "lpips" in rows[chosen]["test"] else chosen_by
     heights = {
         wanted[key]: (row["test"] | {chosen_by: row["validation"]})[shown_by]["mean"]
         for key, row in result["cells"].items()

@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.experiments.artifacts import facts_of
 from tactogram.experiments.picture_cells import (
-    against,
-    cell,
+    compared,
     data_of,
     p_text,
     run_of,
-    shown,
-    spread,
+    table_cells,
     table_settings,
     text_of,
 )
@@ -96,42 +95,16 @@ def run(
     files = {"alexnet": alexnet, "inception": inception, "vgg19": vgg19, "densenet201": densenet201}
     settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
     store = data_of(folder, data, paper=paper, progress=progress)
-    cells = {
-        name: [
-            cell(
-                folder,
-                store,
-                _file(name),
-                model=model,
-                settings=settings,
-                changes=changes,
-                seed=seed,
-                progress=progress,
-            )
-            for seed in range(trainings)
-        ]
-        for name, (model, changes) in wanted.items()
-    }
-    measures = shown([found for row in cells.values() for found in row])
-    values = {
-        name: {measure: [found["values"][measure] for found in row] for measure in measures}
-        for name, row in cells.items()
-    }
-    rows: dict[str, dict[str, Any]] = {
+    cells = table_cells(folder, store, wanted, settings=settings, trainings=trainings, progress=progress)
+    rows = {
         name: {
-            "test": {measure: spread(row[measure]) for measure in measures},
-            "p": {
-                measure: None if name == PROPOSED else against(values[PROPOSED][measure], row[measure])
-                for measure in measures
-            },
+            **row,
             "published_lpips": PUBLISHED[name][0] if name in PUBLISHED else None,
             "published_fid": PUBLISHED[name][1] if name in PUBLISHED else None,
         }
-        for name, row in values.items()
+        for name, row in compared(cells, PROPOSED).items()
     }
-    runs = {
-        name: run_of(folder, settings.run_name(_file(name), model), 0) for name, (model, _) in wanted.items()
-    }
+    runs = {name: run_of(folder, settings.run_name(name, model), 0) for name, (model, _) in wanted.items()}
     figure = folder / "figure3.png"
     if all((place / "model.json").is_file() for place in runs.values()):
         attention = [name for name in (PROPOSED, "without CBN") if name in wanted]
@@ -139,16 +112,15 @@ def run(
     result = {
         "figure": str(figure) if figure.is_file() else None,
         "table": 4,
-        "simulated": store.simulated,
-        "data": store.name,
-        "data_sha256": store.sha256,
+        **facts_of(store),
         "protocol": settings.protocol,
         "trainings": trainings,
         "pictures": cells[PROPOSED][0]["pictures"],
         "missing": cells[PROPOSED][0]["missing"]
         | ({"perceptual loss": settings.missing[VGG19.network]} if VGG19.network in settings.missing else {}),
         "best": {
-            measure: min(rows, key=lambda name: rows[name]["test"][measure]["mean"]) for measure in measures
+            measure: min(rows, key=lambda name: rows[name]["test"][measure]["mean"])
+            for measure in rows[PROPOSED]["test"]
         },
         "methods": rows,
     }
@@ -164,10 +136,6 @@ def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
         if name not in known:
             raise ParameterError(f"methods must be some of {', '.join(known)} or variants, got {name!r}")
     return {name: known[name] for name in known if name in {*wanted, PROPOSED}}
-
-
-def _file(name: str) -> str:
-    return name.lower().replace(" ", "-")
 
 
 def _text(result: dict[str, Any]) -> str:

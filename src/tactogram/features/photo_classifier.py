@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_descriptor import SMALLEST, descriptor
+from tactogram.features.photo_descriptor import SMALLEST, check_photograph, descriptor
 from tactogram.model import Example
 from tactogram.signal import Image
 
@@ -101,14 +101,8 @@ def distinct_photographs(examples: Sequence[Example], most: int) -> list[Image]:
 
 def _descriptors(image: Image, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return descriptors of square crops, turned, mirrored and brighter or darker, float64, shape (crop, feature)."""
-    if not isinstance(image, Image):
-        raise ParameterError(f"condition 'image' must be an Image, got {type(image).__name__}")
-    shorter = min(image.size)
-    if shorter < SMALLEST:
-        raise ParameterError(
-            f"a photograph must be at least {SMALLEST} x {SMALLEST} pixels, got {image.size[1]} x {image.size[0]}"
-        )
-    rows = []
+    check_photograph(image)
+    shorter, rows = min(image.size), []
     for _ in range(count):
         side = max(SMALLEST, int(shorter * rng.uniform(SMALLEST_SHARE, 1)))
         top, left = (int(rng.integers(length - side + 1)) for length in image.size)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.errors import ParameterError
 from tactogram.signal import Image
 
 OCTAVES = 6
@@ -17,6 +20,16 @@ FLOOR = 1e-8
 """Added to powers of contrast, so that a plain surface has a level."""
 SMALLEST = 8
 """Pixels of the shorter side."""
+
+
+def check_photograph(image: Any) -> None:
+    """Raise `ParameterError` for anything but a photograph that is large enough to be described."""
+    if not isinstance(image, Image):
+        raise ParameterError(f"condition 'image' must be an Image, got {type(image).__name__}")
+    if min(image.size) < SMALLEST:
+        raise ParameterError(
+            f"a photograph must be at least {SMALLEST} x {SMALLEST} pixels, got {image.size[1]} x {image.size[0]}"
+        )
 
 
 def descriptor(image: Image) -> NDArray[np.float64]:

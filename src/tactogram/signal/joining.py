@@ -1,4 +1,4 @@
-"""Joining of pieces to a longer signal without seams in level or waveform, and a measure of seams.
+"""Joining of pieces to a longer signal without seams in level or waveform.
 
 Two pieces are crossfaded. The power of their sum depends on their correlation: gains that suit unlike pieces raise the
 level of alike ones by 3 dB, gains that suit alike ones lower that of unlike ones by 3 dB. So the gains follow the
@@ -86,26 +86,6 @@ def extend(
         if length >= total:
             break
     return first.with_samples(np.hstack(kept)[:, :total].astype(np.float32))
-
-
-def seam_excess_db(signal: Signal, places: Sequence[int]) -> float:
-    """Return the excess of the jumps at ``places`` over those elsewhere, dB; about 0 for an inaudible seam.
-
-    ``10 log10(mean d[p]^2 / mean d[other]^2)`` with ``d[p] = x[p] - x[p - 1]``, averaged over the axes' powers relative
-    to their own jumps elsewhere. Places are samples that follow a seam, 1 to ``len(signal) - 1``.
-    """
-    at = np.zeros(len(signal), dtype=bool)
-    chosen = np.asarray(places, dtype=np.int64)
-    if chosen.size == 0 or chosen.min() < 1 or chosen.max() >= len(signal):
-        raise ParameterError(f"places must be within 1 to {len(signal) - 1}, got {list(places)[:5]}")
-    at[chosen] = True
-    if at[1:].all():
-        raise ParameterError("places must leave samples to compare with, got all of them")
-    jumps = np.diff(signal.samples.astype(np.float64), axis=1) ** 2
-    elsewhere = jumps[:, ~at[1:]].mean(axis=1)
-    if not elsewhere.all():
-        raise ParameterError("signal must move between the places on every axis, got a constant one")
-    return float(10 * np.log10(max(np.mean(jumps[:, at[1:]].mean(axis=1) / elsewhere), 1e-30)))
 
 
 def _joined(pieces: Iterable[Signal], overlap_s: float, search_s: float) -> Iterator[Array]:

@@ -1,8 +1,8 @@
 """Tests between conditions: as printed in the publications, and as repeated answers require.
 
 Answers of one person are not independent. `steel_dwass` and `student_t` take every value as independent, as the
-publications did with n = 2,400; `paired_t` and `friedman_wilcoxon` compare the same people, `welch_t` and
-`mann_whitney` the means of different people (from `summary.by_participant`).
+publications did with n = 2,400; `paired_t` and `friedman_wilcoxon` compare the same people, `mann_whitney` the
+means of different people (from `summary.by_participant`).
 """
 
 from __future__ import annotations
@@ -130,27 +130,11 @@ def student_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "none
     return _independent("Student's t", groups, stats.ttest_ind, correction, INDEPENDENT)
 
 
-def welch_t(groups: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
-    """Return Welch's t-test between every two groups of different people.
-
-    Parameters
-    ----------
-    groups : mapping from str to float array, shape (subject,)
-        One value per person.
-    correction : {"none", "holm"}
-
-    Raises
-    ------
-    ParameterError
-        If there are fewer than two groups, or values in a group, or a value is not finite.
-    """
-    return _independent("Welch's t", groups, lambda a, b: stats.ttest_ind(a, b, equal_var=False), correction)
-
-
 def mann_whitney(groups: Mapping[str, ArrayLike], *, correction: Correction = "holm") -> Comparison:
     """Return the Mann-Whitney test between every two groups of different people.
 
-    ``statistic`` is the rank sum in normal form. Parameters, of shape (subject,), and errors as of `welch_t`.
+    ``statistic`` is the rank sum in normal form. Parameters, of shape (subject,), one value per person, and errors as
+    of `steel_dwass`.
     """
 
     def compared(a: Numbers, b: Numbers) -> tuple[float, float]:

@@ -3,15 +3,10 @@ import pytest
 from scipy import special, stats
 
 from tactogram.statistics.clustered import pooled_share
-from tactogram.statistics.multiplicity import holm
 from tactogram.study.analysis.bradley_terry import bradley_terry, strengths_by_participant
 from tactogram.study.answers import Answer, Answers
 from tactogram.study.designs.pairwise.analysis import ALIKE, APART, analyse_preference
 from tactogram.study.designs.pairwise.power import (
-    ComparisonCounts,
-    _holm_above,
-    _presented,
-    jackknifed,
     shown_and_equal,
     simulated_preferences,
 )
@@ -50,32 +45,6 @@ def test_the_error_is_the_spread_of_the_estimates():
     shown, equal = shown_and_equal(gaps, errors, people=20, margin=0.5, alpha=0.05)
     assert not (shown & equal).any()
     assert shown[:, :3].mean() > 0.5 > shown[:, 3:].mean()
-
-
-def test_holm_of_many_studies_is_that_of_each():
-    t = np.random.default_rng(3).normal(1.5, 2.0, (40, 6))
-    t[0] = 9.0  # all are shown
-    ps = stats.t.sf(t, 9)
-    assert (_holm_above(t, 9, 0.05) == (np.array([holm(row) for row in ps]) < 0.05)).all()
-
-
-@pytest.mark.parametrize(("people", "comparisons", "items"), [(5, 30, 20), (2, 3, 6), (7, 40, 6), (3, 12, 6)])
-def test_studies_without_tables_are_as_those_with_tables_of_each_participant(people, comparisons, items):
-    rng = np.random.default_rng(4)
-    first, second = np.triu_indices(items, 1)
-    place, asked = _presented(comparisons, len(first), (3, people), rng)
-    won = rng.binomial(asked, 0.7)
-    one, other = first[place], second[place]
-    tables = np.zeros((3, people, items, items))
-    study, person, _ = np.indices(one.shape)
-    tables[study, person, one, other], tables[study, person, other, one] = won, asked - won
-    assert (tables.sum((2, 3)) == comparisons).all()
-    assert len(np.unique(place[0, 0])) == min(comparisons, len(first))
-    strengths, covariance = strengths_by_participant(tables)
-    found, error = jackknifed(ComparisonCounts(one, other, asked, won, items))
-    assert found == pytest.approx(strengths)
-    centre = np.eye(items) - 1 / items
-    assert centre @ error @ centre == pytest.approx(covariance, rel=1e-4, abs=1e-6)
 
 
 def compared(*answered):

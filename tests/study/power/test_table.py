@@ -65,7 +65,7 @@ def test_a_table_says_how_many_people_equivalence_takes():
 def test_many_items_take_no_more_memory_at_once(monkeypatch):
     monkeypatch.setattr(power_preferences, "AT_ONCE", 36_000)
     options = {"effect": 0.0, "person_sd": 0.5, "rng": np.random.default_rng(0)}
-    for items, studies in ((6, 146), (30, 20), (80, 4)):
+    for items, studies in ((6, 100), (30, 4), (80, 1)):
         some, _ = next(simulated_preferences(10, 60, items=items, studies=200, **options))
         assert some.shape[0] == studies
 

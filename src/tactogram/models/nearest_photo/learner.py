@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
-from tactogram.features.photo_descriptor import SMALLEST, descriptor
+from tactogram.features.photo_descriptor import check_photograph, descriptor
 from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, check_state
 from tactogram.models.nearest_photo.config import Config
 from tactogram.signal import Image, Signal
@@ -152,10 +152,5 @@ def build(
 
 
 def _descriptor(image: Any) -> NDArray[np.float64]:
-    if not isinstance(image, Image):
-        raise ParameterError(f"condition 'image' must be an Image, got {type(image).__name__}")
-    if min(image.size) < SMALLEST:
-        raise ParameterError(
-            f"a photograph must be at least {SMALLEST} x {SMALLEST} pixels, got {image.size[1]} x {image.size[0]}"
-        )
+    check_photograph(image)
     return descriptor(image)

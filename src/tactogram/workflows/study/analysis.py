@@ -5,7 +5,9 @@ from __future__ import annotations
 import io
 import json
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +29,6 @@ from tactogram.study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
 from tactogram.study.study_file import Study
 from tactogram.workflows.request import takes
 from tactogram.workflows.study.answers import open_answers, study_of
-from tactogram.workflows.study.figure_files import HASHES, hashes_of, remove_earlier
 from tactogram.workflows.study.report import StudyData, write_study_report
 from tactogram.workflows.study.requests import AnalysisRequest
 
@@ -83,9 +84,8 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
         drawn = _figures(analysis, answers, names, study)
     pictures = {f"{name}.png": _png(figure) for own in drawn for name, figure in own.items()}
     result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures]
-    result[HASHES] = hashes_of(pictures)
     folder.mkdir(parents=True, exist_ok=True)
-    remove_earlier(folder, JSON_FILE, kept=pictures)
+    _remove_earlier(folder, kept=pictures)
     write_text(folder / JSON_FILE, json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False) + "\n")
     write_text(folder / TEXT_FILE, analysis.text())
     for name, picture in pictures.items():
@@ -95,6 +95,14 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
     write_study_report(folder / REPORT_FILE, named, data, drawn, practice=request.practice)
     return result | {"out": str(request.out), "text": analysis.text()}
+
+
+def _remove_earlier(folder: Path, *, kept: Collection[str]) -> None:
+    """Remove the figures that an earlier analysis in the folder lists and the next does not write."""
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        for name in json.loads((folder / JSON_FILE).read_text(encoding="utf-8"))["files"]:
+            if re.fullmatch(r"[\w-]+\.png", name) and name not in kept:
+                (folder / name).unlink(missing_ok=True)
 
 
 def _report_language(study: Study, language: str) -> str:

@@ -9,7 +9,7 @@ import zipfile
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.study.answers import Answers, write_answers
 from tactogram.study.session.export import export_bids
@@ -59,7 +59,7 @@ def export_study(
         A new folder.
     salvage : bool
         Whether to read a damaged session: the table holds every readable answer, with the study beside it where that is
-        readable. The result has the number of answers ``lost``, which is a minimum unless ``lost_is_exact``.
+        readable. The result has the least number of answers that are ``lost``.
 
     Raises
     ------
@@ -96,14 +96,11 @@ def export_study(
 
 def _salvage(folder: Path, table: Path) -> dict[str, Any]:
     salvaged = salvage_session(folder)
-    if not len(salvaged.answers):
-        raise DataError(f"{folder}: no answer can be read")
     write_answers(table, salvaged.answers)
     study_file = None if salvaged.study is None else _write_study(table, salvaged.study)
     return _facts(salvaged.answers) | {
         "study": salvaged.answers.rows[0].study,
         "lost": salvaged.lost,
-        "lost_is_exact": salvaged.lost_is_exact,
         "table": str(table),
         "study_file": study_file,
     }

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import tomllib
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -85,10 +86,8 @@ class StudyStimuli:
             If its file is missing or not readable.
         """
         if stimulus.name not in self._signals:
-            try:
+            with _named(stimulus):
                 self._signals[stimulus.name] = self._make_signal(stimulus)
-            except TactogramError as error:
-                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         return self._signals[stimulus.name]
 
     def played(self, presented: PresentedStimulus) -> SlotPlayback:
@@ -154,15 +153,13 @@ class StudyStimuli:
             The message names the stimulus.
         """
         for stimulus in self.study.made_stimuli:
-            try:
+            with _named(stimulus):
                 if stimulus.is_played:
                     self._check_display(self.display(stimulus))
                 if stimulus.simulated:
                     _surface(stimulus.simulated)
                 if stimulus.simulated_image:
                     _family(stimulus.simulated_image)
-            except TactogramError as error:
-                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
     def check_places(self) -> None:
         """Refuse a study with a stimulus whose file, run or display is outside ``within``.
@@ -173,7 +170,7 @@ class StudyStimuli:
             The message names the stimulus.
         """
         for stimulus in self.study.all_stimuli:
-            try:
+            with _named(stimulus):
                 for name in (stimulus.file, stimulus.image, stimulus.photograph, stimulus.vibration):
                     if name:
                         self._path(name)
@@ -182,8 +179,6 @@ class StudyStimuli:
                         self._run(name)
                 if stimulus.is_played:
                     self.display(stimulus)
-            except TactogramError as error:
-                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
     def _reads_as_simulated(self, stimulus: Stimulus) -> bool:
         files = ((stimulus.file, read_metadata), (stimulus.image, read_image_metadata))
@@ -203,7 +198,7 @@ class StudyStimuli:
 
     def _rendered(self, stimulus: Stimulus, gain_db: float) -> SlotPlayback:
         signal, text = self.signal(stimulus), stimulus.level or self.study.level
-        try:
+        with _named(stimulus):
             level, signal = stronger(parse_level(text), signal, gain_db)
             drive = fit(
                 signal,
@@ -212,8 +207,6 @@ class StudyStimuli:
                 axes=stimulus.axes or None,
                 speed_mm_s=stimulus.speed_mm_s,
             )
-        except TactogramError as error:
-            raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         return SlotPlayback(drive, drive.signal.sha256, text, drive.report.display, gain_db)
 
     def _streamed(self, stimulus: Stimulus, gain_db: float) -> SlotPlayback:
@@ -226,12 +219,10 @@ class StudyStimuli:
             level, texture = parse_level(text), self._texture_of_run(stimulus, settings)
             if texture is None:
                 level, signal = stronger(level, self.signal(stimulus), fitted_db)
-            try:
+            with _named(stimulus):
                 if texture is None:
                     texture = texture_of_signal(stimulus.name, signal, settings, stimulus.speed_mm_s)
                 self._streams[key] = stimulus_stream(texture, display, level, settings.most)
-            except TactogramError as error:
-                raise type(error)(f"stimulus {stimulus.name}: {error}") from error
         made = self._streams[key].stronger(gain_db - fitted_db)
         return SlotPlayback(None, made.sha256, text, display.name, gain_db, made)
 
@@ -241,11 +232,9 @@ class StudyStimuli:
             return None
         from tactogram.workflows.training.loaded_run import load_run
 
-        try:
+        with _named(stimulus):
             run = load_run(self._run(stimulus.run))
             return live_texture(run, stimulus.name, self._condition(stimulus, run), settings)
-        except TactogramError as error:
-            raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
     def _make_signal(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:
@@ -320,6 +309,15 @@ class StudyStimuli:
         if not path.is_file():
             raise DataError(f"{path}: no such file")
         return path
+
+
+@contextmanager
+def _named(stimulus: Stimulus) -> Iterator[None]:
+    """Name the stimulus in an error."""
+    try:
+        yield
+    except TactogramError as error:
+        raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
 
 def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signal]:

@@ -65,31 +65,6 @@ def once():
 # -- training -----------------------------------------------------------------------------------------------
 
 
-def test_an_update_of_one_network_leaves_the_other_alone():
-    made = learner()
-    data = examples()
-    made.step(Stage("fit", 1), data)
-    _, x, label = next(made.batches(made.stages(data)[1], data, seed=0))
-    real, label = torch.from_numpy(x), torch.from_numpy(label)
-    for network, other, update in (
-        (made.discriminator, made.generator, made.update_discriminator),
-        (made.generator, made.discriminator, made.update_generator),
-    ):
-        before = [p.clone() for p in network.parameters()], [p.clone() for p in other.parameters()]
-        update(real, label)
-        assert not all(map(torch.equal, before[0], network.parameters()))
-        assert all(map(torch.equal, before[1], other.parameters()))
-        assert all(p.requires_grad for p in other.parameters())
-
-
-def test_cosine_falls_to_nothing():
-    made = learner(learning_rate=1e-2, generator_learning_rate=1e-3)
-    for done, share in ((0, 1), (0.5, 0.5), (1, 0)):
-        made.schedule(done)
-        rates = [optimiser.param_groups[0]["lr"] for optimiser in made.optimisers]
-        assert rates == pytest.approx([1e-3 * share, 1e-2 * share])
-
-
 def test_the_average_generates():
     made = trained(moving_average=0.5)
     assert made.average is not None

@@ -1,20 +1,17 @@
-"""Run comparison: losses in one chart, results, and differences of recipe and data."""
+"""Run comparison: losses in one chart, and what `tactogram compare` prints."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from typing import Annotated
+from typing import Annotated, Any
 from urllib.parse import quote
 
 from fastapi import Query
 from nicegui import ui
 
-from tactogram.errors import ParameterError
-from tactogram.recipe import dotted
-from tactogram.studio.layout import heading, in_background, page, route
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.studio.layout import heading, hint, in_background, page, route
 from tactogram.studio.pages.train.log import loss_curves, read_metrics
-from tactogram.studio.pages.train.run_summary import RunSummary, run_summary
 from tactogram.studio.pages.train.widgets import TrainContext, loss_options
 
 MOST_RUNS = 8
@@ -29,29 +26,35 @@ def add(context: TrainContext) -> None:
         with page("Train"):
             ui.link("All runs", "/train").classes("small")
             try:
-                runs = await in_background(_read, context, run)
-            except ParameterError as error:
+                curves, compared = await in_background(_read, context, run)
+            except TactogramError as error:
                 ui.label(str(error)).props('role="alert"')
                 return
             heading("Comparison of runs")
-            _draw_losses({name: curves for name, (_, curves) in runs.items()})
-            summaries = {name: summary for name, (summary, _) in runs.items()}
-            _draw_table("Results", result_rows(summaries), list(runs))
-            settings = {name: _flat_settings(summary) for name, summary in summaries.items()}
-            _draw_table("Differences in recipe and data", differences(settings), list(runs))
+            _draw_losses(curves)
+            for title, rows in (
+                ("Results", "results"),
+                ("Models and data", "facts"),
+                ("Different settings", "settings"),
+            ):
+                _draw_table(title, compared[rows], list(curves))
+            for note in compared["notes"]:
+                hint(note)
 
 
-def _read(context: TrainContext, names: Sequence[str]) -> dict[str, tuple[RunSummary, Curves]]:
+def _read(context: TrainContext, names: Sequence[str]) -> tuple[dict[str, Curves], dict[str, Any]]:
+    """Return the losses of each run, and the comparison of all."""
+    from tactogram.workflows.training.run_comparison import compare_runs  # brings torch
+
     workspace = context.studio.workspace
-    runs = {}
-    for name in list(dict.fromkeys(names))[:MOST_RUNS]:
-        folder = workspace.inside(name)
+    folders = [workspace.inside(name) for name in dict.fromkeys(names)][:MOST_RUNS]
+    for name, folder in zip(dict.fromkeys(names), folders, strict=False):
         if not (folder / "recipe.toml").is_file():
             raise ParameterError(f"{name[:200]}: no such run in this workspace; it may have been deleted")
-        runs[workspace.name_of(folder)] = (run_summary(folder), loss_curves(read_metrics(folder)))
-    if len(runs) < 2:
+    if len(folders) < 2:
         raise ParameterError("select at least two runs on the page Train")
-    return runs
+    curves = {workspace.name_of(folder): loss_curves(read_metrics(folder)) for folder in folders}
+    return curves, compare_runs(folders)
 
 
 def _draw_losses(curves_by_run: Mapping[str, Curves]) -> None:
@@ -81,32 +84,7 @@ def loss_by_run(curves_by_run: Mapping[str, Curves], loss: str) -> Curves:
     return {run: curves[loss] for run, curves in curves_by_run.items() if loss in curves}
 
 
-def result_rows(summaries: Mapping[str, RunSummary]) -> dict[str, dict[str, str]]:
-    """Return results as text by name and run, without entries for runs that lack one."""
-    rows: dict[str, dict[str, str]] = {}
-    for run, summary in summaries.items():
-        for origin, results in (("validation", summary.validation), ("evaluation", summary.evaluation)):
-            for name, value in results.items():
-                rows.setdefault(f"{name} ({origin})", {})[run] = f"{value:.4g}"
-    return rows
-
-
-def differences(settings: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, str]]:
-    """Return the settings whose values differ between runs, as values by key and run."""
-    keys = dict.fromkeys(key for values in settings.values() for key in values)
-    rows = {key: {run: values.get(key, "") for run, values in settings.items()} for key in keys}
-    return {key: row for key, row in rows.items() if len(set(row.values())) > 1}
-
-
-def _flat_settings(summary: RunSummary) -> dict[str, str]:
-    data = {name: summary.data.get(name) for name in ("name", "label", "split", "simulated")}
-    data["sha256"] = str(summary.data.get("sha256", ""))[:12]
-    recipe = {key: value for key, value in summary.recipe.items() if key != "model"}
-    found = dotted({"model": summary.model, "data": data, **recipe})
-    return {key: json.dumps(value, ensure_ascii=False) for key, value in found.items()}
-
-
-def _draw_table(title: str, rows: Mapping[str, Mapping[str, str]], runs: Sequence[str]) -> None:
+def _draw_table(title: str, rows: Mapping[str, Sequence[Any]], runs: Sequence[str]) -> None:
     with ui.element("section").classes("card w-full").style("overflow-x: auto"):
         heading(title)
         if not rows:
@@ -114,8 +92,16 @@ def _draw_table(title: str, rows: Mapping[str, Mapping[str, str]], runs: Sequenc
             return
         columns = [{"name": "key", "label": "", "field": "key", "align": "left"}]
         columns += [{"name": run, "label": run, "field": run, "align": "left"} for run in runs]
-        table = [{"key": key, **{run: row.get(run, "") for run in runs}} for key, row in rows.items()]
+        table = [
+            {"key": key, **dict(zip(runs, map(_text, values), strict=True))} for key, values in rows.items()
+        ]
         ui.table(columns=columns, rows=table, row_key="key").props("flat dense wrap-cells").classes("w-full")
         with ui.row():
             for run in runs:
                 ui.link(run, f"/train/watch?run={quote(run)}").classes("small")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "" if value is None else str(value)

@@ -1,16 +1,11 @@
-"""Table and report of the experiment on Hatori & Takemura 2023, Figure 7."""
+"""Table of the experiment on Hatori & Takemura 2023, Figure 7."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-from matplotlib.image import imread
-
 from tactogram.evaluation.ratings.reproduction import STRAIGHT
-from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 
 RATER_MODEL = "a rater model"
 KNOWS_NEAREST = (
@@ -46,38 +41,6 @@ def figure7_text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
     return "\n".join(lines)
 
 
-def figure7_report(folder: Path, result: Mapping[str, Any], conditions: tuple[str, ...]) -> Path:
-    """Write ``report.html`` of a result that has its ``text``, and return its path."""
-    sections = [
-        ReportSection(
-            f"Rated by {by}",
-            [
-                ReportTable(
-                    HEADER,
-                    _rows(result, by, conditions),
-                    f"Mean absolute error to the plates' scores, rated by {by}.",
-                ),
-                *[ReportText(f"{name}: {value:.3f}.") for name, value in told["beside"].items()],
-                *([ReportText(KNOWS_NEAREST)] if by.startswith(RATER_MODEL) else []),
-                _picture(told["figure"], f"Figure 7's layout, rated by {by}."),
-            ],
-        )
-        for by, told in result["told_by"].items()
-    ]
-    sections.append(
-        ReportSection(
-            "Space of words", [_picture(result["word_map"]["figure"], "Principal components of scores.")]
-        )
-    )
-    return write_report(
-        folder / "report.html",
-        title="Figure 7: word ratings of generated signals",
-        summary=result["text"].split("\n")[0],
-        sections=sections,
-        simulated=result["simulated"],
-    )
-
-
 def _rows(result: Mapping[str, Any], by: str, conditions: tuple[str, ...]) -> list[tuple[Any, ...]]:
     """Return a row per condition: error, standard errors, n, p as printed and by rater, against the sensor."""
     told = result["told_by"][by]
@@ -103,12 +66,3 @@ def _cell(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.2g}" if abs(value) < 0.01 else f"{value:.3f}"
     return "-" if value is None else str(value)
-
-
-def _picture(path: str, caption: str) -> ReportFigure:
-    pixels = imread(path)
-    figure = Figure(figsize=(pixels.shape[1] / 150, pixels.shape[0] / 150))
-    axes = figure.add_axes((0, 0, 1, 1))
-    axes.imshow(pixels)
-    axes.set_axis_off()
-    return ReportFigure(figure, caption)
