@@ -116,6 +116,7 @@ def _live_text(result: dict[str, Any]) -> str:
         + ("" if none is None else f", {none} like none of these")
     ]
     lines += [f"  {name:24} {count}" for name, count in result["materials"].items()]
+    lines += [f"note: {note}" for note in result["source"].get("notes", ())]
     if latency["p50_ms"] is not None:
         lines.append(
             f"latency, last sample to probabilities: p50 {text_of(latency['p50_ms'])} ms, "
@@ -139,6 +140,7 @@ def _log_text(result: dict[str, Any]) -> str:
         lines.append(
             f"  lost {facts['lost']} samples ({100 * share:.2g} %), rejected {text_of(facts['rejected']) or 0}"
         )
+        lines += [f"  note: {note}" for note in facts.get("notes", ())]
         if one["filled"] is not None:
             lines.append(f"  filled {text_of(one['filled'])}")
         else:

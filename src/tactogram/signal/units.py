@@ -107,8 +107,11 @@ def parse_unit(text: str) -> tuple[str, float]:
     """Return the unit that ``text`` spells, one of `UNITS`, and the factor that converts numbers to it.
 
     ``"g"`` and ``"G"`` are standard gravity, not gram and gauss; ``"µm"``, ``"m/s²"``, ``"m/(sec^2)"``, ``"deg/s"``,
-    ``"Volts"`` and the like are known.
+    ``"Volts"`` and the like are known, and counts: ``"g/16384"``, of which 16384 are one g.
     """
+    if counts := re.fullmatch(r"(.*\S)\s*/\s*([1-9]\d+)", text):
+        name, factor = parse_unit(counts[1])
+        return name, factor / int(counts[2])
     plain = _plain(text)
     unit = _SPELLINGS.get(plain) or _SPELLINGS.get(_BY_WORD.get(plain.lower(), ""))
     unit = unit or {"G": ("m/s^2", STANDARD_GRAVITY), "mG": ("m/s^2", 1e-3 * STANDARD_GRAVITY)}.get(plain)
