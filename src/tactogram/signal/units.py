@@ -55,7 +55,9 @@ _SPELLINGS: dict[str, tuple[str, float]] = {
     "%": ("1", 1e-2),
     **dict.fromkeys(("counts", "count", "lsb", "raw", "adc", "digits", "a.u.", "au", "n/a"), ("1", 1.0)),
 }
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Of time stamps, s."""
+_SECONDS = {**TIME_UNITS, "min": 60.0, "h": 3600.0}
 
 _WORDS = {
     # Whole words and plain variants, in lower case, by the spelling above.

@@ -147,7 +147,7 @@ def test_sketch_with_heading_gives_x_y_z_in_its_unit(boards, port, start_us):
     assert source.rate == pytest.approx(250, rel=0.01)
     assert source.estimate().hz == pytest.approx(250, rel=1e-3)
     assert source.facts()["lost"] == source.facts()["time_went_back"] == 0
-    assert source.notes == ("time from t_us", "x, y, z in m/s^2 from ax_g, ay_g, az_g")
+    assert source.notes == ("time from t_us", "x, y, z from ax_g, ay_g, az_g, unit m/s^2")
 
 
 @pytest.mark.parametrize("start_us", [0, 2**32 - 60_000])
@@ -159,7 +159,7 @@ def test_sketch_without_heading_gives_counts_and_the_address_that_converts_them(
     assert samples.tolist() == counts()[:, 1 : samples.shape[1] + 1].tolist()
     assert source.estimate().hz == pytest.approx(250, rel=1e-3)
     assert source.notes[0] == "column 1 rises: taken for the time, in us: 250 Hz"
-    assert source.notes[1] == "x, y, z in 1 from column 2, column 3, column 4"
+    assert source.notes[1] == "x, y, z from column 2, 3, 4, unit 1"
     address = re.search(r"read as counts;.*`'(.*)'`", source.notes[2])[1]
     assert address == f"serial:{port[1]}?unit=g/16384"
 

@@ -50,7 +50,7 @@ def test_heading_time_and_units_are_read_from_the_lines(separator, step):
 
     assert source.axes == ("x", "y", "z")
     assert source.unit == "m/s^2"
-    assert source.notes == ("time from micros", "x, y, z in m/s^2 from ax[g], ay[g], az[g]")
+    assert source.notes == ("time from micros", "x, y, z from ax[g], ay[g], az[g], unit m/s^2")
     assert samples[0] == pytest.approx(np.arange(100) / 100 * 9.80665, rel=1e-6)
     assert source.rate == pytest.approx(1000)
     assert source.estimate().hz == pytest.approx(1000)
@@ -242,11 +242,11 @@ def test_a_first_column_that_rises_is_the_time():
     assert np.flatnonzero(np.isnan(samples[0])).tolist() == [199]
     assert source.estimate().hz == pytest.approx(1000)
     assert source.notes[0] == "column 1 rises: taken for the time, in us: 1000 Hz"
-    assert "x, y, z in 1 from column 2, column 3, column 4" in source.notes
+    assert "x, y, z from column 2, 3, 4, unit 1" in source.notes
 
 
 def test_a_column_taken_for_the_time_that_falls_later_is_asked_about():
-    rows = [f"{1000 + 70 * n if n < 40 else 500 + WAVE[n]},{WAVE[n]},7" for n in range(300)]
+    rows = [f"{1000 + 700 * n if n < 40 else 500 + WAVE[n]},{WAVE[n]},7" for n in range(300)]
     with pytest.raises(DataError, match="also falls.*'serial:board\\?time=none'"):
         read("\n".join(rows) + "\n", step=500)
 
@@ -292,7 +292,7 @@ def test_a_unit_of_counts_is_that_of_the_data_sheet():
 
     assert source.unit == "m/s^2"
     assert samples[2, 1] == pytest.approx(0.5 * 9.80665)
-    assert not any("unit" in note for note in source.notes)
+    assert not any("no unit" in note for note in source.notes)
 
 
 @pytest.mark.parametrize("stale", ["", "9004,1\n9005000,3,3,3\n9006000,3,3,4\n"])
@@ -307,10 +307,11 @@ def test_a_board_reset_by_opening_its_port_begins_with_its_heading(stale):
     assert source.facts()["rejected"] == {}
 
 
-def test_a_heading_repeated_by_a_reset_is_no_sample():
+@pytest.mark.parametrize("step", [7, 10**6])
+def test_a_heading_repeated_by_a_reset_is_no_sample(step):
     rows = [f"{4000 * n},{WAVE[n]}" for n in range(60)]
     text = "t_us,force_mN\n" + "\n".join(rows) + "\n"
-    samples, source = read(text + text)
+    samples, source = read(text + text, step, every_s=0.0)
 
     assert samples.shape == (1, 121)
     assert np.flatnonzero(np.isnan(samples[0])).tolist() == [60]
@@ -334,6 +335,38 @@ def test_a_time_in_another_unit_than_stated_is_refused_with_the_right_one():
         read(text, step=9, every_s=0.0004)
 
     assert read(text, step=9, every_s=0.0004, time="t_ms [us]")[1].rate == pytest.approx(250)
+
+
+@pytest.mark.parametrize(
+    ("step", "hz"), [(1, None), (4, 250), (100, None), (500, 2000), (4000, 250), (100_003, 10)]
+)
+def test_time_of_a_slow_or_quick_board_is_taken_for_ms_or_us_or_asked_about(step, hz):
+    text = "".join(f"{step * n} {WAVE[n]}\n" for n in range(9, 60))
+    if step == 1:  # a counter, or ms of a board at 1 kHz
+        assert "left out: 1 (counter)" in read(text)[1].notes
+    elif hz is None:
+        with pytest.raises(DataError, match="10000 Hz in us.*`'serial:board\\?time=1"):
+            read(text)
+        assert read(text, time="1 [ms]")[1].rate == pytest.approx(10)
+    else:
+        assert read(text)[1].rate == pytest.approx(hz, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "({}, {}, {})",
+        "[{},{},{}]",
+        '{{"x":{},"y":{},"z":{}}}',
+        "X: {}  Y: {}  Z: {}",
+        "AcX = {} | AcY = {} | AcZ = {}",
+    ],
+)
+def test_lines_of_other_boards_have_three_axes(form):
+    samples, source = read("".join(form.format(n, -n, 9) + " \r\n" for n in WAVE[:40]))
+
+    assert source.axes == ("x", "y", "z")
+    assert samples.tolist() == [WAVE[1:40], [-n for n in WAVE[1:40]], [9] * 39]
 
 
 @pytest.mark.parametrize(

@@ -115,7 +115,9 @@ class Feed:
                 self._last_arrival_s = now
             elif silent > (self._silence_s if self.next_index else max(self._silence_s, START_S)):
                 advice = getattr(self.source, "silence", lambda: "is it switched on and within range?")()
-                raise SourceLost(f"{self.source.name}: no samples for {silent:.1f} s; {advice}")
+                raise SourceLost(
+                    f"{self.source.name.partition('?')[0]}: no samples for {silent:.1f} s; {advice}"
+                )
             return None
         self._last_arrival_s = now
         if not self.next_index:

@@ -218,9 +218,9 @@ class RecordingSession:
             feed.poll(min(0.1, remaining))
             self._show("countdown", f"{remaining:.1f} s", 1 - remaining / max(plan.countdown_s, 1e-9))
         # The number of samples in a take depends on the rate.
-        while feed.rate is None:
+        while feed.rate is None or not feed.next_index:
             feed.poll()
-            self._show("waiting", "for the source's rate", 0.0)
+            self._show("waiting", "for the source and its rate", 0.0)
         start, begun = feed.mark(), self._clock()
         if plan.metronome:
             beat = interval_s(plan.stroke_mm, trial.speed_mm_s)

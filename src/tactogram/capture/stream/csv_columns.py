@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,9 +17,6 @@ from tactogram.signal.io.roles import roles_of
 from tactogram.signal.io.table_content import unit_note
 from tactogram.signal.io.table_head import TableHead
 from tactogram.signal.units import parse_unit
-
-FIRST_ROWS = 32
-"""Rows from which the columns, and the nominal rate if none is given, are learnt."""
 
 
 class CsvFormat(BaseModel):
@@ -45,62 +43,43 @@ class BoardColumns:
 
     time: int | None
     time_name: str
+    guessed: bool  # since it has no name
     tick_s: float
-    places: tuple[int, ...]
+    period_s: float | None  # typical step of the time
+    places: tuple[int, ...]  # of the axes
     axes: tuple[str, ...]
     unit: str
-    factors: NDArray[np.float64]
-    """To the unit, float64, shape (axis, 1)."""
-    period_s: float | None
-    """Typical step of the time."""
-    named: bool
-    """Whether there is a heading."""
+    factors: NDArray[np.float64]  # to the unit, shape (axis, 1)
     notes: tuple[str, ...]
-    """One line each: which column is the time, what is left out, a missing unit."""
+
+    def samples(self, row: Sequence[float]) -> NDArray[np.float64]:
+        """Return the sample in a row, float64, shape (axis, 1), ``unit``."""
+        return np.array([[row[place]] for place in self.places]) * self.factors
 
 
-def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, place: str) -> BoardColumns:
-    """Return the columns of lines of numbers.
+def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, place: Path) -> BoardColumns:
+    """Return the columns of lines, by their headings and the first rows, float64, shape (row, column).
 
-    Parameters
-    ----------
-    head : TableHead
-        Their headings.
-    rows : float64 array, shape (row, column)
-        The first ones, see `since_reset`.
-    form : CsvFormat
-        What is known of them.
-    place : str
-        Where they come from, for errors.
-
-    Raises
-    ------
-    DataError
-        If the columns have two plausible readings; it ends with what to state.
-    ParameterError, UnitError
-        If what is stated does not fit the lines.
+    A `DataError` that begins with ``place`` says what to state if there are two plausible readings; a `ParameterError`
+    or `UnitError` that ``form`` does not fit the lines.
     """
-    table = RawTable(
-        Path(place), head.headings, tuple(rows.T), units=head.units, named=head.named, brief=True
-    )
+    table = RawTable(place, head.headings, tuple(rows.T), units=head.units, named=head.named, brief=True)
     wanted = [name.strip() for name in form.axes.split(",")] if form.axes else None
     roles = roles_of(table, axes=wanted, time=form.time, rate=form.rate)
     stream, *others = roles.streams
     axes = stream.axes if head.named else default_axes(len(stream.axes))
     if form.axes and not stream.chosen:
-        axes = axis_names(len(axes), form.axes, where=place)
+        axes = axis_names(len(axes), form.axes, where=str(place))
     unit, factors = stream.unit or "1", stream.factors
     if form.unit is not None:
         unit, factor = parse_unit(form.unit)
         factors = (factor,) * len(axes)
-    period, name = None, ""
-    names = [text if head.named and text else f"column {i}" for i, text in enumerate(head.headings, 1)]
-    notes = ["no column of time: only damaged lines are counted as lost"]
+    notes, steps = ["no column of time: only damaged lines are counted as lost"], np.zeros(0)
     if roles.time is not None:
-        name, steps = names[roles.time], np.diff(rows[:, roles.time]) * (roles.seconds or 1.0)
-        period = float(np.median(steps[steps > 0])) if (steps > 0).any() else None
-        notes = [f"time from {name}"] if head.named else []
-    notes += [*roles.notes, f"{', '.join(axes)} in {unit} from {', '.join(names[i] for i in stream.places)}"]
+        notes = [f"time from {head.headings[roles.time]}"] if head.named else []
+        steps = np.diff(rows[:, roles.time]) * (roles.seconds or 1.0)
+    listed = ", ".join(head.headings[i] for i in stream.places)
+    notes += [*roles.notes, f"{', '.join(axes)} from {'' if head.named else 'column '}{listed}, unit {unit}"]
     if form.unit is None and (note := unit_note(stream, roles.uses, rows.T[[*stream.places]])):
         notes.append(note)
     for other in others:
@@ -109,15 +88,15 @@ def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, p
             f"left out: {listed} ({other.name.replace('_', ' ')}); `axes={listed}` reads them instead"
         )
     return BoardColumns(
-        time=roles.time,
-        time_name=head.headings[roles.time or 0],
+        roles.time,
+        head.headings[roles.time or 0],
+        guessed=form.time is None and not head.named,
         tick_s=roles.seconds or 1.0,
+        period_s=float(np.median(steps[steps > 0])) if (steps > 0).any() else None,
         places=stream.places,
         axes=axes,
         unit=unit,
         factors=form.scale * np.array(factors)[:, None],
-        period_s=period,
-        named=head.named,
         notes=tuple(notes),
     )
 

@@ -72,6 +72,8 @@ class CsvParser:
 
     def _line(self, line: bytes, rows: list[list[float] | None]) -> None:
         text = unstamped(line.decode("utf-8", "replace").strip("\r \t\0"))
+        if text[:1] in ("(", "[") and text[-1] in (")", "]"):  # as Python prints tuples and lists
+            text = text[1:-1]
         comment = text.startswith(COMMENTS)
         self.comments += comment
         names, cells, separator = _cells(text.lstrip("#%/ ") if comment else text)

@@ -15,18 +15,14 @@ from tactogram.capture.source import Block
 from tactogram.capture.stream.byte_source import ByteSource
 from tactogram.capture.stream.byte_stream import BAUD, ByteStream
 from tactogram.capture.stream.channels import source_facts
-from tactogram.capture.stream.csv_columns import (
-    FIRST_ROWS,
-    BoardColumns,
-    CsvFormat,
-    columns_of,
-    since_reset,
-)
+from tactogram.capture.stream.csv_columns import BoardColumns, CsvFormat, columns_of, since_reset
 from tactogram.capture.stream.csv_lines import RESTART, CsvParser
 from tactogram.capture.stream.rate_estimate import RateEstimate, RateMeter
 from tactogram.errors import DataError
-from tactogram.signal.units import parse_seconds, parse_unit
+from tactogram.signal.units import TIME_UNITS, parse_unit
 
+FIRST_ROWS = 32
+"""Rows from which the columns are understood."""
 MOST_MISSING = 2_000_000
 """Most samples inserted for one jump of the time column."""
 MOST_UNCONFIRMED = 100
@@ -63,18 +59,16 @@ class CsvSource(ByteSource):
         self.unit = "1" if form.unit is None else parse_unit(form.unit)[0]
         self.axes: tuple[str, ...] = ()
         self.notes: tuple[str, ...] = ()
-        """As of `BoardColumns`; empty until the columns are understood."""
+        """One line each: which column is the time, what is left out, a missing unit."""
         self.meter = RateMeter()
         self.received = self.lost = self.clock_restarts = 0
         self._columns: BoardColumns | None = None
         self._time: int | None = None
         self._tick_s = 1.0
-        self._places: tuple[int, ...] = ()
-        self._factors = np.ones((0, 1))
+        self._overflown, self._last_ticks = 0.0, -math.inf
         self._last_s: float | None = None
         self._compared: tuple[float, float] | None = None
         """A time of the board and its arrival, s."""
-        self._ticks = _CounterUnwrapper()
         self._suspect: list[float] | None = None
         """A row whose time jumps, until the next row confirms it."""
         self._waiting: list[list[float] | None] = []
@@ -105,9 +99,7 @@ class CsvSource(ByteSource):
         if self._columns is not None:
             return "is the board still plugged in, and printing?"
         if not self._bytes:
-            return (
-                "nothing arrives: is this the board's port (`tactogram sources`), and does its sketch print?"
-            )
+            return "nothing arrives: is it the board's port (`tactogram sources`), and does its sketch print?"
         rows = sum(row is not None for row in self._waiting)
         if rows > self.parser.before + sum(self.parser.rejected.values()):
             return f"{rows} lines of numbers do not suffice to tell the columns: print more often"
@@ -166,19 +158,17 @@ class CsvSource(ByteSource):
         if len(rows) < least:
             return
         try:
-            found = columns_of(self.parser.head(), rows, self.form, place=self._stream.name)
+            found = columns_of(self.parser.head(), rows, self.form, place=Path(self._stream.name))
         except DataError as error:
-            raise DataError(self._advised(str(error))) from None
+            raise self._refusal(str(error)) from None
         self._columns, self._time, self._tick_s = found, found.time, found.tick_s
-        self.axes, self.unit, self._places, self._factors = (
-            found.axes,
-            found.unit,
-            found.places,
-            found.factors,
-        )
+        self.axes, self.unit = found.axes, found.unit
         self.notes = tuple(map(self._advised, found.notes))
         if self.rate is None and found.period_s is not None:
             self.rate = 1 / found.period_s
+
+    def _refusal(self, text: str) -> DataError:
+        return DataError(self._advised(f"{self._stream.name}: {text.removeprefix(f'{self._stream.name}: ')}"))
 
     def _advised(self, text: str) -> str:
         """Return a text in which options in backquotes (``unit=g``) are this source's address with them."""
@@ -202,16 +192,11 @@ class CsvSource(ByteSource):
         self._compared = self._last_s, math.nan
         ratio = seconds / arrived
         if max(ratio, 1 / ratio) > MOST_APART:
-            near = {
-                u: abs(math.log((parse_seconds(u) or 1) * ratio / self._tick_s))
-                for u in ("s", "ms", "us", "ns")
-            }
-            name, unit = self._columns.time_name, min(near, key=near.__getitem__)
-            raise DataError(
-                self._advised(
-                    f"{self._stream.name}: the time in column {name} runs {ratio:.3g} times as fast as this "
-                    f"computer's: state its unit, `time={name} [{unit}]`, or that it is none, `time=none`"
-                )
+            apart = {u: abs(math.log(s * ratio / self._tick_s)) for u, s in TIME_UNITS.items()}
+            raise self._refusal(
+                f"the time in column {self._columns.time_name} runs {ratio:.3g} times as fast as this computer's: "
+                f"state its unit, `time={self._columns.time_name} [{min(apart, key=apart.__getitem__)}]`, or that it "
+                "is none, `time=none`"
             )
 
     def _timed(self, row: list[float]) -> list[NDArray[np.float64]]:
@@ -227,7 +212,10 @@ class CsvSource(ByteSource):
         return self._placed(row)
 
     def _seconds(self, row: list[float]) -> float:
-        return self._ticks.peek(row[self._time or 0]) * self._tick_s
+        """Return the time of a row; a 32-bit counter continues: micros() starts again after 71 minutes."""
+        ticks = row[self._time or 0]
+        overflows = self._last_ticks - ticks > 2**31 and self._last_ticks < 2**32
+        return (self._overflown + 2**32 * overflows + ticks) * self._tick_s
 
     def _follows(self, row: list[float], before_s: float) -> bool:
         return 0 <= (self._seconds(row) - before_s) * (self.rate or 0.0) <= MOST_UNCONFIRMED
@@ -240,17 +228,16 @@ class CsvSource(ByteSource):
     def _check_time(self) -> None:
         """Raise a `DataError` if what was taken for the time goes back too often."""
         stray = self.parser.rejected["stray time"] + self.clock_restarts
-        if self._columns is not None and not self._columns.named and stray > 3 + MOST_STRAY * self.received:
-            raise DataError(
-                self._advised(
-                    f"{self._stream.name}: column {self._columns.time_name}, taken for the time since it rose, also "
-                    "falls: if it is an axis, state `time=none`; else print a heading with its name"
-                )
+        if self._columns is not None and self._columns.guessed and stray > 3 + MOST_STRAY * self.received:
+            raise self._refusal(
+                f"column {self._columns.time_name}, taken for the time since it rose, also falls: if it is an axis, "
+                f"state `time=none`, else `time={self._columns.time_name}`"
             )
 
     def _placed(self, row: list[float]) -> list[NDArray[np.float64]]:
         """Return a row as a sample, after as many NaN as the board's time skipped."""
-        seconds = self._ticks.add(row[self._time or 0]) * self._tick_s
+        seconds, self._last_ticks = self._seconds(row), row[self._time or 0]
+        self._overflown = seconds / self._tick_s - self._last_ticks
         placed: list[NDArray[np.float64]] = []
         if self._last_s is not None and self.rate is not None:
             step = seconds - self._last_s
@@ -271,7 +258,7 @@ class CsvSource(ByteSource):
         return self._counted(np.full((len(self.axes), count), np.nan))
 
     def _sample(self, row: list[float]) -> NDArray[np.float64]:
-        column = np.array([row[place] for place in self._places])[:, None] * self._factors
+        column = np.zeros((0, 1)) if self._columns is None else self._columns.samples(row)
         # A sample is valid in all axes or lost; values beyond float32 are not measurements.
         valid = (np.abs(column) <= _LARGEST).all()
         return self._counted(column if valid else np.full_like(column, np.nan))
@@ -282,21 +269,3 @@ class CsvSource(ByteSource):
         self.lost += lost
         self.received += samples.shape[1] - lost
         return samples
-
-
-class _CounterUnwrapper:
-    """A 32-bit counter that continues: micros() starts again after 71 minutes."""
-
-    def __init__(self) -> None:
-        self._turns, self._last = 0.0, -math.inf
-
-    def peek(self, ticks: float) -> float:
-        turns = self._turns
-        if self._last - ticks > 2**31 and self._last < 2**32:
-            turns += 2**32
-        return turns + ticks
-
-    def add(self, ticks: float) -> float:
-        total = self.peek(ticks)
-        self._turns, self._last = total - ticks, ticks
-        return total

@@ -21,6 +21,8 @@ EPOCHS = (("ns", 1e17, 1e19), ("us", 1e14, 1e17), ("ms", 1e11, 1e14), ("s", 1e9,
 """Units by the size of stamps since 1970."""
 STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7))
 """Units by the step between stamps without any: rates of 20 Hz to 50 kHz. Ours."""
+BOARD_STEPS = (STEPS[0], ("ms", 0.1, 250.0), ("us", 50.0, 2e6))
+"""Of a board, which counts no ns and may be slow: a load cell has 10 Hz."""
 _FRACTIONS = {
     "nanosec": "ns",
     "nanosecs": "ns",
@@ -198,7 +200,8 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
             return Clock(place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since 1970")
     ticks = any(word.startswith("tick") for word in words_of(name))
-    fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high and not ticks]
+    ranges = BOARD_STEPS if table.brief else STEPS
+    fitting = [candidate for candidate, low, high in ranges if low <= typical <= high and not ticks]
     counts = typical == 1 and float(np.std(steps)) == 0
     if rate is not None and typical > 0:
         near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c, *_ in STEPS}
