@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactogram.capture import open_source
+from tactogram.capture import SourceLost, open_source
+from tactogram.capture.session import feed
 from tactogram.capture.stream.byte_stream import SerialPort
 from tactogram.cli import main
 from tactogram.datasets import open_store
@@ -133,7 +134,7 @@ def counts(rows=400):
 
 
 def test_docs_name_the_heading_the_port_and_the_remedy():
-    assert f'if (HEADING) Serial.println("{HEADING}");' in SKETCH
+    assert f'if (HEADING) Serial.println("\\n{HEADING}");' in SKETCH
     assert "--source serial:/dev/ttyACM0 " in DOCS
     assert "--source 'serial:/dev/ttyACM0?unit=g/16384' " in DOCS
 
@@ -198,6 +199,28 @@ def test_session_says_and_stores_what_the_columns_are(boards, port, tmp_path, ca
     assert any("read as counts" in line for line in info.history) is not heading
     assert all(f"note: {note}" in said for note in info.history[:2])
 
-    log = tmp_path / "store.sessions/plan/raw-001.log"
-    assert main(["capture-log", str(log), "--set", "axes=x,y,z"]) == 0
-    assert ("read as counts" in capsys.readouterr().out) is not heading
+    log = str(tmp_path / "store.sessions/plan/raw-001.log")
+    assert main(["capture-log", log]) == 0
+    assert ("e.g. `--set unit=g/16384`" in capsys.readouterr().out) is not heading
+    assert main(["capture-log", log, "--set", "unit=g/16384"]) == 0
+    assert "x/y/z in m/s^2 at 250" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("printed", "told"),
+    [
+        (b"", "nothing arrives: is it the board's port"),
+        (
+            bytes(range(128, 256)) * 4,
+            "what arrives is not lines of numbers: is 115200 the baud rate of .*baud=9600'`",
+        ),
+        (b"1,2\n" * 5, "4 lines of numbers do not suffice to tell the columns"),
+    ],
+)
+def test_port_without_samples_says_what_to_do_in_one_line(port, monkeypatch, printed, told):
+    monkeypatch.setattr(feed, "START_S", 0.1)
+    with open_source(f"serial:{port[1]}") as source:
+        os.write(port[0], printed)
+        listening = feed.Feed(source, silence_s=0.1)
+        with pytest.raises(SourceLost, match=rf"^[^\n]*: no samples for 0\.\d s; {told}[^\n]*$"):
+            [listening.poll(0.05) for _ in range(99)]

@@ -295,11 +295,12 @@ def test_a_unit_of_counts_is_that_of_the_data_sheet():
     assert not any("no unit" in note for note in source.notes)
 
 
+@pytest.mark.parametrize("noise", [b"", b"\xf0\x00\x9d"])
 @pytest.mark.parametrize("stale", ["", "9004,1\n9005000,3,3,3\n9006000,3,3,4\n"])
-def test_a_board_reset_by_opening_its_port_begins_with_its_heading(stale):
+def test_a_board_reset_by_opening_its_port_begins_with_its_heading(stale, noise):
     rows = [f"{4000 * n},{WAVE[n]},0,981" for n in range(60)]
-    text = stale + "Starting the sensor\nt_us,ax_mg,ay_mg,az_mg\n" + "\n".join(rows) + "\n"
-    samples, source = read(text, step=5)
+    text = "Starting the sensor\n", "t_us,ax_mg,ay_mg,az_mg\n" + "\n".join(rows) + "\n"
+    samples, source = read(stale.encode() + text[0].encode() + noise + text[1].encode(), step=5)
 
     assert source.unit == "m/s^2"
     assert samples.shape == (3, 60)

@@ -98,6 +98,7 @@ class CsvParser:
         self, cells: list[str], separator: str | None, rows: list[list[float] | None], *, comment: bool
     ) -> None:
         """Keep a line that may be a heading; among the rows it begins them anew, and other words are no row."""
+        cells = [re.sub(r"^[\x00-\x1f\ufffd]+", "", cells[0]), *cells[1:]]  # noise of a reset
         heading = all(cell[:1].isalpha() for cell in cells)
         if not self.columns:
             self.before += not comment
