@@ -73,7 +73,7 @@ class BandRegression:
             yield examples
 
     def step(self, stage, batch):
-        fitted = LogisticRegression(C=self.config.strength, max_iter=1000).fit(
+        fitted = LogisticRegression(C=self.config.strength, solver="newton-cholesky").fit(
             [self.features(example.signal) for example in batch],
             [self.materials.index(example.material) for example in batch],
         )

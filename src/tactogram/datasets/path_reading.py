@@ -118,12 +118,13 @@ def read_paths(takes: Sequence[str], materials: Sequence[str]) -> PathReading:
         pattern, fields = _pattern([[_Words((), stated="material")], *levels[1:]])
         return PathReading(pattern if len(fields) > 1 and len(rows) == len(takes) else "")
     pattern, fields = _pattern(levels)
-    remedy = f"`path={pattern}`" if "material" in fields else "recordings.csv, or a folder for each material"
+    proposed = pattern if "material" in fields else ""
+    remedy = f"`path={pattern}`" if proposed else "recordings.csv, or a folder for each material"
     if not asked:
-        each = "" if "material" in fields else ", or `path={material}` if each file is of another"
-        return PathReading(pattern, f"{doubt}; state it with {remedy}{each}")
+        each = "" if proposed else ", or `path={material}` if each file is of another"
+        return PathReading(proposed, f"{doubt}; state it with {remedy}{each}")
     return PathReading(
-        pattern if "material" in fields else "",
+        proposed,
         f"{doubt}: {_listed(asked)}; state what the paths name with {remedy}, or keep these with `path={AS_THEY_ARE}`",
     )
 

@@ -30,30 +30,9 @@ QUANTITIES: Mapping[str, tuple[str | None, str]] = {
     "sound": ("1", "sound audio mic microphone"),
 }
 """Streams by importance, each with its unit, if it has one, and the words that name it in files."""
-NO_SIGNALS = (
-    *(
-        "metadata",
-        "studymetadata",
-        "annotation",
-        "annotations",
-        "device",
-        "time",
-        "location",
-        "gps",
-        "battery",
-    ),
-    *(
-        "pedometer",
-        "activity",
-        "heartrate",
-        "light",
-        "barometer",
-        "pressure",
-        "temperature",
-        "network",
-        "notes",
-    ),
-)
+_OTHER_TABLES = """metadata studymetadata annotation annotations device time location gps battery pedometer activity
+heartrate light barometer pressure temperature network notes"""
+NO_SIGNALS = frozenset(_OTHER_TABLES.split())
 """Names of tables that are none of a take's signals."""
 _STREAM_OF = {word: stream for stream, (_, words) in QUANTITIES.items() for word in words.split()}
 

@@ -53,11 +53,12 @@ def test_everything_survives(tmp_path, suffix, axes, domain):
     rate=st.floats(0.1, 2e6),
     unit=st.sampled_from(UNITS),
     suffix=st.sampled_from([".wav", ".csv", ".tsv", ".npz"]),
+    names=st.sampled_from([("a", "b", "c", "d"), ("1", "2", "3", "4"), ("time", "index", "1 g", "0")]),
 )
 @settings(deadline=None, max_examples=80)
-def test_any_float32_survives_exactly(tmp_path_factory, samples, rate, unit, suffix):
+def test_any_float32_survives_exactly(tmp_path_factory, samples, rate, unit, suffix, names):
     path = tmp_path_factory.mktemp("a") / f"a{suffix}"
-    signal = Signal(samples, rate, unit, tuple("abcd"[: len(samples)]))
+    signal = Signal(samples, rate, unit, names[: len(samples)])
     write_signal(path, signal)
     assert_same_kind(read_signal(path), signal)
     np.testing.assert_array_equal(read_signal(path).samples, signal.samples)

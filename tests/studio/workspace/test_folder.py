@@ -53,6 +53,7 @@ def test_folders_of_recordings_are_found_above_their_files(workspace):
     made(workspace.folder / "papers", "a.pdf")
     made(workspace.folder / "runs" / "one", "recipe.toml", "losses.csv")
     made(workspace.folder / "studio" / "dropped", "1.csv")
+    made(workspace.folder / "data.part-host-1", "shard-00000.parquet")  # a store that is being written
 
     names = [workspace.name_of(path) for path in workspace.recording_folders()]
     assert names == ["lab", "lab/cork", "lab/felt"]

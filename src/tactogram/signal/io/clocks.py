@@ -24,24 +24,14 @@ STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7
 BOARD_STEPS = (STEPS[0], ("ms", 0.1, 250.0), ("us", 50.0, 2e6))
 """Of a board, which counts no ns and may be slow: a load cell has 10 Hz."""
 _FRACTIONS = {
-    "nanosec": "ns",
-    "nanosecs": "ns",
-    "nsec": "ns",
-    "nsecs": "ns",
-    "nanosecond": "ns",
-    "nanoseconds": "ns",
-    "ns": "ns",
+    form: unit
+    for unit, forms in (
+        ("ns", "ns nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
+        ("us", "us usec usecs micros microsec microseconds"),
+        ("ms", "ms msec millis millisec milliseconds"),
+    )
+    for form in forms.split()
 }
-_FRACTIONS |= {
-    "usec": "us",
-    "microsec": "us",
-    "microseconds": "us",
-    "us": "us",
-    "msec": "ms",
-    "milliseconds": "ms",
-    "ms": "ms",
-}
-_FRACTIONS |= {"millis": "ms", "micros": "us", "millisec": "ms", "usecs": "us"}
 _NEAR = 0.1
 """Relative difference between a stated rate and that of stamps in the right unit."""
 _MEASURED = 0.99
@@ -195,6 +185,12 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     values = column[np.isfinite(column)]
     steps = np.abs(np.diff(values))
     typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    if typical == 0:
+        if len(values) > 1:
+            raise DataError(
+                f"{table.path}: time column {name!r} must go forward, its stamps are all {values[0]:g}"
+            )
+        raise DataError(f"{table.path}: expected two rows of numbers or more, got {len(values)}")
     size = float(np.abs(values).max(initial=0.0))
     for candidate, low, high in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
@@ -203,7 +199,7 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     ranges = BOARD_STEPS if table.brief else STEPS
     fitting = [candidate for candidate, low, high in ranges if low <= typical <= high and not ticks]
     counts = typical == 1 and float(np.std(steps)) == 0
-    if rate is not None and typical > 0:
+    if rate is not None:
         near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c, *_ in STEPS}
         fitting = [c for c, off in near.items() if off < _NEAR]
         if counts and not fitting:

@@ -28,19 +28,8 @@ from tactogram.signal.timing import SamplingTiming, estimate_timing
 
 LOG = logging.getLogger("tactogram")
 SOUND = (
-    ".wav",
-    ".flac",
-    ".aif",
-    ".aiff",
-    ".au",
-    ".snd",
-    ".caf",
-    ".mp3",
-    ".oga",
-    ".ogg",
-    ".opus",
-    ".rf64",
-    ".w64",
+    *(".wav", ".flac", ".aif", ".aiff", ".au", ".snd", ".caf", ".mp3", ".oga", ".ogg", ".opus"),
+    *(".rf64", ".w64"),
 )
 TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".log", ".tab")
 PACKED = (".gz", ".bz2", ".xz", ".zip")
@@ -50,7 +39,7 @@ MATRICES = (".mat", ".h5", ".hdf5")
 RECORDS = (".parquet", ".feather", ".arrow")
 JSON_LINES = (".jsonl", ".ndjson")
 TABLES = (*TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES)
-READABLE = (*SOUND, *TABLES, *(f"{text}{packed}" for text in (".csv", ".txt") for packed in PACKED))
+READABLE = (*SOUND, *TABLES, *(f"{text}{packed}" for text in (".csv", ".tsv", ".txt") for packed in PACKED))
 """Ends of the names of files that can be read, in lower case."""
 WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
 ELSEWHERE = (".m4a", ".aac", ".wma", ".mp4")

@@ -11,50 +11,12 @@ from tactogram.errors import UnitError
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.units import parse_seconds, parse_unit
 
-MISSING = frozenset(
-    [
-        "",
-        *[
-            "nan",
-            "na",
-            "n/a",
-            "#n/a",
-            "#na",
-            "null",
-            "none",
-            "-",
-            "--",
-            "---",
-            ".",
-            "ovf",
-            "ol",
-            "over",
-            "overload",
-            "overflow",
-            "overrange",
-            "#value!",
-            "#num!",
-            "#div/0!",
-        ],
-        *[
-            "-nan",
-            "nan(ind)",
-            "-1.#ind",
-            "1.#qnan",
-            "inf",
-            "-inf",
-            "+inf",
-            "∞",
-            "-∞",
-            "+∞",
-            "infinity",
-            "-infinity",
-        ],
-    ]
-)
+_NO_NUMBERS = """nan na n/a #n/a #na null none - -- --- . ovf ol over overload overflow overrange #value! #num! #div/0!
+-nan nan(ind) -1.#ind 1.#qnan inf -inf +inf ∞ -∞ +∞ infinity -infinity"""
+MISSING = frozenset(["", *_NO_NUMBERS.split()])
 """Cells that hold no number, in lower case."""
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
-NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\d\s].*?)\s*")
+NUMBER_WITH_UNIT = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*([^\d\s[(].*?)\s*")
 HEAD_ROWS = 4
 """Most rows of headings: of groups, names, kinds and units."""
 _KINDS = frozenset(["cal", "raw", "uncal", "real", "float", "double", "int", "analog", "none", "value"])
@@ -65,6 +27,7 @@ _RATE = re.compile(
     [^\d\n]{0,24}?(?P<number>\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*(?P<unit>[a-zµμ]*)""",
     re.IGNORECASE | re.VERBOSE,
 )
+_OTHER_UNITS = ("°c", "degc", "hz", "db", "bpm", "lux", "no units", "nm", "n·m")
 _HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "sps": 1.0, "": 1.0}
 
 
@@ -251,17 +214,7 @@ def _bare(text: str) -> str:
 
 def _is_unit(text: str) -> bool:
     text = _bare(text)
-    if parse_seconds(text) is not None or text.lower() in (
-        "°c",
-        "degc",
-        "hz",
-        "db",
-        "bpm",
-        "lux",
-        "no units",
-        "nm",
-        "n·m",
-    ):
+    if parse_seconds(text) is not None or text.lower() in _OTHER_UNITS:
         return True
     try:
         parse_unit(text)

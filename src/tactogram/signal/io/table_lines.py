@@ -30,7 +30,6 @@ _PAIR = re.compile(
     re.IGNORECASE,
 )
 
-
 _FIRST = re.compile(rf"({_NUMBER})[\s,;|\t]+(?=[A-Za-z])")
 """A time before the pairs."""
 

@@ -144,7 +144,12 @@ class Workspace:
             folder = Path(text)
             depth = len(folder.relative_to(self.folder).parts)
             folders[:] = sorted(
-                name for name in folders if depth < DEPTH and not name.startswith(".") and name not in SKIPPED
+                name
+                for name in folders
+                if depth < DEPTH
+                and not name.startswith(".")
+                and ".part-" not in name  # an unfinished store
+                and name not in SKIPPED
             )
             if count >= MOST_FOLDERS:
                 return

@@ -195,8 +195,9 @@ def test_a_dropped_zip_is_mapped_and_imported(tab, workspace, tmp_path, faults):
     drop(tab, "[data-receive]", "lab.zip", zip_of(lab(tmp_path / "lab")))
     tab.wait_for_url("**/materials/import?**")
     tab.get_by_text(
-        "4 recordings of 3 materials would be imported from 7 files; 3 would be skipped"
+        "5 recordings of 3 materials would be imported from 7 files; 2 would be skipped"
     ).wait_for()
+    tab.get_by_text("left out: Kanal 1 (no unit)").wait_for()
     for name, role in (
         ("Kanal 1", "x"),
         ("Kraft", "force"),
@@ -207,6 +208,7 @@ def test_a_dropped_zip_is_mapped_and_imported(tab, workspace, tmp_path, faults):
         choose(tab, f"{name}: read as", role)
     for name, unit in (("Kanal 1", "g"), ("Kraft", "mN"), ("data:2", "g")):
         choose(tab, f"{name}: unit", unit)
+    tab.get_by_text("left out: Kanal 1").wait_for(state="detached")
     tab.get_by_text(
         "5 recordings of 3 materials would be imported from 7 files; 2 would be skipped"
     ).wait_for()
@@ -263,9 +265,7 @@ def test_a_table_of_several_materials_is_imported(tab, workspace):
         "2 recordings of 2 materials would be imported from 1 files; 0 would be skipped"
     ).wait_for()
     choose(tab, "surface: read as", "not read")
-    tab.get_by_text(
-        "all.csv: is in no folder; choose 'the file name' in 'Material named by'"
-    ).first.wait_for()
+    tab.get_by_text("no folder names the material; state it with").first.wait_for()
     choose(tab, "surface: read as", "material")
     tab.get_by_text("2 recordings of 2 materials").wait_for()
     tab.get_by_role("button", name="Import", exact=True).click()

@@ -14,7 +14,6 @@ from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
-from tactogram.signal.io.files import SOUND
 from tactogram.studio.layout import (
     NumberField,
     busy,
@@ -29,7 +28,7 @@ from tactogram.studio.layout import (
 from tactogram.studio.pages.materials.media import HEAD, MaterialsContext, address
 from tactogram.studio.pages.materials.neighbours import draw_similar
 from tactogram.studio.signals.view import add_routes, signal_card
-from tactogram.studio.workspace.uploads import safe_name, save_upload
+from tactogram.studio.workspace.uploads import save_upload
 from tactogram.workflows.data.stores import add_signal
 
 FIELDS = {
@@ -325,11 +324,11 @@ def in_words_of_the_page(text: str) -> str:
 
 
 def store_signal(folder: Path, name: str, data: bytes) -> Path:
-    """Store an uploaded signal under a safe, unused name; a table may leave open what the page asks for."""
+    """Store an uploaded signal under a safe, unused name; its errors may name arguments, which the page asks for."""
     try:
         return save_upload(folder, name, data, kind="signal")
-    except TactogramError:
-        if Path(safe_name(name)).suffix in SOUND:
+    except TactogramError as error:
+        if "`" not in str(error):
             raise
         return save_upload(folder, name, data, kind="signal", read=False)
 

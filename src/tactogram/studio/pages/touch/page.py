@@ -17,6 +17,7 @@ from nicegui import app, events, ui
 
 from tactogram import models
 from tactogram.errors import ParameterError, TactogramError
+from tactogram.signal.io import READABLE
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import busy, in_background, page, report_errors, route, upload
 from tactogram.studio.pages.touch.offers import TextureOrigin, texture_choices
@@ -150,10 +151,10 @@ def _dropping(studio: Studio) -> None:
             "time is laid out along the finger's path at its recording's speed, and one over displacement as it is."
         ).classes("quiet")
         upload(
-            "Drop a WAV, FLAC, CSV, NPZ or XLSX file",
+            "Drop a recording",
             max_file_size=LARGEST_UPLOAD,
             on_upload=report_errors(received),
-        ).props('accept=".wav,.flac,.csv,.tsv,.npz,.xlsx"').classes("w-full")
+        ).props(f'accept="{",".join(READABLE)}"').classes("w-full")
 
 
 def _naming(studio: Studio) -> None:
