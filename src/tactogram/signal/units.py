@@ -97,7 +97,7 @@ _WORDS = {
     "s": "sec secs second seconds sek sekunden sekunde secondes segundos secondi 秒",
     "ms": "msec msecs millisec millis millisecond milliseconds millisekunden ミリ秒 毫秒",
     "us": "usec usecs micros microsec microsecond microseconds マイクロ秒 微秒",
-    "ns": "nsec nsecs nanos nanosec nanosecond nanoseconds ナノ秒 纳秒",
+    "ns": "nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds ナノ秒 纳秒",
     "min": "minute minutes",
     "h": "hour hours hr hrs",
     "1": "none unitless dimensionless",

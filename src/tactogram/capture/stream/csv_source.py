@@ -122,8 +122,7 @@ class CsvSource(ByteSource):
             if row != RESTART:
                 self._waiting.append(row)
             elif self._columns is None:
-                self.parser.before += len(self._waiting)
-                self.parser.rejected.clear()
+                self.parser.before += sum(row is not None for row in self._waiting)
                 self._waiting.clear()
             if self._columns is None and len(self._waiting) >= FIRST_ROWS:
                 self._understand()

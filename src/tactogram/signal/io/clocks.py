@@ -23,15 +23,6 @@ STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7
 """Units by the step between stamps without any: rates of 20 Hz to 50 kHz. Ours."""
 BOARD_STEPS = (STEPS[0], ("ms", 0.1, 250.0), ("us", 50.0, 2e6))
 """Of a board, which counts no ns and may be slow: a load cell has 10 Hz."""
-_FRACTIONS = {
-    form: unit
-    for unit, forms in (
-        ("ns", "ns nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
-        ("us", "us usec usecs micros microsec microseconds"),
-        ("ms", "ms msec millis millisec milliseconds"),
-    )
-    for form in forms.split()
-}
 _NEAR = 0.1
 """Relative difference between a stated rate and that of stamps in the right unit."""
 _MEASURED = 0.99
@@ -117,16 +108,17 @@ def with_whole_seconds(table: RawTable) -> RawTable:
         following = names[i + 1]
         if not words or not following or words[:-1] != following[:-1]:
             continue
-        unit = _FRACTIONS.get(following[-1])
+        unit = parse_seconds(following[-1])
         both = table.columns[i : i + 2]
         if (
             words[-1] not in ("sec", "secs", "s", "second", "seconds")
             or unit is None
+            or unit >= 1
             or any(c.dtype == object for c in both)
         ):
             continue
         whole, part = (column.astype(np.float64) for column in both)
-        seconds = (whole - whole[0]) + part * (parse_seconds(unit) or 1.0)
+        seconds = (whole - whole[0]) + part * unit
         return replace(
             table,
             headings=(*table.headings[:i], f"{table.headings[i]} [s]", *table.headings[i + 2 :]),
