@@ -32,6 +32,7 @@ typedef uint8_t byte;
 static unsigned long now_us;
 static unsigned long micros() { return now_us += 4; }
 struct {
+  operator bool() { return true; }
   void begin(unsigned long baud) { if (baud != 115200) exit(3); }
   void print(char c) { putchar(c); }
   void print(int n) { printf("%d", n); }
