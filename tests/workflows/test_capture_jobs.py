@@ -202,3 +202,16 @@ def test_a_session_that_is_killed_goes_on(tmp_path, plan, store):
         "raw-001.log", "raw-002.log", "session.jsonl",
     ]  # fmt: skip
     assert as_parsed_offline(result) == [True] * 3
+
+
+def test_live_says_what_the_columns_of_a_board_are_before_it_refuses_their_unit(tmp_path, run, capsys):
+    counts = np.random.default_rng(5).normal(0, 3000, (660, 3)).astype(int)
+    rows = "".join(f"{3000 * n},{x},{y},{16384 + z}\n" for n, (x, y, z) in enumerate(counts))
+    path = tmp_path / "board.txt"
+    path.write_text(f"t_us,ax,ay,az\n{rows}")
+
+    assert main(["live", str(run.folder), "--source", f"log:{path}"]) == 1
+    *notes, error = capsys.readouterr().err.splitlines()
+    remedy = re.search(r"read as counts;.*`'(.*)'`", "\n".join(notes))[1]
+    assert "signal must be 330 Hz, m/s^2, axes x,y,z; got 330 Hz, 1, axes x,y,z" in error
+    assert main(["live", str(run.folder), "--source", remedy]) == 0

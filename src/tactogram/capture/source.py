@@ -103,6 +103,7 @@ class Source(Protocol):
         """Return the facts so far, as JSON values.
 
         At least ``samples`` (received), ``lost`` (samples known to be missing), ``rejected`` (unreadable data, counted
-        by reason), ``rate`` (measured: ``hz``, ``low``, ``high``; None while unknown) and ``simulated``.
+        by reason), ``rate`` (measured: ``hz``, ``low``, ``high``; None while unknown) and ``simulated``; maybe
+        ``notes``, a line each on what was assumed or left out.
         """
         ...

@@ -1,16 +1,18 @@
 """Verbs that record sessions, classify a sensor's signal live, and import its logs."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, text_of
-from tactogram.cli.verbs import Verb
+from tactogram.cli.verbs import Verb, with_options
 from tactogram.workflows.capture.requests import CaptureRequest, LiveRequest, LogRequest
 from tactogram.workflows.request import Option, Request
 
 if TYPE_CHECKING:
+    from tactogram.capture import Block, Source
     from tactogram.capture.live.recognition import WindowClassification
     from tactogram.workflows.capture.live import LiveClassifier
 
@@ -37,8 +39,15 @@ def _plans(show: Printer) -> None:
 def _live(request: LiveRequest, show: Printer) -> None:
     from tactogram.workflows.capture.live import live
 
+    said: list[str] = []
+
+    def heard(source: "Source", _: "Block | None") -> None:
+        for note in getattr(source, "notes", ())[len(said) :]:
+            said.append(note)
+            sys.stderr.write(f"note: {note}\n")
+
     with _window_printer(request, show) as (begin, show_window):
-        result = live(**vars(request) | {"show": show_window, "begin": begin})
+        result = live(**vars(request) | {"show": show_window, "begin": begin, "heard": heard})
     show({"summary": result} if show.json else result, _live_text(result))
 
 
@@ -63,7 +72,6 @@ def _window_printer(
 ) -> Iterator["tuple[Callable[[LiveClassifier], None], Callable[[WindowClassification], None]]"]:
     """Yield callbacks for the first and each window: JSON lines on stdout, a panel or lines on stderr."""
     import json
-    import sys
 
     from tactogram.capture.live.recognition import Latencies
     from tactogram.capture.live.terminal_view import line, panel
@@ -139,6 +147,7 @@ def _log_text(result: dict[str, Any]) -> str:
         lines.append(
             f"  lost {facts['lost']} samples ({100 * share:.2g} %), rejected {text_of(facts['rejected']) or 0}"
         )
+        lines += [f"  note: {with_options(note, VERBS['capture-log'])}" for note in facts.get("notes", ())]
         if one["filled"] is not None:
             lines.append(f"  filled {text_of(one['filled'])}")
         else:

@@ -75,7 +75,9 @@ _SPELLINGS: dict[str, tuple[str, float]] = {
     "%": ("1", 1e-2),
     **dict.fromkeys(("counts", "count", "lsb", "raw", "adc", "digits", "a.u.", "au", "n/a"), ("1", 1.0)),
 }
-_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86_400.0}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Of time stamps, s."""
+_SECONDS = {**TIME_UNITS, "min": 60.0, "h": 3600.0, "d": 86_400.0}
 
 _WORDS = {
     # Whole words and plain variants, in lower case, by the spelling above.
@@ -119,7 +121,7 @@ _WORDS = {
     "s": "sec secs second seconds sek sekunden sekunde secondes segundos secondi 秒",
     "ms": "msec msecs millisec millis millisecond milliseconds millisekunden ミリ秒 毫秒",
     "us": "usec usecs micros microsec microsecond microseconds マイクロ秒 微秒",
-    "ns": "nsec nsecs nanos nanosec nanosecond nanoseconds ナノ秒 纳秒",
+    "ns": "nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds ナノ秒 纳秒",
     "min": "minute minutes",
     "h": "hour hours hr hrs",
     "d": "day days",
@@ -132,8 +134,11 @@ def parse_unit(text: str) -> tuple[str, float]:
     """Return the unit that ``text`` spells, one of `UNITS`, and the factor that converts numbers to it.
 
     ``"g"`` and ``"G"`` are standard gravity, not gram and gauss; ``"µm"``, ``"m/s²"``, ``"m/(sec^2)"``, ``"deg/s"``,
-    ``"Volts"`` and the like are known.
+    ``"Volts"`` and the like are known, and counts: ``"g/16384"``, of which 16384 are one g.
     """
+    if counts := re.fullmatch(r"(.*\S)\s*/\s*([1-9]\d+)", text):
+        name, factor = parse_unit(counts[1])
+        return name, factor / int(counts[2])
     plain = _plain(text)
     unit = _SPELLINGS.get(plain) or _SPELLINGS.get(_BY_WORD.get(plain.lower(), ""))
     unit = unit or {"G": ("m/s^2", STANDARD_GRAVITY), "mG": ("m/s^2", 1e-3 * STANDARD_GRAVITY)}.get(plain)

@@ -198,3 +198,18 @@ def test_arbitrary_bytes_as_a_log_give_no_sample_and_no_crash(tmp_path_factory, 
     path.write_bytes(data)
     with pytest.raises(DataError):
         read_log(path, kind="twelite")
+
+
+@pytest.mark.parametrize("stamp", ["10:23:{:06.3f} -> ", "[10:23:{:06.3f}] ", "2026-01-02 10:23:{:06.3f}, "])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_log_of_a_boards_monitor_has_its_times_of_arrival(tmp_path, stamp, encoding):
+    x = np.round(np.sin(np.arange(400) / 3) ** 3, 4)
+    lines = ["ready", "x,y,z", *(f"{n},{-n},1.0" for n in x)]
+    text = "".join(f"{stamp.format(i / 250)}{line}\n" for i, line in enumerate(lines))
+    (tmp_path / "monitor.txt").write_text(text, encoding=encoding)
+    [log] = read_log(tmp_path / "monitor.txt")
+
+    assert log.axes == ("x", "y", "z")
+    assert log.samples[0] == pytest.approx(x)
+    assert log.rate.hz == pytest.approx(250, rel=1e-3)
+    assert "no unit stated" in log.facts["notes"][-1]

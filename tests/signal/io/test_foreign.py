@@ -250,6 +250,8 @@ def test_options_that_mean_nothing_are_refused(tmp_path):
         ("G", ("m/s^2", 9.80665)),
         ("m/(sec^2)", ("m/s^2", 1)),
         (" N ", ("N", 1)),
+        ("g/16384", ("m/s^2", 9.80665 / 16384)),
+        ("g/0", None),
         ("kg", None),
     ],
 )

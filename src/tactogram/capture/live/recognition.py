@@ -128,7 +128,7 @@ def classify_windows(
             continue
         first = feed.first_arrival_s if first is None else first
         received_s = feed.next_index / rate
-        due = feed.next_index - (classified if classified is not None else feed.next_index - hop_s * rate)
+        due = hop_s * rate if classified is None else feed.next_index - classified
         if feed.next_index >= window_s * rate and due >= hop_s * rate:
             samples = feed.recent(window_s)
             signal, lost = window_signal(samples, rate, feed.source.unit, feed.source.axes)

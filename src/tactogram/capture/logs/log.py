@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from tactogram.capture.source import SourceEnded
 from tactogram.capture.stream.byte_stream import Replay
-from tactogram.capture.stream.csv_source import CsvFormat, CsvSource
+from tactogram.capture.stream.csv_columns import CsvFormat
+from tactogram.capture.stream.csv_source import CsvSource
 from tactogram.capture.stream.rate_estimate import RateEstimate
 from tactogram.capture.stream.raw_log import log_facts, log_pieces
 from tactogram.capture.twelite.parser import TweliteParser
@@ -118,7 +119,7 @@ def _collect(pieces: dict[str, list[TimelineSegment]], added: dict[str, list[Tim
 
 
 def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> SensorLog:
-    source = CsvSource(Replay(str(path), log_pieces(path)), form, name=f"log:{path}", simulated=simulated)
+    source = CsvSource(Replay(str(path), log_pieces(path)), form, name=str(path), simulated=simulated)
     blocks = []
     with source:
         try:

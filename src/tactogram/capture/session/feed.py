@@ -39,11 +39,15 @@ class MeterReading:
     """Measured, Hz."""
 
 
+START_S = 10.0
+"""Silence before the first sample that is no loss, s: opening its port resets a board, which then starts."""
+
+
 class Feed:
     """Reader of an open source with a buffer.
 
     ``reference_rate`` (nominal, Hz) and ``full_scale`` are by default the source's. After ``silence_s`` without
-    samples the source counts as lost.
+    samples the source counts as lost, at its start after `START_S`.
     """
 
     def __init__(
@@ -109,9 +113,10 @@ class Feed:
             silent = now - self._last_arrival_s
             if patient:
                 self._last_arrival_s = now
-            elif silent > self._silence_s:
+            elif silent > (self._silence_s if self.next_index else max(self._silence_s, START_S)):
+                advice = getattr(self.source, "silence", lambda: "is it switched on and within range?")()
                 raise SourceLost(
-                    f"{self.source.name}: no samples for {silent:.1f} s; is it switched on and within range?"
+                    f"{self.source.name.partition('?')[0]}: no samples for {silent:.1f} s; {advice}"
                 )
             return None
         self._last_arrival_s = now

@@ -115,7 +115,7 @@ class RecordingSession:
         self._metronome: Metronome = metronome or SilentMetronome()
         self._recognise, self._on_trial, self._log, self._clock = recognise, on_trial, log, clock
         self._feed = Feed(source, reference_rate=plan.rate, full_scale=plan.limits.full_scale, clock=clock)
-        self._place = ""
+        self._place, self._notes_said = "", 0
         self._lost: TactogramError | None = None
         opened, removed = recover_store(store)
         if removed:
@@ -218,9 +218,9 @@ class RecordingSession:
             feed.poll(min(0.1, remaining))
             self._show("countdown", f"{remaining:.1f} s", 1 - remaining / max(plan.countdown_s, 1e-9))
         # The number of samples in a take depends on the rate.
-        while feed.rate is None:
+        while feed.rate is None or not feed.next_index:
             feed.poll()
-            self._show("waiting", "for the source's rate", 0.0)
+            self._show("waiting", "for the source and its rate", 0.0)
         start, begun = feed.mark(), self._clock()
         if plan.metronome:
             beat = interval_s(plan.stroke_mm, trial.speed_mm_s)
@@ -307,8 +307,14 @@ class RecordingSession:
             "labels": labels,
             "source": f"{self.name}/{trial.number:04d}",
         }
-        simulated = bool(self._source.facts().get("simulated"))
-        recording = recording_of(take, stream=plan.stream, what=what, simulated=simulated)
+        facts = self._source.facts()
+        recording = recording_of(
+            take,
+            stream=plan.stream,
+            what=what,
+            simulated=bool(facts.get("simulated")),
+            notes=facts.get("notes", ()),
+        )
         append_recording(
             self.store_path,
             recording,
@@ -335,6 +341,10 @@ class RecordingSession:
         return self._console.ask(question, keys, default=default, idle=read)
 
     def _show(self, phase: str, text: str, share: float) -> None:
+        notes = getattr(self._source, "notes", ())
+        for note in notes[self._notes_said :]:
+            self._console.say(f"note: {note}")
+        self._notes_said = len(notes)
         self._console.show(CaptureStatus(self._place, phase, text, share, self._feed.levels()))
 
     def _note(self, event: str, facts: Mapping[str, Any]) -> None:

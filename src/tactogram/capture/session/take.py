@@ -120,18 +120,21 @@ def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tup
     return filled, lost
 
 
-def recording_of(take: Take, *, stream: str = "", what: Mapping[str, Any], simulated: bool) -> Recording:
+def recording_of(
+    take: Take, *, stream: str = "", what: Mapping[str, Any], simulated: bool, notes: Sequence[str] = ()
+) -> Recording:
     """Return ``take`` as a recording for the store, with the fields ``what`` besides streams and history.
 
     A store holds finite samples. Losses are bridged by straight lines and marked in `RECEIVED`, and ``history``
-    gives their number and positions, so that users can exclude them. The stream is named by the unit by default.
+    gives their number and positions after the source's ``notes``, so that users can exclude them. The stream is named
+    by the unit by default.
     """
     samples, lost = bridged(take.samples)
     name = stream or STREAM_OF_UNIT.get(take.unit, "signal")
     if name == RECEIVED:
         raise ParameterError(f"stream must not be called {RECEIVED!r}: that is where losses are marked")
     streams = {name: Signal(samples, take.rate, take.unit, take.axes)}
-    history = [rate_text(take)]
+    history = [*notes, rate_text(take)]
     if lost:
         mask = take.received[None].astype(np.float32)
         streams[RECEIVED] = Signal(mask, take.rate, "1", (RECEIVED,))

@@ -10,7 +10,8 @@ from tactogram.capture.logs.log import log_kind
 from tactogram.capture.source import Source
 from tactogram.capture.source_kind import SourceKind, required_place
 from tactogram.capture.stream.byte_stream import Replay
-from tactogram.capture.stream.csv_source import CsvFormat, CsvSource
+from tactogram.capture.stream.csv_columns import CsvFormat
+from tactogram.capture.stream.csv_source import CsvSource
 from tactogram.capture.stream.raw_log import log_facts, log_pieces
 from tactogram.capture.twelite.source import TweliteSource
 
@@ -25,7 +26,7 @@ class LogOptions(CsvFormat):
 def _open(place: str, options: LogOptions, *, name: str) -> Source:
     path = Path(required_place(place, name, "the file"))
     simulated = bool((log_facts(path) or {}).get("simulated"))
-    stream = Replay(name, log_pieces(path))
+    stream = Replay(str(path), log_pieces(path))
     if (options.kind or log_kind(path)) == "twelite":
         return TweliteSource(stream, name=name, sender=options.sender, rate=options.rate, simulated=simulated)
     return CsvSource(stream, options, name=name, simulated=simulated)

@@ -8,7 +8,8 @@ from pydantic import Field
 
 from tactogram.capture.source_kind import SourceKind, required_place
 from tactogram.capture.stream.byte_stream import BAUD, SerialPort
-from tactogram.capture.stream.csv_source import CsvFormat, CsvSource
+from tactogram.capture.stream.csv_columns import CsvFormat
+from tactogram.capture.stream.csv_source import CsvSource
 from tactogram.extras import imported
 
 

@@ -6,12 +6,16 @@ import math
 import re
 from collections import Counter
 
+from tactogram.signal.io.table_head import TableHead, head_of
+from tactogram.signal.io.table_lines import pairs_in, unstamped
+
 LONGEST_LINE = 4096
 COMMENTS = ("#", "%", "//")
+RESTART: list[float] = []
+"""Row in place of a heading among the rows: the board was reset."""
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity|ovf)", re.IGNORECASE)
-_LABEL = re.compile(r"^\s*([A-Za-z_][\w ]*)\s*[:=]\s*(.*)$")
 
 
 class CsvParser:
@@ -22,17 +26,16 @@ class CsvParser:
         """Lines after the first row that are not rows, by reason."""
         self.before = self.comments = 0
         """Lines before the first row: start-up messages, and the partial line at which reading begins."""
-        self.headings: list[str] = []
-        """Names of the columns; empty without a heading."""
         self.columns = 0
         self._buffer = bytearray()
         self._too_long = False
-        self._heading_separator: str | None = None
         self._separator: str | None = None
-        self._candidate: tuple[list[float], int] | None = None
+        self._names: list[str] = []  # of pairs
+        self._above: list[tuple[list[str], str | None]] = []  # lines of words, and their separators
+        self._candidate: int | None = None  # cells of the row before the first one
 
     def feed(self, data: bytes) -> list[list[float] | None]:
-        """Return the rows that ``data`` completes; None for a line that is not a row."""
+        """Return the rows that ``data`` completes; None for a line that is not a row, `RESTART` for a heading."""
         self._buffer += data
         rows: list[list[float] | None] = []
         while True:
@@ -58,56 +61,69 @@ class CsvParser:
             self.rejected["unfinished"] += 1
         self._buffer.clear()
 
+    def head(self) -> TableHead:
+        """Return the headings of the columns, and their units."""
+        fitting = [cells for cells, separator in self._above if self._fits(cells, separator)]
+        return head_of(fitting, self.columns)
+
     def rejected_text(self) -> str:
         """Return the count of unreadable lines, for an error."""
         return f"{self.before + sum(self.rejected.values())} unreadable lines, {self.comments} comments"
 
     def _line(self, line: bytes, rows: list[list[float] | None]) -> None:
-        text = line.strip(b"\r \t\0").decode("latin-1")
-        if not text:
-            return
-        if text.startswith(COMMENTS):
-            self.comments += 1
-            return
-        labels, cells, separator = _cells(text)
+        text = unstamped(line.decode("utf-8", "replace").strip("\r \t\0"))
+        if text[:1] in ("(", "[") and text[-1] in (")", "]"):  # as Python prints tuples and lists
+            text = text[1:-1]
+        comment = text.startswith(COMMENTS)
+        self.comments += comment
+        names, cells, separator = _cells(text.lstrip("#%/ ") if comment else text)
         values = [_value(cell) for cell in cells]
-        if any(value is None for value in values):
-            if not self.columns and all(re.match(r"[A-Za-zµ]", cell) for cell in cells):
-                self.headings, self._heading_separator = cells, separator
-                self._candidate = None
-                self.before += 1
-            else:
-                self._no_row("not numbers", rows)
+        if not cells or (comment and (self.columns or None not in values)):
+            return
+        if None in values:
+            self._words(cells, separator, rows, comment=comment)
             return
         row = [value for value in values if value is not None]
         if not self.columns:
-            if self.headings and len(row) > 1 and separator != self._heading_separator:
-                # A start-up message with as many words.
-                self.headings = []
-            if self._first(row, labels, rows):
-                self._separator = separator
-        elif len(row) != self.columns or (len(row) > 1 and separator != self._separator):
+            if self._is_first(row, separator):
+                self.columns, self._separator, self._names = len(row), separator, names
+                self._above = [(names, separator)] if names else self._above
+                rows.append(row)
+        elif not self._fits(cells, separator) or names != self._names:
             self._no_row("number of columns", rows)
         else:
             rows.append(row)
 
-    def _first(self, row: list[float], labels: list[str], rows: list[list[float] | None]) -> bool:
-        """Return whether a row is the first complete one: as wide as the heading or the preceding row."""
-        if self.headings and len(row) == len(self.headings):
-            self.columns = len(row)
-            rows.append(row)
+    def _words(
+        self, cells: list[str], separator: str | None, rows: list[list[float] | None], *, comment: bool
+    ) -> None:
+        """Keep a line that may be a heading; among the rows it begins them anew, and other words are no row."""
+        cells = [re.sub(r"^[\x00-\x1f\ufffd]+", "", cells[0]), *cells[1:]]  # noise of a reset
+        heading = all(cell[:1].isalpha() for cell in cells)
+        if not self.columns:
+            self.before += not comment
+            if heading:
+                self._above = [*self._above[-3:], (cells, separator)]
+                self._candidate = None
+        elif (cells, separator) in self._above or (
+            heading and self.columns > 1 and self._fits(cells, separator) and not self.head().named
+        ):
+            self._above = [(cells, separator)]
+            rows.append(RESTART)
+        else:
+            self._no_row("not numbers", rows)
+
+    def _is_first(self, row: list[float], separator: str | None) -> bool:
+        """Return whether a row is the first complete one: as wide as a heading or the preceding row."""
+        if any((len(row), separator) == (len(cells), by) for cells, by in self._above):
             return True
-        if self._candidate is not None and self._candidate[1] == len(row):
-            # The preceding row has as many cells but may lack its first digits.
-            self.before += 1
-            self.columns = len(row)
-            self.headings = self.headings if len(self.headings) == len(row) else labels
-            rows.append(row)
-            return True
-        if self._candidate is not None:
-            self.before += 1
-        self._candidate = (row, len(row))
-        return False
+        # The preceding row has as many cells but may lack its first digits.
+        self.before += self._candidate is not None
+        first, self._candidate = self._candidate == len(row), len(row)
+        return first
+
+    def _fits(self, cells: list[str], separator: str | None) -> bool:
+        return len(cells) == self.columns and (self.columns == 1 or separator == self._separator)
 
     def _no_row(self, why: str, rows: list[list[float] | None]) -> None:
         if self.columns:
@@ -118,15 +134,16 @@ class CsvParser:
 
 
 def _cells(text: str) -> tuple[list[str], list[str], str | None]:
-    """Return the labels (of ``name:value`` pairs, a format of serial plotters), cells and separator of a line."""
+    """Return the names (of ``name:value`` pairs, a format of serial plotters), cells and separator of a line."""
+    if pairs := pairs_in(text) if ":" in text or "=" in text else []:
+        return (
+            [f"{name} [{unit}]" if unit else name for name, _, unit in pairs],
+            [v for _, v, _ in pairs],
+            "\t",
+        )
     separator = next((s for s in ("\t", ";", ",") if s in text), None)
-    pieces = [piece.strip() for piece in (text.split(separator) if separator else text.split())]
-    if separator and pieces and not pieces[-1]:
-        pieces.pop()
-    labelled = [_LABEL.match(piece) for piece in pieces]
-    if all(labelled):
-        return [m[1].strip() for m in labelled if m], [m[2].strip() for m in labelled if m], separator
-    return [], pieces, separator
+    cells = [cell.strip() for cell in (text.split(separator) if separator else text.split())]
+    return [], cells[:-1] if separator and not cells[-1] else cells, separator
 
 
 def _value(cell: str) -> float | None:

@@ -32,8 +32,8 @@ _LONGEST_LINE = 1 << 20
 _STAMP = re.compile(
     r"\s*[\[(]?(?:(?P<date>\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d{1,9})?(?:Z|[+-]\d\d:?\d\d)?)"
     r"|(?P<clock>\d\d:\d\d:\d\d(?:[.,]\d{1,9})?)|(?P<seconds>\d{1,12}(?:\.\d{1,9})?))[\])]?"
-    # A frame begins with one of these, and nothing else in a receiver's line does.
-    r"(?:[\s>|-]+|,\s*(?=[:;]))(?=[:;,])"
+    # A frame begins with one of these, and nothing else in a receiver's line does; numbers of a board follow a clock.
+    r"(?:(?:[\s>|-]+|,\s*(?=[:;]))(?=[:;,])|(?(seconds)(?!))(?:\s*->\s*|\s+|[,;]\s*)(?=[^\s,;]))"
 )
 _STAMP_STARTS = frozenset(bytes([c]) for c in b"0123456789[( \t")
 """First characters of time stamps; no frame begins with one."""

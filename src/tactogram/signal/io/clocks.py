@@ -30,6 +30,8 @@ EPOCHS = (
 """Units by the size of stamps since a year, as of Unix, .NET, Windows, Excel and MATLAB."""
 STEPS = (("s", 2e-5, 0.1), ("ms", 0.1, 50.0), ("us", 50.0, 5e4), ("ns", 5e4, 5e7))
 """Units by the step between stamps without any: rates of 20 Hz to 50 kHz. Ours."""
+BOARD_STEPS = (STEPS[0], ("ms", 0.1, 250.0), ("us", 50.0, 2e6))
+"""Of a board, which counts no ns and may be slow: a load cell has 10 Hz."""
 _NEAR = 0.1
 """Relative difference between a stated rate and that of stamps in the right unit."""
 _MEASURED = 0.99
@@ -66,7 +68,7 @@ def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None
             steps = np.diff(column[np.isfinite(column)]) if column.dtype != object else np.array([])
             if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:
                 continue  # words, a counter, a constant
-            if _forward(column):
+            if _forward(column) and (not table.brief or ticks_evenly(column)):
                 clocks[i] = None
             break
     return clocks
@@ -227,7 +229,8 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
                 place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since {since}"
             )
     ticks = any(word.startswith("tick") for word in words_of(name))
-    fitting = [candidate for candidate, low, high in STEPS if low <= typical <= high and not ticks]
+    ranges = BOARD_STEPS if table.brief else STEPS
+    fitting = [candidate for candidate, low, high in ranges if low <= typical <= high and not ticks]
     counts = typical == 1 and float(np.std(steps)) == 0
     if rate is not None:
         near = {c: abs(np.log(typical * (parse_seconds(c) or 1) * rate)) for c, *_ in STEPS}
@@ -247,11 +250,10 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
             "counts"
         )
     unit = fitting[0]
-    note = (
-        None
-        if unit == "s"
-        else f"{name} without unit taken as {unit}: {1 / (typical * (parse_seconds(unit) or 1)):g} Hz"
-    )
+    hertz = f"{1 / (typical * (parse_seconds(unit) or 1)):g} Hz"
+    note = None if unit == "s" else f"{name} without unit taken as {unit}: {hertz}"
+    if not table.named:
+        note = f"column {name} rises: taken for the time, in {unit}: {hertz}"
     return Clock(place, unit, parse_seconds(unit), note)
 
 
@@ -291,7 +293,19 @@ def _named(time: str, table: RawTable, found: Sequence[Heading]) -> tuple[int, s
         for candidates in (table.headings, [each.name for each in found]):
             if wanted in candidates:
                 return candidates.index(wanted), stated
+        if wanted.isdigit() and 1 <= int(wanted) <= len(found):
+            return int(wanted) - 1, stated
     raise DataError(f"{table.path}: no column {time!r}, there are {', '.join(table.headings)}")
+
+
+def ticks_evenly(values: NDArray[np.generic]) -> bool:
+    """Return whether most steps are alike, or a straight line fits, as those of a clock do; of a few numbers."""
+    steps = np.diff(values[np.isfinite(values)].astype(np.float64))
+    middle = float(np.median(steps)) if len(steps) else 0.0
+    if middle > 0 and float(np.median(np.abs(steps - middle))) <= middle / 4:
+        return True
+    line = np.arange(len(steps) + 1.0)
+    return bool(steps.any()) and float(np.corrcoef(line, np.cumsum([0, *steps]))[0, 1]) > 0.995
 
 
 def _forward(column: NDArray[np.generic], share: float = _MEASURED) -> bool:

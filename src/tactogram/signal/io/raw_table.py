@@ -43,6 +43,9 @@ class RawTable:
     notes: tuple[str, ...] = ()
     """One line each, on what was left out or assumed while reading."""
 
+    brief: bool = False
+    """Whether these are the first rows of a longer table: what is constant or rises at times may be an axis."""
+
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.io.clocks import choose_clock, clocks_of
+from tactogram.signal.io.clocks import choose_clock, clocks_of, ticks_evenly
 from tactogram.signal.io.content import default_axes
 from tactogram.signal.io.labels import label_columns
 from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout
@@ -267,16 +267,18 @@ def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, plac
     if counts and len(table.columns) > 1 and (each.is_counter or not table.named or plain):
         return "counter"
     rising = whole and len(steps) > 0 and bool((steps >= 0).all()) and values[-1] > values[0]
+    rising = rising and (not table.brief or ticks_evenly(values))
     if each.is_counter and each.name and rising and len(table.columns) > 1:
         return "counter"
     if (
         len(values) > 20
+        and not table.brief
         and np.isin(values, (0, 1)).all()
         and len(table.columns) > 2
         and not (each.axis or each.unit)
     ):
         return "0 and 1 alone"
-    constant = len(values) > 1 and bool((steps == 0).all())
+    constant = len(values) > 1 and bool((steps == 0).all()) and not table.brief
     if (
         constant
         and (not table.named or (each.axis is None and each.quantity is None))

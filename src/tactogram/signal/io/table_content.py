@@ -12,7 +12,7 @@ from tactogram.errors import DataError
 from tactogram.signal.io.clocks import forward, split_by_clocks, with_whole_clock
 from tactogram.signal.io.content import FileContent, default_axes
 from tactogram.signal.io.labels import LONGEST_STEP, cut, label_of_cell
-from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.layout import ColumnUse, TableLayout
 from tactogram.signal.io.long_tables import split_by_sensor
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.roles import StreamColumns, TableRoles, rank_of, roles_of
@@ -154,10 +154,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     known = table.rate if times is None or own else None
     if times is not None and table.rate is not None and _on_grid(times, table.rate):
         times, known = None, table.rate
-    spelled = {use.unit for use in roles.uses if use.role in stream.axes and use.unit}
-    if stream.unit is None and spelled:
-        notes.append(f"unit {', '.join(sorted(spelled))} is not known: read as plain numbers, unit 1")
-    elif note := _without_unit(stream, samples):
+    if note := unit_note(stream, roles.uses, samples):
         notes.append(note)
 
     def place(axis: int, sample: int) -> str:
@@ -313,9 +310,16 @@ def _on_grid(times: NDArray[np.float64], rate: float) -> bool:
     return bool(np.abs(times - grid).max() <= 0.5 / rate) if len(times) else False
 
 
-def _without_unit(stream: StreamColumns, samples: NDArray[np.float64]) -> str | None:
-    """Return a note on samples without a unit; that of accelerations whose mean looks like gravity."""
-    if stream.unit is not None or not samples.size or stream.name == "friction":
+def unit_note(stream: StreamColumns, uses: Sequence[ColumnUse], samples: NDArray[np.float64]) -> str | None:
+    """Return a note on samples without a known unit, such as counts; that of accelerations may look like gravity.
+
+    ``samples`` is float64, shape (axis, time).
+    """
+    if stream.unit is not None or not samples.size:
+        return None
+    if spelled := {use.unit for use in uses if use.role in stream.axes and use.unit}:
+        return f"unit {', '.join(sorted(spelled))} is not known: read as plain numbers, unit 1"
+    if stream.name == "friction":
         return None
     mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
     for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
@@ -325,7 +329,11 @@ def _without_unit(stream: StreamColumns, samples: NDArray[np.float64]) -> str | 
                 f"`unit={unit}`"
             )
     whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10
-    return f"no unit stated: read as {'counts' if whole else 'plain numbers'}; say it, e.g. `unit=g`"
+    if whole:
+        return (
+            "no unit stated: read as counts; say how many are one, e.g. `unit=g/16384` of an MPU-6050 at ±2 g"
+        )
+    return "no unit stated: read as plain numbers; say it, e.g. `unit=g`"
 
 
 def _marker(columns: Sequence[NDArray[np.float64]]) -> float | None:

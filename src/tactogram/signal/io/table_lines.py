@@ -95,9 +95,9 @@ def without_brackets(rows: list[NumberedLine]) -> list[NumberedLine]:
 
 def pairs_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], list[str]]:
     """Return lines of pairs (``x:0.1, y:0.2``) as their values between tabs, and the names with units."""
-    if not _alike(rows, lambda text: bool(_pairs(text))):
+    if not _alike(rows, lambda text: bool(pairs_in(text))):
         return rows, []
-    found = [_pairs(line.text) for line in rows]
+    found = [pairs_in(line.text) for line in rows]
     names = Counter(tuple(name for name, _, _ in pairs) for pairs in found if pairs).most_common(1)[0][0]
     if len(set(names)) < len(names):
         return rows, []
@@ -123,7 +123,13 @@ def _alike(rows: Sequence[NumberedLine], test: Callable[[str], bool]) -> bool:
     return sum(test(line.text) for line in sample) >= MOST * len(sample) > 0
 
 
-def _pairs(text: str) -> list[tuple[str, str, str]]:
+def unstamped(text: str) -> str:
+    """Return a line without the time that a terminal or firmware put in front."""
+    found = next((match for form in (_STAMPED, _TICKED) if (match := form.fullmatch(text))), None)
+    return found[found.lastindex or 0] if found else text
+
+
+def pairs_in(text: str) -> list[tuple[str, str, str]]:
     """Return name, value and unit of each pair if a line consists of them."""
     text = text.strip().strip("{}").strip()
     found, at = [], 0

@@ -68,7 +68,7 @@ _LETTERS = {
     "m": "magnetic_field", "f": "force", "t": "torque", "q": "orientation", "v": "velocity", "p": "position", "d": "position",
     "mag": "magnetic_field", "gyr": "angular_rate", "gyro": "angular_rate", "accel": "acceleration", "grav": "gravity",
     "lin": "linear_acceleration", "pos": "position", "vel": "velocity", "b": "magnetic_field", "la": "linear_acceleration",
-    "gr": "gravity", "imu": "",
+    "gr": "gravity", "imu": "", "ac": "acceleration", "gy": "angular_rate",
 }  # fmt: skip
 """Prefix of the letter of an axis in one word: ``ax``, ``gFx``, ``accX``."""
 MASSES = {"g": 1e-3, "mg": 1e-6, "kg": 1.0, "gram": 1e-3, "grams": 1e-3, "gramm": 1e-3}

@@ -8,7 +8,7 @@ from typing import Any
 from tactogram.capture import SensorLog, filled, gap_free, read_log, read_xdf
 from tactogram.capture.logs.log import LogKind
 from tactogram.capture.session.take import STREAM_OF_UNIT, rate_of
-from tactogram.capture.stream.csv_source import CsvFormat
+from tactogram.capture.stream.csv_columns import CsvFormat
 from tactogram.datasets import Recording, add_recordings, create_store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
@@ -127,6 +127,7 @@ def _write(out: Path, found: Found, logged: list[SensorLog], path: Path) -> None
                 "first_index": first,
                 "filled": report["filled"],
                 "simulated": one.simulated,
+                **({"notes": notes} if (notes := one.facts.get("notes")) else {}),
             }
             write_signal(target, signal, metadata=metadata)
             report["signals"][place]["file"] = str(target)
@@ -143,7 +144,7 @@ def _store(data: Path, found: Found, logged: list[SensorLog], request: LogReques
                     streams={STREAM_OF_UNIT.get(signal.unit, "signal"): signal},
                     source=f"{path.name}#{one.name}@{first}",
                     labels={"sensor": one.name},
-                    history=("read from a log", done),
+                    history=("read from a log", *one.facts.get("notes", ()), done),
                     simulated=one.simulated,
                     material=request.material,
                     speed_mm_s=request.speed_mm_s,
