@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -122,5 +123,11 @@ def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
     candidates = [haptic_format(name)] if name else formats_with(path.suffix)
     if len(candidates) == 1:
         return candidates[0].parse(path.read_bytes(), path), candidates[0]
-    document = parse(path.read_bytes(), path)
+    data = path.read_bytes()
+    if re.search(rb'<primitive-effect|"primitive"', data):
+        raise DataError(
+            f"{path}: Android's compositions of primitives are not read, since each phone has its own; write the "
+            "effect as timings and amplitudes, or as an envelope of controlPoints, in JSON"
+        )
+    document = parse(data, path)
     return document, recognised_format(document, path)

@@ -206,10 +206,11 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         if counts and not fitting:
             return None
     if len(fitting) != 1 or (counts and rate is None):
-        likely = [
-            c for c in ("s", "ms", "us", "ns") if 1 <= 1 / (typical * (parse_seconds(c) or 1) or 1) <= 1e6
-        ]
-        listed = ", ".join(f"{1 / (typical * (parse_seconds(c) or 1)):g} Hz in {c}" for c in likely)
+        units = ("s", "ms", "us", "ns") if typical > 0 else ()  # a single row has no step
+        likely = [c for c in units if 1 <= 1 / (typical * (parse_seconds(c) or 1)) <= 1e6]
+        listed = (
+            ", ".join(f"{1 / (typical * (parse_seconds(c) or 1)):g} Hz in {c}" for c in likely) or "no step"
+        )
         raise DataError(
             f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
             f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only "
