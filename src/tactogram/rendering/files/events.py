@@ -70,9 +70,9 @@ class Part:
 
         A point at the time of the one before makes a jump.
         """
-        own, strength = _increasing(np.asarray(times, float)), np.asarray(amplitude, float)
+        own, strength = increasing(np.asarray(times, float)), np.asarray(amplitude, float)
         at, values = (
-            _increasing(np.atleast_1d(np.asarray(tones, float))),
+            increasing(np.atleast_1d(np.asarray(tones, float))),
             np.atleast_1d(np.asarray(hz, float)),
         )
         both = np.union1d(own, at[(at > own[0]) & (at < own[-1])])
@@ -262,7 +262,7 @@ def thinned(times: Line, values: Line, tolerance: float) -> NDArray[np.intp]:
     return np.array(sorted(chosen))
 
 
-def _increasing(times: Line) -> Line:
+def increasing(times: Line) -> Line:
     """Return times of which each is at least `JUMP_S` after the one before."""
     least = JUMP_S * np.arange(len(times))
     return np.asarray(np.maximum.accumulate(times - least) + least)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.events import Events, Part, thinned
-from tactogram.rendering.files.formats.hjif.reading import TRANSIENT_MS
+from tactogram.rendering.files.formats.hjif.reading import TRANSIENT_S
 from tactogram.rendering.files.formats.hjif.rules import MOST_TICKS
 from tactogram.signal import Signal
 
@@ -84,7 +84,7 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
         for kind, effects in (("VectorialWave", waves), ("Transient", taps))
         if effects
     ]
-    seconds = max([events.seconds, *(one.time + TRANSIENT_MS / 1e3 for one in events.transients[-1:])])
+    seconds = max([events.seconds, *(one.time + TRANSIENT_S for one in events.transients[-1:])])
     channel = _channel(0, "x", bands, TICKS, max(1, _ticks(seconds)))
     return _document([channel], header, TICKS, "events over time", "Vibrotactile")
 
