@@ -262,6 +262,12 @@ def thinned(times: Line, values: Line, tolerance: float) -> NDArray[np.intp]:
     return np.array(sorted(chosen))
 
 
+def bends(times: Line, values: Line, tolerance: float) -> list[tuple[float, float]]:
+    """Return the times and values of the points that `thinned` keeps."""
+    kept = thinned(times, values, tolerance)
+    return list(zip(times[kept].tolist(), values[kept].tolist(), strict=True))
+
+
 def increasing(times: Line) -> Line:
     """Return times of which each is at least `JUMP_S` after the one before."""
     least = JUMP_S * np.arange(len(times))
