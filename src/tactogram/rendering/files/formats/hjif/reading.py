@@ -54,7 +54,8 @@ def decode(document: Node) -> DecodedDocument:
     facts = {"modality": modality} | ({"left_out": ", ".join(left_out)} if left_out else {})
 
     def waveform(rate: float | None) -> Signal:
-        count = channels[0].count if own is not None and rate in (None, own.rate) else 0
+        exact = own is not None and rate in (None, own.rate) and channels[0].rate == max(1, round(own.rate))
+        count = channels[0].count if exact else 0
         rate = rate or (own.rate if own else usual)
         at = np.arange(max(1, count or sample_count(seconds, rate)))
         # Samples that this package wrote are whole ticks apart.
