@@ -152,6 +152,11 @@ class Events:
         """The largest amplitude."""
         return max([self.joined.peak, *(one.amplitude for one in self.transients)])
 
+    @property
+    def count(self) -> int:
+        """The number of vibrations and transients."""
+        return len(self.parts) + len(self.transients)
+
     @cached_property
     def joined(self) -> Part:
         """All vibrations as one, see `joined`."""
