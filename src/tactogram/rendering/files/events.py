@@ -10,6 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tactogram.errors import ParameterError
+
 Line = NDArray[np.float64]
 
 STEP_S = 0.005
@@ -17,8 +19,8 @@ STEP_S = 0.005
 PULSE_S = 0.020
 """Length of a transient where a file is played here, s: it starts at full strength and falls like half a Hann window.
 Devices have their own."""
-JUMP_S = 1e-5
-"""Time that a jump takes, s."""
+JUMP_S = SHORTEST_S = 1e-5
+"""Time that a jump takes, and least length of events, s."""
 UNKNOWN_HZ = 150.0
 """Frequency of silence."""
 PHONE_HZ = 170.0
@@ -161,6 +163,11 @@ class Events:
     def joined(self) -> Part:
         """All vibrations as one, see `joined`."""
         return joined(self.parts)
+
+    def check_length(self, title: str) -> None:
+        """Raise `ParameterError` if they last less than `SHORTEST_S`; ``title`` is the format's."""
+        if self.seconds < SHORTEST_S:
+            raise ParameterError(f"{title} needs at least {SHORTEST_S:g} s, got {self.seconds:g} s")
 
     def scaled(self, factor: float) -> Events:
         """Return it with all amplitudes multiplied."""

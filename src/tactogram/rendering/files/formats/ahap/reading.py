@@ -12,7 +12,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from tactogram.rendering.files.documents import DecodedDocument, Node, in_order
-from tactogram.rendering.files.events import JUMP_S, STEP_S, Events, FrequencySpan, Line, Part, Transient
+from tactogram.rendering.files.events import (
+    JUMP_S,
+    STEP_S,
+    Events,
+    FrequencySpan,
+    Line,
+    Part,
+    Transient,
+    increasing,
+)
 
 SPAN = FrequencySpan(65.0, 300.0)
 """Sharpness 0 and 1, Hz: AhapEncoder of the MPEG haptics reference software. Apple names no frequency."""
@@ -60,15 +69,11 @@ def decode(document: Node) -> DecodedDocument:
         else:
             notes.warn("EventDuration of a HapticContinuous event must be above 0 s", done="left out")
     for entry in entries:
-        part = (
-            entry.node("ParameterCurve")
-            if entry.has("ParameterCurve")
-            else entry.node("Parameter", optional=True)
-        )
-        if (name := part.text("ParameterID")) and name not in CONTROLS:
-            left_out[name] += 1
-        elif not entry.has("Event", "ParameterCurve", "Parameter"):
+        key = next((key for key in ("ParameterCurve", "Parameter", "Event") if entry.has(key)), "")
+        if not key:
             left_out[f"entries of {', '.join(sorted(map(str, entry.value))[:3]) or 'nothing'}"] += 1
+        elif (name := entry.node(key).text("ParameterID")) and name not in CONTROLS:
+            left_out[name] += 1
     if not parts and not taps:
         notes.problems.append("Pattern: holds no haptic event")
     notes.check()
@@ -76,11 +81,8 @@ def decode(document: Node) -> DecodedDocument:
     if left_out:
         facts["left_out"] = ", ".join(f"{count} {name}" for name, count in left_out.items())
     seconds = max([0.0, *(part.end for part in parts)])
-    about = document.value.get("Metadata")
-    text = about.get("Description") if isinstance(about, dict) else None
-    return DecodedDocument(
-        Events.of(parts, taps, seconds, SPAN), text if isinstance(text, str) else "", facts
-    )
+    text = document.node("Metadata", optional=True).text("Description")
+    return DecodedDocument(Events.of(parts, taps, seconds, SPAN), text, facts)
 
 
 def _entries(entries: list[Node]) -> Iterator[Node]:
@@ -164,6 +166,5 @@ def _control(entries: list[Node], name: str) -> Control:
         kept = times < first
         at = np.concatenate([times[kept], [first], [point[0] for point in piece]])
         values = np.concatenate([values[kept], [held], [point[1] for point in piece]])
-        least = JUMP_S * np.arange(len(at))
-        times = np.maximum.accumulate(at - least) + least
+        times = increasing(at)
     return times, values

@@ -6,9 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DocumentHeader
-from tactogram.rendering.files.events import PULSE_S, Events, FrequencySpan, Line, Part, densified, thinned
+from tactogram.rendering.files.events import (
+    PULSE_S,
+    SHORTEST_S,
+    Events,
+    FrequencySpan,
+    Line,
+    Part,
+    densified,
+    thinned,
+)
 from tactogram.rendering.files.formats.ahap.reading import INTENSITY, LONGEST_EVENT_S, SHARPNESS, SPAN
 
 MOST_POINTS = 16
@@ -16,7 +24,6 @@ MOST_POINTS = 16
 others have hundreds."""
 INTENSITY_STEP, SHARPNESS_STEP = 0.01, 0.02
 """Largest deviation of a curve from the vibration."""
-SHORTEST_S = 1e-5
 STEP_S = 0.001
 """Time in which a curve steps to another value, s."""
 STEADY = 1e-4
@@ -30,8 +37,7 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     Steady vibrations are events with constants of their own, which may overlap. Others are joined, and curves are
     their intensity and sharpness.
     """
-    if events.seconds < SHORTEST_S:
-        raise ParameterError(f"AHAP needs at least {SHORTEST_S:g} s, got {events.seconds:g} s")
+    events.check_length("AHAP")
     span = events.span or SPAN
     if all(_steady(part, span) for part in events.parts):
         entries = [
