@@ -90,10 +90,7 @@ def carrier(events: Events, rate: float | None = None) -> Signal:
     for part in events.parts:
         constant = round(float(part.frequency[0]), 3) if np.ptp(part.frequency) < 1e-3 else None
         tones.setdefault(constant, []).append(part)
-    peaks = [float(part.frequency.max()) for part in events.parts] + [
-        one.frequency for one in events.transients
-    ]
-    if (highest := max(peaks, default=0.0)) >= rate / 2:
+    if (highest := max(events.frequencies, default=0.0)) >= rate / 2:
         raise ParameterError(f"a carrier of {highest:g} Hz needs more than {2 * highest:g} Hz, got {rate:g}")
     t = np.arange(count) / rate
     x, phase = np.zeros((2, count))

@@ -6,7 +6,6 @@ own. An effect begins at amplitude 0, and each point states how long the line to
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -19,6 +18,7 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import STEP_S, Events, FrequencySpan, Line, Part, Transient, thinned
+from tactogram.rendering.files.format import HapticFormat
 
 MOST_POINTS = 16
 SHORTEST_MS, LONGEST_MS = 20, 1000
@@ -28,8 +28,6 @@ CLOSE = 0.02
 CLOSE_OCTAVES = 0.1
 STEPS = round(SHORTEST_MS / 1e3 / STEP_S)
 """Points of the analysed envelope in the shortest line."""
-BANDS = ((0.0, HIGHEST_HZ),)
-"""In which a waveform is analysed: all that is felt, without transients, which take two lines each."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +43,25 @@ class EnvelopeBuilder:
     point: tuple[str, str, str]
     start: str
     span: FrequencySpan | None = None
+
+    def haptic_format(self, name: str, instead: str) -> HapticFormat:
+        """Return the format of these documents."""
+        return HapticFormat(
+            name=name,
+            title=self.title,
+            suffix=".json",
+            holds="envelope",
+            encode=self.encode,
+            decode=self.decode,
+            bands=((0.0, HIGHEST_HZ),),  # all that is felt, without transients, which take two lines each
+            recognise=self.recognise,
+            instead=instead,
+        )
+
+    def recognise(self, document: Any) -> bool:
+        """Return whether a document has control points, the first of them with a frequency of this kind."""
+        points = document.get("controlPoints") if isinstance(document, dict) else None
+        return isinstance(points, list) and bool(points) and has_key(self.point[1])(points[0])
 
     def encode(self, events: Events, header: DocumentHeader) -> dict[str, Any]:
         """Return the document of events within 0 to 1."""
@@ -82,10 +99,8 @@ class EnvelopeBuilder:
         peak &= (np.append(0.0, amplitude[:-1]) == 0) & (np.append(amplitude[1:], 0.0) == 0)
         taps = [Transient(*map(float, (times[i - 1], amplitude[i], hz[i]))) for i in np.flatnonzero(peak)]
         part = Part.of(times, np.where(peak, 0, amplitude), times, hz)
-        low, high = (self.span.low, self.span.high) if self.span else (float(hz.min()), float(hz.max()))
-        facts = {"carrier_hz": [low, high], "carrier_from": self.point[1]}
         events = Events.of([part], taps, float(times[-1]), self.span)
-        return DecodedDocument(events, document.text("description"), facts)
+        return DecodedDocument(events, document.text("description"), self.point[1])
 
 
 def control_points(events: Events, *, what: str) -> Part:
@@ -169,16 +184,6 @@ def _closest(events: Events, length: int) -> Part:
     weight = (amplitude + 1e-3 * max(float(amplitude.max()), 1e-9))[:, None]
     tuned = np.linalg.lstsq(weight * lines, weight[:, 0] * hz)[0]
     return Part(times, np.clip(fitted, 0, 1), np.clip(tuned, hz.min(), hz.max()))
-
-
-def has_points(key: str) -> Callable[[Any], bool]:
-    """Return a function that checks whether a document has control points, the first of them with ``key``."""
-
-    def check(document: Any) -> bool:
-        points = document["controlPoints"] if has_key("controlPoints")(document) else None
-        return isinstance(points, list) and bool(points) and has_key(key)(points[0])
-
-    return check
 
 
 def _chosen(amplitude: Line, hz: Line, grid: NDArray[np.int64]) -> list[int]:

@@ -26,6 +26,7 @@ UNKNOWN_HZ = 150.0
 PHONE_HZ = 170.0
 """Assumed if a phone's file states no frequency: linear resonant actuators of phones resonate at 150 to 200 Hz. A
 choice."""
+FROM_PHONE = "nothing in the file: a phone's usual"
 LONGEST_PIECE = 200
 """Points that `thinned` processes together: its run time stays proportional to the length."""
 
@@ -153,6 +154,12 @@ class Events:
     def peak(self) -> float:
         """The largest amplitude."""
         return max([self.joined.peak, *(one.amplitude for one in self.transients)])
+
+    @property
+    def frequencies(self) -> list[float]:
+        """The lowest and the highest frequency of each vibration, and that of each transient, Hz."""
+        ends = [float(hz) for part in self.parts for hz in (part.frequency.min(), part.frequency.max())]
+        return [*ends, *(one.frequency for one in self.transients)]
 
     @property
     def count(self) -> int:

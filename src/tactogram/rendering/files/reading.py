@@ -111,7 +111,17 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
     scale = ours.full_scale if ours else None
     comment = {"comment": content.description} if content.description else {}
     metadata = dict(ours.metadata) if ours else comment
-    facts = {"format": kind.name, "full_scale": scale, **content.facts}
+    facts: dict[str, Any] = {"format": kind.name, "full_scale": scale}
+    if content.events is not None and content.carrier_from:
+        span, hz = content.events.span, content.events.frequencies
+        limits = (
+            [span.low, span.high]
+            if span
+            else sorted({round(one, 1) for one in (min(hz), max(hz))} if hz else ())
+        )
+        facts |= {"carrier_hz": limits, "carrier_from": content.carrier_from}
+    others = {"left_out": content.left_out, "modality": content.modality}
+    facts |= {name: text for name, text in others.items() if text}
     return HapticFile(content.events, metadata, facts, tuple(notes.warnings), content, ours, rate)
 
 

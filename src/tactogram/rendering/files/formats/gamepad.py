@@ -81,8 +81,7 @@ def decode(document: Node) -> DecodedDocument:
         float(edges[-1]),
         limited=False,
     )
-    facts = {"carrier_hz": [STRONG_HZ, WEAK_HZ], "carrier_from": "nothing in the file: two motors' usual"}
-    return DecodedDocument(events, document.text("description"), facts)
+    return DecodedDocument(events, document.text("description"), "nothing in the file: two motors' usual")
 
 
 def _of_motor(part: Part, strong: bool) -> Part:

@@ -14,7 +14,16 @@ from typing import Any
 import numpy as np
 
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
-from tactogram.rendering.files.events import UNKNOWN_HZ, Events, Line, Part, Transient, bends, joined
+from tactogram.rendering.files.events import (
+    UNKNOWN_HZ,
+    Events,
+    Line,
+    Part,
+    Transient,
+    bends,
+    increasing,
+    joined,
+)
 from tactogram.rendering.files.format import HapticFormat
 
 AMPLITUDE_STEP, FREQUENCY_STEP_HZ = 0.005, 2.0
@@ -94,22 +103,14 @@ def decode(document: Node) -> DecodedDocument:
         ),
         max([0.0, *(part.end for part in parts)]),
     )
-    hz = np.concatenate([whole.frequency, [one.frequency for one in events.transients]])
-    facts: dict[str, Any] = {
-        "carrier_hz": [round(float(hz.min()), 1), round(float(hz.max()), 1)],
-        "carrier_from": "m_frequencyModulation" if parts else "nothing in the file: transients have none",
-    }
-    others = [
+    others = (
         name
         for name in ("stiffness", "texture")
-        if any(
-            one.value.get("m_notes")
-            for one in document.node(f"m_{name}", optional=True).nodes("m_melodies", optional=True)
-        )
-    ]
-    if others:
-        facts["left_out"] = ", ".join(others)
-    return DecodedDocument(events, document.text("m_description"), facts)
+        for one in document.node(f"m_{name}", optional=True).nodes("m_melodies", optional=True)
+        if one.value.get("m_notes")
+    )
+    given = "m_frequencyModulation" if parts else "nothing in the file: transients have none"
+    return DecodedDocument(events, document.text("m_description"), given, ", ".join(dict.fromkeys(others)))
 
 
 def _keyframes(effect: Node, name: str) -> Line:
@@ -122,12 +123,11 @@ def _keyframes(effect: Node, name: str) -> Line:
 def _part(start: float, length: float, gain: float, amplitude: Line, tones: Line, after: float) -> Part:
     """Return a note as a vibration; the values of its first and last keyframe hold outside them."""
     end = max(0.0, min(length, after - start))
-    times, values = amplitude.T
-    inside = (times > 0) & (times < end)
-    first, last = np.interp([0.0, end], times, values)
-    strength = gain * np.concatenate([[first], values[inside], [last]])
-    at, hz = tones.T if len(tones) else (np.array([0.0]), np.array([UNKNOWN_HZ]))
-    return Part.of(start + np.concatenate([[0.0], times[inside], [end]]), strength, start + at, hz)
+    times, values = increasing(amplitude[:, 0]), amplitude[:, 1]
+    at = np.union1d(times, [0.0, end])
+    at = at[at <= end]
+    turns, hz = tones.T if len(tones) else ([0.0], [UNKNOWN_HZ])
+    return Part.of(start + at, gain * np.interp(at, times, values), start + np.asarray(turns), hz)
 
 
 def _note(

@@ -105,9 +105,8 @@ def decode(document: Node) -> DecodedDocument:
     at, shares = np.array(tones or [(0.0, 0.5)]).T
     part = Part.of(times, strengths, at, SPAN.hz(shares))
     given = "frequency" if tones else "nothing in the file: the middle of the device's span"
-    facts = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": given}
     text = document.node("metadata", optional=True).text("description")
-    return DecodedDocument(Events.of([part], taps, part.end, SPAN), text, facts)
+    return DecodedDocument(Events.of([part], taps, part.end, SPAN), text, given)
 
 
 FORMAT = HapticFormat(

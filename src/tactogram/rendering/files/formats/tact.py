@@ -105,13 +105,11 @@ def decode(document: Node) -> DecodedDocument:
         notes.problems.append("the pattern holds no effect of 1 ms or more")
     notes.check()
     transients = (Transient(time, share, MOTOR_HZ) for time, share in taps.items())
-    facts = {
-        "carrier_hz": [MOTOR_HZ],
-        "carrier_from": "nothing in the file: a choice",
-        "left_out": "which motors",
-    }
     whole = [joined(parts, strongest=True)] if parts else []
-    return DecodedDocument(Events.of(whole, transients, seconds), project.text("description"), facts)
+    events = Events.of(whole, transients, seconds)
+    return DecodedDocument(
+        events, project.text("description"), "nothing in the file: a choice", "which motors"
+    )
 
 
 def _dot(start: int, end: int, share: float) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from scipy import ndimage
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, sample_count
-from tactogram.rendering.files.events import PHONE_HZ, Events
+from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.steps import StepRules
 
@@ -79,8 +79,7 @@ def decode(document: Node) -> DecodedDocument:
     pattern = pattern[: len(pattern) - (len(pattern) + 1) % 2]
     strength = np.array([1.0, 0.0] * len(pattern))[: len(pattern)]
     events = STEPS.read(np.append(0.0, np.cumsum(pattern)) / 1e3, strength, PHONE_HZ)
-    facts = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
-    return DecodedDocument(events, document.text("description"), facts)
+    return DecodedDocument(events, document.text("description"), FROM_PHONE)
 
 
 def _cleaned(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:

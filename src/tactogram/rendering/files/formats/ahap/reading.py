@@ -77,12 +77,10 @@ def decode(document: Node) -> DecodedDocument:
     if not parts and not taps:
         notes.problems.append("Pattern: holds no haptic event")
     notes.check()
-    facts = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": "sharpness"}
-    if left_out:
-        facts["left_out"] = ", ".join(f"{count} {name}" for name, count in left_out.items())
-    seconds = max([0.0, *(part.end for part in parts)])
+    events = Events.of(parts, taps, max([0.0, *(part.end for part in parts)]), SPAN)
     text = document.node("Metadata", optional=True).text("Description")
-    return DecodedDocument(Events.of(parts, taps, seconds, SPAN), text, facts)
+    gone = ", ".join(f"{count} {name}" for name, count in left_out.items())
+    return DecodedDocument(events, text, "sharpness", gone)
 
 
 def _entries(entries: list[Node]) -> Iterator[Node]:

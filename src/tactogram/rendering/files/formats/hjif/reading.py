@@ -13,7 +13,7 @@ from scipy import interpolate
 from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.rendering.files.documents import DecodedDocument, Node, sample_count
 from tactogram.rendering.files.events import UNKNOWN_HZ, Events, Line, Part, Transient, joined
-from tactogram.rendering.files.formats.hjif.rules import BASES, Band, Channel, Effect, channels_of
+from tactogram.rendering.files.formats.hjif.rules import BASES, Channel, Effect, channels_of
 from tactogram.signal import Signal
 from tactogram.signal.io.description import decode as read_description
 
@@ -43,15 +43,13 @@ def decode(document: Node) -> DecodedDocument:
     usual = max(channel.rate for channel in channels) or READ_RATE
     sample_count(seconds, usual)
     waves = all(
-        band.kind == "Transient"
-        or (band.kind == "VectorialWave" and all(effect.base == "Sine" for effect in band.effects))
+        effect.kind == "Transient" or (effect.kind == "VectorialWave" and effect.base == "Sine")
         for channel in channels
-        for band in channel.bands
+        for effect in channel.effects
     )
     left_out = [f"{len(perceptions) - 1} further perceptions"] if len(perceptions) > 1 else []
     if waves and len(channels) > 1:
         left_out.append(f"of {len(channels)} channels as events all but the strongest at any time")
-    facts = {"modality": modality} | ({"left_out": ", ".join(left_out)} if left_out else {})
 
     def waveform(rate: float | None) -> Signal:
         exact = own is not None and rate in (None, own.rate) and channels[0].rate == max(1, round(own.rate))
@@ -65,7 +63,10 @@ def decode(document: Node) -> DecodedDocument:
         unique = len(set(names)) == len(names)
         return Signal(samples, rate, "1", names if unique else tuple(map(str, range(len(names)))))
 
-    return DecodedDocument(_events(channels, seconds) if waves else None, description, facts, waveform)
+    events = _events(channels, seconds) if waves else None
+    return DecodedDocument(
+        events, description, left_out=", ".join(left_out), modality=modality, waveform=waveform
+    )
 
 
 def _events(channels: list[Channel], seconds: float) -> Events:
@@ -73,18 +74,17 @@ def _events(channels: list[Channel], seconds: float) -> Events:
     taps: list[Transient] = []
     for channel in channels:
         parts.append([])
-        for band in channel.bands:
-            for effect in band.effects:
-                turns, hz = effect.frequency
-                if band.kind == "Transient":
-                    tones = np.interp(effect.amplitude[0], turns, hz) if len(turns) else UNKNOWN_HZ
-                    found = np.vstack([effect.amplitude, np.broadcast_to(tones, effect.amplitude.shape[1:])])
-                    taps += [Transient(t, min(1.0, abs(channel.gain * a)), f) for t, a, f in found.T.tolist()]
-                elif len(turns) and effect.end > effect.start:
-                    # The first and the last strength hold beside them.
-                    at = np.union1d(effect.amplitude[0], [effect.start, effect.end])
-                    strength = np.minimum(np.abs(channel.gain * np.interp(at, *effect.amplitude)), 1)
-                    parts[-1].append(Part.of(at, strength, turns, np.clip(hz, band.low, band.high)))
+        for effect in channel.effects:
+            (times, strength), (turns, hz) = effect.amplitude, effect.frequency
+            if effect.kind == "Transient":
+                tones = np.interp(times, turns, hz) if len(turns) else np.full(len(times), UNKNOWN_HZ)
+                shares = np.minimum(np.abs(channel.gain * strength), 1)
+                taps += [Transient(*tap) for tap in np.stack([times, shares, tones]).T.tolist()]
+            elif len(turns) and effect.end > effect.start:
+                # The first and the last strength hold beside them.
+                at = np.union1d(times, [effect.start, effect.end])
+                shares = np.minimum(np.abs(channel.gain * np.interp(at, times, strength)), 1)
+                parts[-1].append(Part.of(at, shares, turns, np.clip(hz, effect.low, effect.high)))
     if len(channels) > 1:
         taps = list({one.time: one for one in sorted(taps, key=lambda one: one.amplitude)}.values())
     strongest = [joined([joined(own) for own in parts if own], strongest=True)]
@@ -94,34 +94,23 @@ def _events(channels: list[Channel], seconds: float) -> Events:
 def _seconds(channel: Channel) -> float:
     if channel.rate and channel.count:
         return channel.count / channel.rate
-    ends = [
-        effect.end + (TRANSIENT_S if band.kind == "Transient" else 0.0)
-        for band in channel.bands
-        for effect in band.effects
-    ]
-    return max([0.0, *ends])
+    tails = {"Transient": TRANSIENT_S}
+    return max([0.0, *(effect.end + tails.get(effect.kind, 0.0) for effect in channel.effects)])
 
 
 def _played(channel: Channel, t: Line) -> Line:
-    total = np.zeros(len(t))
-    for band in channel.bands:
-        for effect in band.effects:
-            if band.kind == "Curve":
-                total += _curve(band.curve, effect, t)
-            elif band.kind == "VectorialWave":
-                total += _wave(band, effect, t)
-            else:
-                total += _transients(effect, t)
-    return np.clip(total, -1, 1) * channel.gain
+    played = {"Curve": _curve, "VectorialWave": _wave, "Transient": _transients}
+    total: Line = sum((played[effect.kind](effect, t) for effect in channel.effects), np.zeros(len(t)))
+    return np.asarray(np.clip(total, -1, 1) * channel.gain)
 
 
-def _curve(kind: str, effect: Effect, t: Line) -> Line:
+def _curve(effect: Effect, t: Line) -> Line:
     times, values = effect.amplitude
     if not len(times):
         return np.zeros(len(t))
-    if kind == "Linear" or len(times) <= 2:
+    if effect.curve == "Linear" or len(times) <= 2:
         line = np.interp(t, times, values)
-    elif kind == "Akima":
+    elif effect.curve == "Akima":
         line = interpolate.Akima1DInterpolator(times, values)(t)
     else:
         # Cubic or unspecified: horizontal at every keyframe, as the reference software's Hermite polynomial.
@@ -129,11 +118,11 @@ def _curve(kind: str, effect: Effect, t: Line) -> Line:
     return np.where((t >= times[0]) & (t <= times[-1]), line, 0.0)
 
 
-def _wave(band: Band, effect: Effect, t: Line) -> Line:
+def _wave(effect: Effect, t: Line) -> Line:
     if not effect.frequency.size or len(t) < 2:
         return np.zeros(len(t))
     inside = (t >= effect.start) & (t <= effect.end)
-    hz = np.clip(np.interp(t, *effect.frequency), band.low, band.high)
+    hz = np.clip(np.interp(t, *effect.frequency), effect.low, effect.high)
     phase = 2 * np.pi * (t[1] - t[0]) * np.cumsum(np.where(inside, hz, 0.0))
     phase += effect.phase - phase[np.argmax(inside)]
     return np.where(inside, np.interp(t, *effect.amplitude) * BASES[effect.base](phase), 0.0)

@@ -53,28 +53,23 @@ _RENDER = "render the file to a WAV with the MPEG reference software's Synthesiz
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """Section of a band from ``start`` to ``end`` (s): keyframes of amplitude, and of frequency (Hz).
+    """Section of a band of a channel, from ``start`` to ``end`` (s).
 
-    Both are float64 arrays, shape (time and value, keyframe), the times in s, each after the one before.
+    ``kind``, the type of the ``curve`` and the limits ``low`` and ``high`` (Hz) are the band's. Keyframes of amplitude
+    and of frequency (Hz) are float64 arrays, shape (time and value, keyframe), the times in s, each after the one
+    before.
     """
 
+    kind: str
+    curve: str
+    low: float
+    high: float
     start: float
     end: float
     phase: float
     base: str
     amplitude: Line
     frequency: Line
-
-
-@dataclass(frozen=True)
-class Band:
-    """Component of a channel: its type, the type of its curves, its limits (Hz) and effects."""
-
-    kind: str
-    curve: str
-    low: float
-    high: float
-    effects: tuple[Effect, ...]
 
 
 @dataclass(frozen=True)
@@ -85,7 +80,7 @@ class Channel:
     gain: float
     rate: float
     count: int
-    bands: tuple[Band, ...]
+    effects: tuple[Effect, ...]
 
 
 def channels_of(document: Node) -> tuple[float, list[tuple[str, list[Channel]]]]:
@@ -127,11 +122,11 @@ def _channel(node: Node, level: float, timescale: float) -> Channel:
         node.number("gain", 1.0),
         node.number("frequency_sampling", 0, 0),
         int(node.number("sample_count", 0, 0)),
-        tuple(_band(band, timescale) for band in bands),
+        tuple(effect for band in bands for effect in _band(band, timescale)),
     )
 
 
-def _band(node: Node, timescale: float) -> Band:
+def _band(node: Node, timescale: float) -> list[Effect]:
     notes = node.notes
     kind, curve = _one_of(node, "band_type", BANDS), _one_of(node, "curve_type", CURVES, required=False)
     low, high = node.number("lower_frequency_limit", 0, 0), node.number("upper_frequency_limit", 1000, 0)
@@ -143,11 +138,10 @@ def _band(node: Node, timescale: float) -> Band:
         )
     elif kind == "Curve" and curve in ("Bezier", "Bspline"):
         notes.problems.append(f"curves of type {curve} cannot be read; use Linear, Cubic or Akima")
-    effects = tuple(_effect(one, kind, timescale) for one in node.nodes("effects"))
-    return Band(kind, curve, low, max(low, high), effects)
+    return [_effect(one, timescale, kind, curve, low, max(low, high)) for one in node.nodes("effects")]
 
 
-def _effect(node: Node, kind: str, timescale: float) -> Effect:
+def _effect(node: Node, timescale: float, kind: str, curve: str, low: float, high: float) -> Effect:
     if (type_ := node.text("effect_type", "Basis")) != "Basis":
         node.notes.problems.append(f"{type_} effects cannot be read; {_RENDER}")
     base = _one_of(node, "base_signal", tuple(BASES), required=False)
@@ -172,7 +166,7 @@ def _effect(node: Node, kind: str, timescale: float) -> Effect:
     start, end = position / timescale, (position + end) / timescale
     if kind == "VectorialWave" and not amplitude.size:
         amplitude = np.array([[start], [1.0]])
-    return Effect(start, end, phase, base, amplitude, frequency)
+    return Effect(kind, curve, low, high, start, end, phase, base, amplitude, frequency)
 
 
 def _one_of(node: Node, key: str, names: tuple[str, ...], *, required: bool = True) -> str:
