@@ -14,13 +14,14 @@ import numpy as np
 from tactogram.rendering.files.documents import DecodedDocument, Node, in_order
 from tactogram.rendering.files.events import (
     JUMP_S,
-    STEP_S,
     Events,
     FrequencySpan,
     Line,
     Part,
     Transient,
+    densified,
     increasing,
+    thinned,
 )
 
 SPAN = FrequencySpan(65.0, 300.0)
@@ -29,6 +30,8 @@ LONGEST_EVENT_S = 30.0
 """Longest continuous event that Core Haptics plays (CHHapticEvent)."""
 SHORTEST_DECAY_S = 0.02
 """Decay of an event that is not sustained and states no decay: Apple states no time. A choice."""
+FINE = 5e-4
+"""Largest deviation of the lines of a vibration from the square of its intensity."""
 INTENSITY, SHARPNESS = "HapticIntensityControl", "HapticSharpnessControl"
 TIMES = ("AttackTime", "DecayTime", "ReleaseTime")
 DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5} | dict.fromkeys(TIMES, 0.0) | {"Sustained": 1.0}
@@ -122,17 +125,16 @@ def _vibration(start: float, duration: float, values: dict[str, float], controls
     times = start + times
     both = np.unique(np.concatenate([times, controls[INTENSITY][0], controls[SHARPNESS][0]]))
     at = both[(both >= times[0]) & (both <= times[-1])]
-    level = _at(controls[INTENSITY], at) * np.interp(at, times, gain)
+
+    def amplitude(t: Line) -> Line:
+        level = values["HapticIntensity"] * _at(controls[INTENSITY], t) * np.interp(t, times, gain)
+        return np.asarray(level**2)
+
     # The square of a line is none.
-    bent = zip(at[:-1].tolist(), np.diff(at).tolist(), np.diff(level).tolist(), strict=True)
-    more = [
-        np.linspace(a, a + d, int(np.ceil(d / STEP_S)) + 1)[:-1] for a, d, rise in bent if rise and d > STEP_S
-    ]
-    at = np.unique(np.concatenate([at, *more]))
-    level = values["HapticIntensity"] * _at(controls[INTENSITY], at) * np.interp(at, times, gain)
-    return Part(
-        at, level**2, SPAN.hz(np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], at), 0, 1))
-    )
+    dense = densified(at)
+    at = np.union1d(at, dense[thinned(dense, amplitude(dense), FINE)])
+    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], at), 0, 1)
+    return Part(at, amplitude(at), SPAN.hz(sharp))
 
 
 def _at(control: Control, t: Line | float) -> Line:
@@ -141,28 +143,26 @@ def _at(control: Control, t: Line | float) -> Line:
 
 def _control(entries: list[Node], name: str) -> Control:
     """Return times and values of a control; a later curve takes over from an earlier one."""
-    pieces = []
+    pieces: list[list[tuple[float, ...]]] = []
     for entry in entries:
-        for kind in ("ParameterCurve", "Parameter"):
-            part = entry.node(kind, optional=True)
-            if part.text("ParameterID") != name:
-                continue
-            start = part.number("Time", 0.0)
-            points = part.nodes("ParameterCurveControlPoints") if kind == "ParameterCurve" else [part]
-            ready = [
-                (
-                    start + (0.0 if point is part else point.number("Time", 0.0, 0.0)),
-                    point.number("ParameterValue", None, *CONTROLS[name], name=name),
-                )
-                for point in points
-            ]
-            pieces += [in_order(ready, part.notes, "control points")] if ready else []
+        curve, step = (entry.node(kind, optional=True) for kind in ("ParameterCurve", "Parameter"))
+        points: list[tuple[float, ...]] = []
+        if curve.text("ParameterID") == name:
+            start, nodes = curve.number("Time", 0.0), curve.nodes("ParameterCurveControlPoints")
+            points = [(start + one.number("Time", 0.0, 0.0), _value(one, name)) for one in nodes]
+        elif step.text("ParameterID") == name:
+            points = [(step.number("Time", 0.0), _value(step, name))]
+        pieces += [in_order(points, curve.notes, "control points")] if points else []
     times, values = np.array([-1.0]), np.array([1.0 if name == INTENSITY else 0.0])
     for piece in sorted(pieces, key=lambda piece: piece[0][0]):
-        first = piece[0][0] - JUMP_S
-        held = float(np.interp(first, times, values))
-        kept = times < first
-        at = np.concatenate([times[kept], [first], [point[0] for point in piece]])
-        values = np.concatenate([values[kept], [held], [point[1] for point in piece]])
-        times = increasing(at)
+        at, new = np.array(piece).T
+        before = at[0] - JUMP_S
+        kept = times < before
+        held = np.interp(before, times, values)
+        times = increasing(np.concatenate([times[kept], [before], at]))
+        values = np.concatenate([values[kept], [held], new])
     return times, values
+
+
+def _value(node: Node, name: str) -> float:
+    return node.number("ParameterValue", None, *CONTROLS[name], name=name)
