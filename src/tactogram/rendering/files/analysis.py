@@ -139,18 +139,14 @@ def _analytic(signal: Signal, low: float, high: float) -> tuple[NDArray[np.compl
         raise ParameterError("an envelope is over time: convert the displacement at a speed first (play_at)")
     x = signal.samples[0].astype(np.float64)
     length = 2 * len(x)
-    spectrum: NDArray[np.complex128] = fft.rfft(np.concatenate([x, x[::-1]]))
-    frequency = np.arange(len(spectrum)) * signal.rate / length
-    used = (frequency > low) & (frequency <= high)
-    last = int(np.flatnonzero(used)[-1]) if used.any() else 0
+    spectrum = fft.rfft(np.concatenate([x, x[::-1]]))
+    frequency = fft.rfftfreq(length, 1 / signal.rate)
+    spectrum[(frequency <= low) | (frequency > high)] = 0
     points = length
     if signal.rate > 4 * HIGHEST_HZ:
-        points = fft.next_fast_len(max(2, last + 1, round(length * 4 * HIGHEST_HZ / signal.rate)))
-    padded = np.zeros(points, np.complex128)
-    padded[: last + 1] = 2 * np.where(used[: last + 1], spectrum[: last + 1], 0)
-    z: NDArray[np.complex128] = fft.ifft(padded) * (points / length)
-    rate = signal.rate * points / length
-    return z[: max(1, round(points / 2))], rate
+        points = fft.next_fast_len(max(2, round(length * 4 * HIGHEST_HZ / signal.rate)))
+    z: NDArray[np.complex128] = fft.ifft(2 * spectrum, points) * (points / length)
+    return z[: max(1, round(points / 2))], signal.rate * points / length
 
 
 def _averaged(x: NDArray[Any], width: float) -> NDArray[Any]:

@@ -136,13 +136,14 @@ def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None =
             kept.append("the strength over time" if similar > KEPT else "roughly the strength over time")
         else:
             lost.append("the changes of strength")
-        if loss.level_db is not None:
-            found = abs(loss.level_db) <= KEPT_DB
-            (kept if found else lost).append("the level" if found else f"the level ({loss.level_db:+.0f} dB)")
-        if (off := loss.frequency_octaves) is not None:
-            found = off <= KEPT_OCTAVES
+        level, octaves = loss.level_db, loss.frequency_octaves
+        if level is not None:
+            found = abs(level) <= KEPT_DB
+            (kept if found else lost).append("the level" + ("" if found else f" ({level:+.0f} dB)"))
+        if octaves is not None:
+            found = octaves <= KEPT_OCTAVES
             (kept if found else lost).append(
-                "the frequency" if found else f"the frequency ({off:.1f} octaves off)"
+                "the frequency" + ("" if found else f" ({octaves:.1f} octaves off)")
             )
     return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost) or 'nothing'}"
 
@@ -158,12 +159,9 @@ def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
         "strength": f"the strength of {counts.strength} {of}",
         "frequency": f"the frequency of {counts.frequency} {of}",
         "vibrations_lost": f"{counts.vibrations_lost} of {_number(counts.vibrations, 'vibration')}",
+        "added": f"{_number(counts.added, 'vibration')} (now short pulses)",
     }
-    lost = [text for name, text in words.items() if getattr(counts, name)]
-    return kept, [
-        *lost,
-        *([f"{_number(counts.added, 'vibration')} (now short pulses)"] if counts.added else []),
-    ]
+    return kept, [text for name, text in words.items() if getattr(counts, name)]
 
 
 def verdict(
