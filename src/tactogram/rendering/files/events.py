@@ -222,22 +222,17 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
         reached = max(reached, end)
     times: Line = np.unique(np.round(np.concatenate(t), 7)).astype(np.float64)
     times = times[(times >= spans[0][0]) & (times <= reached)]
-    power, turning, weights = (np.zeros(len(times), np.float64) for _ in range(3))
     starts = {round(start, 6) for start, _ in spans}
+    total = np.zeros((3, len(times)))  # power, frequency times weight, weight
     for part in parts:
         last = part.end + (-1e-7 if round(part.end, 6) in starts and part.end > part.start else 1e-7)
         inside = slice(*np.searchsorted(times, [part.start - 1e-7, last]))
         own = np.interp(times[inside], part.times, part.amplitude) ** 2
         # A silent vibration's frequency counts where nothing else sounds.
-        weight = own + 1e-12
-        if strongest:
-            weight = np.where(own > power[inside], weight, 0)
-            turning[inside], weights[inside] = np.where(weight > 0, 0, [turning[inside], weights[inside]])
-            power[inside] = np.maximum(power[inside], own)
-        else:
-            power[inside] += own
-        turning[inside] += weight * part.hz(times[inside])
-        weights[inside] += weight
+        new = np.stack([own, (own + 1e-12) * part.hz(times[inside]), own + 1e-12])
+        old = total[:, inside]
+        total[:, inside] = np.where(own > old[0], new, old) if strongest else old + new
+    power, turning, weights = total
     heard = weights > 0
     return Part(times, np.sqrt(power), np.interp(times, times[heard], turning[heard] / weights[heard]))
 
