@@ -282,6 +282,13 @@ def bends(times: Line, values: Line, tolerance: float) -> list[tuple[float, floa
     return list(zip(times[kept].tolist(), values[kept].tolist(), strict=True))
 
 
+def spans_of(starts: Line, ends: Line, gap: float) -> list[tuple[float, float]]:
+    """Return spans, which are in order, with those up to ``gap`` (s) apart as one."""
+    apart, edge = starts[1:] - ends[:-1] > gap, np.ones(min(1, len(starts)), bool)
+    first, last = np.append(edge, apart), np.append(apart, edge)
+    return list(zip(starts[first].tolist(), ends[last].tolist(), strict=True))
+
+
 def increasing(times: Line) -> Line:
     """Return times of which each is at least `JUMP_S` after the one before."""
     least = JUMP_S * np.arange(len(times))

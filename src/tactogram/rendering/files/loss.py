@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactogram.rendering.files.analysis import envelope_of
-from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, Part
+from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, spans_of
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 
@@ -95,7 +95,8 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     loss = _strength_loss(source.strength(t), copy.strength(t), one.hz(t), other.hz(t))
     if one.peak == 0:
         loss = replace(loss, frequency_octaves=None)
-    spans = _sounding(one)
+    on = (one.amplitude[:-1] > 0) | (one.amplitude[1:] > 0)
+    spans = spans_of(one.times[:-1][on], one.times[1:][on], PULSE_S)
     silent = sum(copy.strength(np.linspace(*span, 33)).max() == 0 for span in spans)
     counts = Counter(transients=len(source.transients), vibrations=len(spans), vibrations_lost=int(silent))
     free, times = list(copy.transients), np.array([tap.time for tap in copy.transients])
@@ -221,15 +222,6 @@ def _strength_loss(a: Line, b: Line, hz: Line, copied_hz: Line) -> ConversionLos
         waveform_correlation=None,
         snr_db=None,
     )
-
-
-def _sounding(part: Part) -> list[tuple[float, float]]:
-    """Return where a vibration is above 0, beginning and end in s; pauses up to `PULSE_S` do not count."""
-    on = (part.amplitude[:-1] > 0) | (part.amplitude[1:] > 0)
-    starts, ends = part.times[:-1][on], part.times[1:][on]
-    apart = starts[1:] - ends[:-1] > PULSE_S
-    first, last = np.append(on.any(), apart)[: len(starts)], np.append(apart, on.any())[: len(starts)]
-    return list(zip(starts[first].tolist(), ends[last].tolist(), strict=True))
 
 
 def _number(count: int, noun: str) -> str:

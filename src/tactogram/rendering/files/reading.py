@@ -108,17 +108,12 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
         notes.problems += [] if notes.problems else [str(error)]
     if notes.problems:
         return HapticFile(None)
-    scale = ours.full_scale if ours else None
     comment = {"comment": content.description} if content.description else {}
     metadata = dict(ours.metadata) if ours else comment
-    facts: dict[str, Any] = {"format": kind.name, "full_scale": scale}
-    if content.events is not None and content.carrier_from:
-        span, hz = content.events.span, content.events.frequencies
-        limits = (
-            [span.low, span.high]
-            if span
-            else sorted({round(one, 1) for one in (min(hz), max(hz))} if hz else ())
-        )
+    facts: dict[str, Any] = {"format": kind.name, "full_scale": ours.full_scale if ours else None}
+    if (events := content.events) is not None and content.carrier_from:
+        hz = [events.span.low, events.span.high] if events.span else events.frequencies
+        limits = sorted({round(one, 1) for one in (min(hz), max(hz))}) if hz else []
         facts |= {"carrier_hz": limits, "carrier_from": content.carrier_from}
     others = {"left_out": content.left_out, "modality": content.modality}
     facts |= {name: text for name, text in others.items() if text}
@@ -131,9 +126,9 @@ def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
     if path.stat().st_size > MOST_BYTES:
         raise DataError(f"{path}: must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
     candidates = [haptic_format(name)] if name else formats_with(path.suffix)
-    if len(candidates) == 1:
-        return candidates[0].parse(path.read_bytes(), path), candidates[0]
     data = path.read_bytes()
+    if len(candidates) == 1:
+        return candidates[0].parse(data, path), candidates[0]
     if re.search(rb'<primitive-effect|"primitive"', data):
         raise DataError(
             f"{path}: Android's compositions of primitives are not read, since each phone has its own; write the "
