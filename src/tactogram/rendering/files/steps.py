@@ -39,14 +39,13 @@ class StepRules:
         length = max([round(1e3 * events.seconds), *(start + self.pulse_ms for start, _ in taps)])
         if length < 1:
             raise ParameterError(f"{what} needs at least 1 ms, got {events.seconds:g} s")
-        whole = events.joined
+        whole = events.joined.within(0.0, length / 1e3)
         fixed = np.array([0, first_ms, length])
         if not first_ms:
             jumps, sounds = (np.diff(whole.times) <= 2 * JUMP_S), np.diff(whole.amplitude > 0)
             bends = np.append(jumps | sounds, False) | np.append(False, sounds)
             fixed = np.append(fixed, np.rint(1e3 * whole.times[bends]))
-            fixed = np.append(fixed, np.rint([1e3 * whole.start, 1e3 * whole.end]))
-        edges = np.unique(np.clip(fixed, 0, length)).astype(np.int64)
+        edges = np.unique(fixed).astype(np.int64)
         last = 0 if first_ms else self.step_ms / 2
         grid = [np.arange(a, b - last, self.step_ms) for a, b in pairwise(edges.tolist())]
         edges = np.unique(np.concatenate([edges, *grid])).astype(np.int64)
