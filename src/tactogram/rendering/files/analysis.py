@@ -144,7 +144,8 @@ def _analytic(signal: Signal, low: float, high: float) -> tuple[NDArray[np.compl
     spectrum[(frequency <= low) | (frequency > high)] = 0
     points = length
     if signal.rate > 4 * HIGHEST_HZ:
-        points = fft.next_fast_len(max(2, round(length * 4 * HIGHEST_HZ / signal.rate)))
+        held = np.count_nonzero(frequency <= high)
+        points = fft.next_fast_len(max(2, held, round(length * 4 * HIGHEST_HZ / signal.rate)))
     z: NDArray[np.complex128] = fft.ifft(2 * spectrum, points) * (points / length)
     return z[: max(1, round(points / 2))], signal.rate * points / length
 
