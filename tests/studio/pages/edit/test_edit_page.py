@@ -69,7 +69,7 @@ def test_a_double_tap_and_a_fading_buzz_are_drawn_undone_and_written(tab, worksp
     tab.wait_for_function("tactogramPlayer.state().url.startsWith('/edit/sound/')")
     path = downloaded(tab, tmp_path)
     assert path.name == "Double-tap.ahap"
-    track = track_of(read_haptic(path).envelope, "Read")
+    track = track_of(read_haptic(path).events, "Read")
     assert [(one.time, round(one.amplitude, 3)) for one in track.transients] == [(0, 0.8), (0.12, 1.0)]
     assert [round(one.frequency) for one in track.transients] == [230, 230]
     at = np.array([0.2, 0.25, 0.5, 0.7])
