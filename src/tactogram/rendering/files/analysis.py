@@ -221,7 +221,6 @@ def _onset(envelope: Part, here: float) -> tuple[Part, float]:
     bends = np.array([t[0], here - JUMP_S, here, min(t[-1], envelope.end)])
     levels = np.array([low, low, high, high])
     new = (bends >= 0) & np.append(np.diff(bends) > 0, True)
-    times = np.concatenate([envelope.times[kept], bends[new]])
-    order = np.argsort(times, kind="stable")
-    amplitude = np.concatenate([envelope.amplitude[kept], levels[new]])[order]
-    return Part(times[order], amplitude, envelope.hz(times[order])), high + max(0.0, excess)
+    times, first = np.unique(np.append(envelope.times[kept], bends[new]), return_index=True)
+    amplitude = np.append(envelope.amplitude[kept], levels[new])[first]
+    return Part(times, amplitude, envelope.hz(times)), high + max(0.0, excess)

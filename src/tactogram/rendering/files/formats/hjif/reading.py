@@ -12,7 +12,7 @@ from scipy import interpolate
 
 from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.rendering.files.documents import DecodedDocument, Node, sample_count
-from tactogram.rendering.files.events import UNKNOWN_HZ, Events, Line, Part, Transient, joined
+from tactogram.rendering.files.events import JUMP_S, UNKNOWN_HZ, Events, Line, Part, Transient, joined
 from tactogram.rendering.files.formats.hjif.rules import BASES, Channel, Effect, channels_of
 from tactogram.signal import Signal
 from tactogram.signal.io.description import decode as read_description
@@ -110,10 +110,11 @@ def _curve(effect: Effect, t: Line) -> Line:
         return np.zeros(len(t))
     if effect.curve == "Linear" or len(times) <= 2:
         line = np.interp(t, times, values)
-    elif effect.curve == "Akima":
+    elif effect.curve == "Akima" and np.diff(times).min() > 2 * JUMP_S:
         line = interpolate.Akima1DInterpolator(times, values)(t)
     else:
-        # Cubic or unspecified: horizontal at every keyframe, as the reference software's Hermite polynomial.
+        # Cubic or unspecified: horizontal at every keyframe, as the reference software's Hermite polynomial. Akima's
+        # slopes would overshoot at a jump.
         line = interpolate.CubicHermiteSpline(times, values, np.zeros(len(times)))(t)
     return np.where((t >= times[0]) & (t <= times[-1]), line, 0.0)
 
