@@ -177,14 +177,9 @@ def verdict(
     if holds == "on and off":
         return f"{'one buzz' if buzzes == 1 else f'{buzzes} buzzes of one strength'}: {remedy}"
     if counts:
-        lost = [
-            f"{gone} of {_number(count, noun)}"
-            for noun, gone, count in (
-                ("transient", counts.transients - counts.kept, counts.transients),
-                ("vibration", counts.vibrations_lost, counts.vibrations),
-            )
-            if gone
-        ]
+        gone = {"transient": counts.transients - counts.kept, "vibration": counts.vibrations_lost}
+        count = {"transient": counts.transients, "vibration": counts.vibrations}
+        lost = [f"{gone[noun]} of {_number(count[noun], noun)}" for noun in gone if gone[noun]]
         if lost:
             return f"not all events: {_listed(lost)} missing; {remedy}"
     elif holds == "waveform":

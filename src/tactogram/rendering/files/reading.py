@@ -30,8 +30,9 @@ class HapticFile:
 
     ``events`` are in parts of full scale, None of a waveform. ``unit`` and ``full_scale`` are what the file states, 1
     if nothing. ``metadata`` is as passed to `write_haptic`, or the file's description. ``facts`` has ``format``,
-    ``full_scale`` (None if the file does not state it) and, depending on the format, ``carrier_hz``, ``carrier_from``,
-    ``modality``, ``left_out``. ``warnings`` name the rules that the file breaks, and how it is read, a line each.
+    ``full_scale`` (None if the file does not state it) and, depending on the format, ``carrier_hz`` (the lowest and the
+    highest frequency of the events, or of the span of a file of shares), ``carrier_from``, ``modality``, ``left_out``.
+    ``warnings`` name the rules that the file breaks, and how it is read, a line each.
     """
 
     events: Events | None
