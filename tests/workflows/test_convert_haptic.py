@@ -181,6 +181,52 @@ def test_a_folder_is_converted_with_its_folders(tmp_path):
     assert len(again["files"]) == 2
 
 
+NOTE = "Recorded in 2025 at 1000 Hz.\n\n1. hold the pen\n2. stroke, 3 times\n"
+
+
+def test_notes_among_the_files_are_skipped_and_named(tmp_path, capsys):
+    write_signal(tmp_path / "in" / "a.wav", effect())
+    (tmp_path / "in" / "NOTE.txt").write_text(NOTE)
+    (tmp_path / "in" / "who.txt").write_text("subject: 1\nage: 30\n")
+    (tmp_path / "in" / "README.md").write_text(NOTE)
+    assert main(["convert", str(tmp_path / "in"), str(tmp_path / "out"), "--to", "ahap"]) == 0
+    *_, skipped, end = capsys.readouterr().out.splitlines()
+    names = f"{tmp_path / 'in' / 'NOTE.txt'}, {tmp_path / 'in' / 'who.txt'}"
+    assert skipped == f"skipped, no table of numbers: {names}"
+    assert end == "1 written, 0 failed, 1 of no known format"
+    (tmp_path / "in" / "a.wav").unlink()
+    with pytest.raises(DataError, match="no file in it can be read"):
+        convert_folder(tmp_path / "in", tmp_path / "out", format="ahap")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "1\n2\n3\n", "t;x\n0,1;2\n", "x: 0.1\n---\nx: 0.2\n---\nx: 0.3\n", "a 1 N\na 2 N\na 3 N\n"],
+)
+def test_a_table_that_cannot_be_read_is_no_note(tmp_path, text):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.txt").write_text(text)
+    facts = convert_folder(tmp_path / "in", tmp_path / "out", format="ahap")
+    assert (list(facts["failed"]), facts["notes"]) == ([str(tmp_path / "in" / "a.txt")], [])
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("x.xml", '<vibration-effect><primitive-effect name="click" scale="0.5"/></vibration-effect>'),
+        ("x.json", '{"composition": [{"primitive": "click", "scale": 1, "delayMs": 10}]}'),
+        ("list.json", '[{"primitive": 1, "scale": 0.5, "delay": 10}]'),
+    ],
+)
+def test_a_composition_of_primitives_is_refused_with_what_to_write(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    message = "compositions of primitives are not read, .* timings and amplitudes, or as an envelope"
+    with pytest.raises(DataError, match=message):
+        convert(tmp_path / name, tmp_path / "x.ahap")
+    with pytest.raises(DataError, match=message):
+        check(tmp_path / name)
+
+
 def test_a_folder_inside_its_source_is_not_read_again(tmp_path):
     write_signal(tmp_path / "a.wav", effect())
     for _ in range(2):

@@ -109,8 +109,9 @@ def _folder_text(facts: Mapping[str, Any]) -> str:
         )
     beside = [f"not converted: {signal}, beside {designed}" for signal, designed in facts["beside"].items()]
     failed = [f"failed: {why}" for why in facts["failed"].values()]
+    notes = [f"skipped, no table of numbers: {', '.join(facts['notes'])}"] if facts["notes"] else []
     end = f"{len(facts['files'])} written, {len(facts['failed'])} failed, {facts['left_out']} of no known format"
-    return "\n".join([columns(rows), *beside, *failed, end])
+    return "\n".join([columns(rows), *beside, *failed, *notes, end])
 
 
 VERBS = {"convert": Verb(_ConvertRequest, _convert, listing=("list the formats", _formats))}

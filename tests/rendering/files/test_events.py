@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tactogram.rendering.files import check_file, haptic_formats, read_haptic, write_haptic
+from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.events import Events, Part, Transient
 from tactogram.signal import Signal
 
@@ -36,6 +37,16 @@ def test_taps_remain_taps(target, tmp_path):
     assert [tap.amplitude for tap in back.transients] == pytest.approx([0.64, 0.16] * 2, abs=0.005)
     assert back.parts == ()
     assert found["told"][0].startswith("The file keeps 4 of 4 transients; loses ")
+
+
+@pytest.mark.parametrize("format", ["ahap", "haps", "hjif"])
+def test_events_have_their_length_and_frequency_as_a_signal(format, tmp_path):
+    path = tmp_path / f"x{FORMATS[format].suffix}"
+    write_haptic(path, Events.of([Part.of([0, 1], [0.5, 0.5], 0.0, 100.0)], [], 1.0), format=format)
+    signal = read_haptic(path).signal
+    found = envelope_of(signal)
+    assert signal.seconds == pytest.approx(1.0, abs=1e-3)
+    assert np.interp(0.5, found.times, found.frequency) == pytest.approx(100, abs=2)
 
 
 @pytest.mark.parametrize(("name", "count", "strength"), [("rattle", 13, 0.35), ("four", 4, 0.6)])

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -22,6 +23,7 @@ from tactogram.rendering.files.events import (
     STEP_S,
     UNKNOWN_HZ,
     Events,
+    Line,
     Part,
     Transient,
     joined,
@@ -57,7 +59,7 @@ def envelope_of(signal: Signal, *, low: float = 0.0, high: float = HIGHEST_HZ, s
     """
     z, rate = _analytic(signal, low, high)
     times = np.concatenate([[0.0], np.arange(step, signal.seconds - step / 2, step), [signal.seconds]])
-    amplitude = np.sqrt(_at(_averaged(np.abs(z) ** 2, WINDOW_S * rate), times * rate))
+    amplitude = _strength(z, WINDOW_S, rate, times)
     return Part(times, amplitude, _frequency(z, rate, times, amplitude))
 
 
@@ -88,10 +90,7 @@ def carrier(events: Events, rate: float | None = None) -> Signal:
     for part in events.parts:
         constant = round(float(part.frequency[0]), 3) if np.ptp(part.frequency) < 1e-3 else None
         tones.setdefault(constant, []).append(part)
-    peaks = [float(part.frequency.max()) for part in events.parts] + [
-        one.frequency for one in events.transients
-    ]
-    if (highest := max(peaks, default=0.0)) >= rate / 2:
+    if (highest := max(events.frequencies, default=0.0)) >= rate / 2:
         raise ParameterError(f"a carrier of {highest:g} Hz needs more than {2 * highest:g} Hz, got {rate:g}")
     t = np.arange(count) / rate
     x, phase = np.zeros((2, count))
@@ -140,46 +139,40 @@ def _analytic(signal: Signal, low: float, high: float) -> tuple[NDArray[np.compl
         raise ParameterError("an envelope is over time: convert the displacement at a speed first (play_at)")
     x = signal.samples[0].astype(np.float64)
     length = 2 * len(x)
-    spectrum: NDArray[np.complex128] = fft.rfft(np.concatenate([x, x[::-1]]))
-    frequency = np.arange(len(spectrum)) * signal.rate / length
-    used = (frequency > low) & (frequency <= high)
-    last = int(np.flatnonzero(used)[-1]) if used.any() else 0
+    spectrum = fft.rfft(np.concatenate([x, x[::-1]]))
+    frequency = fft.rfftfreq(length, 1 / signal.rate)
+    spectrum[(frequency <= low) | (frequency > high)] = 0
     points = length
     if signal.rate > 4 * HIGHEST_HZ:
-        points = fft.next_fast_len(max(2, last + 1, round(length * 4 * HIGHEST_HZ / signal.rate)))
-    padded = np.zeros(points, np.complex128)
-    padded[: last + 1] = 2 * np.where(used[: last + 1], spectrum[: last + 1], 0)
-    z: NDArray[np.complex128] = fft.ifft(padded) * (points / length)
-    rate = signal.rate * points / length
-    return z[: max(1, round(points / 2))], rate
+        held = np.count_nonzero(frequency <= high)
+        points = fft.next_fast_len(max(2, held, round(length * 4 * HIGHEST_HZ / signal.rate)))
+    z: NDArray[np.complex128] = fft.ifft(2 * spectrum, points) * (points / length)
+    return z[: max(1, round(points / 2))], signal.rate * points / length
 
 
-def _averaged(x: NDArray[np.float64], width: float) -> NDArray[np.float64]:
-    """Return ``x`` averaged under a Hann window of ``width`` samples, shortened at the ends; >= 0."""
+def _averaged(x: NDArray[Any], width: float) -> NDArray[Any]:
+    """Return ``x`` averaged under a Hann window of ``width`` samples, which is shortened at the ends."""
     n = max(1, 2 * round(width / 2) - 1)
     window = np.hanning(n + 2)[1:-1]
-    if n == 1:
-        return x
-    if len(x) < n:
-        window = window[(n - 1) // 2 - (len(x) - 1) // 2 :][: len(x)]
-    total = scipy.signal.oaconvolve(np.ones(len(x)), window, mode="same")
-    return np.asarray(np.maximum(scipy.signal.oaconvolve(x, window, mode="same") / total, 0))
+    total, weight = (scipy.signal.oaconvolve(one, window, mode="same") for one in (x, np.ones(len(x))))
+    return np.asarray(total / weight)
 
 
-def _at(x: NDArray[np.float64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _strength(z: NDArray[np.complex128], window: float, rate: float, times: Line) -> Line:
+    """Return the root of the power of an analytic signal, averaged over ``window`` (s), at times."""
+    return np.sqrt(np.maximum(_at(_averaged(np.abs(z) ** 2, window * rate), times * rate), 0))
+
+
+def _at(x: Line, places: Line) -> Line:
     return np.asarray(np.interp(places, np.arange(len(x)), x))
 
 
-def _frequency(
-    z: NDArray[np.complex128], rate: float, times: NDArray[np.float64], amplitude: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _frequency(z: NDArray[np.complex128], rate: float, times: Line, amplitude: Line) -> Line:
     loud = amplitude > QUIET * amplitude.max(initial=0.0)
     if len(z) < 2 or not loud.any():
         return np.full(len(times), UNKNOWN_HZ)
     lag = np.conj(z[:-1]) * z[1:]
-    n = max(1, min(len(lag), 2 * round(FREQUENCY_WINDOW_S * rate / 2) - 1))
-    smooth = scipy.signal.oaconvolve(lag, np.hanning(n + 2)[1:-1], mode="same") if n > 1 else lag
-    turning = np.maximum(np.angle(smooth), 0) * rate / (2 * np.pi)
+    turning = np.maximum(np.angle(_averaged(lag, FREQUENCY_WINDOW_S * rate)), 0) * rate / (2 * np.pi)
     frequency = _at(turning, times * rate)
     return np.asarray(np.interp(times, times[loud], frequency[loud]))
 
@@ -188,7 +181,7 @@ def _with_onsets(envelope: Part, signal: Signal) -> tuple[Part, tuple[Transient,
     """Return the envelope that steps at onsets that are faster than it can follow, and these as transients."""
     z, rate = _analytic(signal, 0.0, HIGHEST_HZ)
     at = np.arange(0, signal.seconds, FINE_STEP_S)
-    fine = np.sqrt(_at(_averaged(np.abs(z) ** 2, FINE_WINDOW_S * rate), at * rate))
+    fine = _strength(z, FINE_WINDOW_S, rate, at)
     least = ONSET_SHARE * fine.max(initial=0.0)
     if len(at) < 3 or least == 0:
         return envelope, ()
@@ -228,7 +221,6 @@ def _onset(envelope: Part, here: float) -> tuple[Part, float]:
     bends = np.array([t[0], here - JUMP_S, here, min(t[-1], envelope.end)])
     levels = np.array([low, low, high, high])
     new = (bends >= 0) & np.append(np.diff(bends) > 0, True)
-    times = np.concatenate([envelope.times[kept], bends[new]])
-    order = np.argsort(times, kind="stable")
-    amplitude = np.concatenate([envelope.amplitude[kept], levels[new]])[order]
-    return Part(times[order], amplitude, envelope.hz(times[order])), high + max(0.0, excess)
+    times, first = np.unique(np.append(envelope.times[kept], bends[new]), return_index=True)
+    amplitude = np.append(envelope.amplitude[kept], levels[new])[first]
+    return Part(times, amplitude, envelope.hz(times)), high + max(0.0, excess)

@@ -6,7 +6,6 @@ own. An effect begins at amplitude 0, and each point states how long the line to
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -18,7 +17,8 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
-from tactogram.rendering.files.events import STEP_S, Events, FrequencySpan, Part, Transient, thinned
+from tactogram.rendering.files.events import STEP_S, Events, FrequencySpan, Line, Part, Transient, thinned
+from tactogram.rendering.files.format import HapticFormat
 
 MOST_POINTS = 16
 SHORTEST_MS, LONGEST_MS = 20, 1000
@@ -28,23 +28,6 @@ CLOSE = 0.02
 CLOSE_OCTAVES = 0.1
 STEPS = round(SHORTEST_MS / 1e3 / STEP_S)
 """Points of the analysed envelope in the shortest line."""
-BANDS = ((0.0, HIGHEST_HZ),)
-"""In which a waveform is analysed: all that is felt, without transients, which take two lines each."""
-MOST_STEPS = LONGEST_MS // SHORTEST_MS
-
-
-@dataclass(frozen=True, eq=False)
-class ControlPoints:
-    """Ends of the lines of an envelope that begins at amplitude 0 and ``start_hz``.
-
-    ``ms`` is the duration of each line (int64), ``amplitude`` (0 to 1) and ``hz`` its end (float64): arrays, shape
-    (point,).
-    """
-
-    start_hz: float
-    ms: NDArray[np.int64]
-    amplitude: NDArray[np.float64]
-    hz: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -61,12 +44,32 @@ class EnvelopeBuilder:
     start: str
     span: FrequencySpan | None = None
 
+    def haptic_format(self, name: str, instead: str) -> HapticFormat:
+        """Return the format of these documents."""
+        return HapticFormat(
+            name=name,
+            title=self.title,
+            suffix=".json",
+            holds="envelope",
+            encode=self.encode,
+            decode=self.decode,
+            bands=((0.0, HIGHEST_HZ),),  # all that is felt, without transients, which take two lines each
+            recognise=self.recognise,
+            instead=instead,
+        )
+
+    def recognise(self, document: Any) -> bool:
+        """Return whether a document has control points, the first of them with a frequency of this kind."""
+        points = document.get("controlPoints") if isinstance(document, dict) else None
+        return isinstance(points, list) and bool(points) and has_key(self.point[1])(points[0])
+
     def encode(self, events: Events, header: DocumentHeader) -> dict[str, Any]:
         """Return the document of events within 0 to 1."""
         points, span = control_points(events, what=self.title), self.span and (events.span or self.span)
-        tones = np.append(points.start_hz, points.hz)
-        first, *tones = (np.round(span.share(tones), 4) if span else np.round(tones, 1)).tolist()
-        calls = zip(np.round(points.amplitude, 4).tolist(), tones, points.ms.tolist(), strict=True)
+        hz = points.frequency
+        first, *tones = (np.round(span.share(hz), 4) if span else np.round(hz, 1)).tolist()
+        ms = np.rint(1e3 * np.diff(points.times)).astype(int).tolist()
+        calls = zip(np.round(points.amplitude[1:], 4).tolist(), tones, ms, strict=True)
         listed = [dict(zip(self.point, call, strict=True)) for call in calls]
         about = {"format": self.format, self.start: first, "controlPoints": listed}
         return about | {"description": header.description}
@@ -96,14 +99,12 @@ class EnvelopeBuilder:
         peak &= (np.append(0.0, amplitude[:-1]) == 0) & (np.append(amplitude[1:], 0.0) == 0)
         taps = [Transient(*map(float, (times[i - 1], amplitude[i], hz[i]))) for i in np.flatnonzero(peak)]
         part = Part.of(times, np.where(peak, 0, amplitude), times, hz)
-        low, high = (self.span.low, self.span.high) if self.span else (float(hz.min()), float(hz.max()))
-        facts = {"carrier_hz": [low, high], "carrier_from": self.point[1]}
         events = Events.of([part], taps, float(times[-1]), self.span)
-        return DecodedDocument(events, document.text("description"), facts)
+        return DecodedDocument(events, document.text("description"), self.point[1])
 
 
-def control_points(events: Events, *, what: str) -> ControlPoints:
-    """Return the `MOST_POINTS` or fewer lines for events, ending at 0.
+def control_points(events: Events, *, what: str) -> Part:
+    """Return events as one vibration of `MOST_POINTS` or fewer lines between whole ms, from and to amplitude 0.
 
     Events of few points keep them, and a transient is a peak of two lines; if there are too many, the strongest are
     kept. Others become the lines that are closest to strength and frequency. ``what`` names the result in errors.
@@ -128,23 +129,21 @@ def _start(one: Transient) -> int:
     return round(1e3 * one.time)
 
 
-def _exact(events: Events, length: int) -> ControlPoints | None:
+def _exact(events: Events, length: int) -> Part | None:
     """Return the lines through the points of an envelope and the peaks of transients; None if they do not fit."""
     whole = events.joined
     points = {0: (0.0, float(whole.hz(0.0))), length: (0.0, float(whole.hz(length / 1e3)))}
     part = whole.within(max(0.0, whole.start), min(length / 1e3, whole.end))
-    chosen = {
-        *thinned(part.times, part.amplitude, CLOSE).tolist(),
-        *thinned(part.times, np.log2(np.maximum(part.frequency, 1)), CLOSE_OCTAVES).tolist(),
-    }
+    octaves = np.log2(np.maximum(part.frequency, 1))
+    bends = {*thinned(part.times, part.amplitude, CLOSE), *thinned(part.times, octaves, CLOSE_OCTAVES)}
     last = -SHORTEST_MS
-    for i in sorted(chosen) if whole.peak > 0 else ():
-        # A jump takes the shortest line; the first and the last point are 0.
-        place = max(round(1e3 * float(part.times[i])), last + (SHORTEST_MS if part.amplitude[i] != 0 else 0))
-        place = SHORTEST_MS if place < SHORTEST_MS and part.amplitude[i] > 0 else place
-        place = length - SHORTEST_MS if place > length - SHORTEST_MS and part.amplitude[i] > 0 else place
-        points.setdefault(place, (min(1.0, float(part.amplitude[i])), float(part.frequency[i])))
-        last = place
+    for i in sorted(bends) if whole.peak > 0 else ():
+        time, amplitude = round(1e3 * float(part.times[i])), min(1.0, float(part.amplitude[i]))
+        if amplitude > 0:
+            # A jump takes the shortest line; the first and the last point are 0.
+            time = min(max(time, last + SHORTEST_MS, SHORTEST_MS), length - SHORTEST_MS)
+        last = max(time, last)
+        points.setdefault(last, (amplitude, float(part.frequency[i])))
     for one in events.transients:
         start = _start(one)
         if any(start <= place <= start + 2 * SHORTEST_MS and points[place][0] > 0 for place in points):
@@ -153,22 +152,15 @@ def _exact(events: Events, length: int) -> ControlPoints | None:
         shape = (under, max(under, one.amplitude), under)
         points |= {start + i * SHORTEST_MS: (level, one.frequency) for i, level in enumerate(shape)}
     places = sorted(points)
-    for before, after in pairwise(places):
-        for place in range(before + LONGEST_MS, after, LONGEST_MS):
-            ends = np.array([points[before], points[after]])
-            points[place] = (
-                float(np.interp(place, [before, after], ends[:, 0])),
-                float(np.interp(place, [before, after], ends[:, 1])),
-            )
-    places = sorted(points)
-    ms = np.diff(places)
-    if len(ms) > MOST_POINTS or ms.min() < SHORTEST_MS:
-        return None
     amplitude, hz = np.array([points[place] for place in places]).T
-    return ControlPoints(float(hz[0]), ms, amplitude[1:], hz[1:])
+    ends = [end for a, b in pairwise(places) for end in (*range(a, b, LONGEST_MS), b)]
+    at = np.unique(ends)
+    if len(at) - 1 > MOST_POINTS or np.diff(at).min() < SHORTEST_MS:
+        return None
+    return Part(at / 1e3, np.interp(at, places, amplitude), np.interp(at, places, hz))
 
 
-def _closest(events: Events, length: int) -> ControlPoints:
+def _closest(events: Events, length: int) -> Part:
     """Return the lines that are closest to the strength and the frequency of events.
 
     The ends are chosen on a grid of `SHORTEST_MS` by dynamic programming (Bellman 1961), then amplitudes and
@@ -183,79 +175,51 @@ def _closest(events: Events, length: int) -> ControlPoints:
     hz = np.maximum(events.joined.hz(fine), 1)
     for one in events.transients:
         hz[slice(*np.searchsorted(fine, [one.time, one.time + SHORTEST_MS / 1e3]))] = max(one.frequency, 1)
-    ends = _chosen(amplitude, hz, stretched=length % SHORTEST_MS > 0)
-    lines = _lines(fine, grid[ends] / 1e3)
-    fitted = np.zeros(len(ends))
+    times = grid[_chosen(amplitude, hz, grid)] / 1e3
+    # Shares of the ends in the lines.
+    lines = np.stack([np.interp(fine, times, one) for one in np.eye(len(times))], axis=1)
+    fitted = np.zeros(len(times))
     free = slice(STEPS, -STEPS)
     fitted[1:-1] = np.linalg.lstsq(lines[free, 1:-1], amplitude[free])[0]
     weight = (amplitude + 1e-3 * max(float(amplitude.max()), 1e-9))[:, None]
     tuned = np.linalg.lstsq(weight * lines, weight[:, 0] * hz)[0]
-    tuned = np.clip(tuned, hz.min(), hz.max())
-    return ControlPoints(float(tuned[0]), np.diff(grid[ends]), np.clip(fitted[1:], 0, 1), tuned[1:])
+    return Part(times, np.clip(fitted, 0, 1), np.clip(tuned, hz.min(), hz.max()))
 
 
-def has_points(key: str) -> Callable[[Any], bool]:
-    """Return a function that checks whether a document has control points, the first of them with ``key``."""
-
-    def check(document: Any) -> bool:
-        points = document["controlPoints"] if has_key("controlPoints")(document) else None
-        return isinstance(points, list) and bool(points) and has_key(key)(points[0])
-
-    return check
-
-
-def _lines(times: NDArray[np.float64], ends: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the share of each end in the lines at ``times``, shape (time, end)."""
-    return np.stack([np.interp(times, ends, one) for one in np.eye(len(ends))], axis=1)
-
-
-def _chosen(amplitude: NDArray[np.float64], hz: NDArray[np.float64], *, stretched: bool) -> NDArray[np.intp]:
-    """Return the places on the grid between which lines are closest; the fewest lines that are `CLOSE`."""
-    costs = _costs(amplitude, hz, stretched=stretched)
-    count = len(amplitude) // STEPS
-    best = np.full((MOST_POINTS + 1, count + 1), np.inf)
-    best[0, 0] = 0.0
-    before = np.zeros(best.shape, np.intp)
-    for lines in range(1, MOST_POINTS + 1):
-        for steps, cost in enumerate(costs, 1):
-            total = best[lines - 1, : len(cost)] + cost
-            better = total < best[lines, steps:]
-            best[lines, steps:][better] = total[better]
-            before[lines, steps:][better] = np.flatnonzero(better)
+def _chosen(amplitude: Line, hz: Line, grid: NDArray[np.int64]) -> list[int]:
+    """Return the places on the grid (ms) between which lines are closest; the fewest lines that are `CLOSE`."""
+    costs = _costs(amplitude, hz, grid)
+    best, before = [np.append(0.0, np.full(len(grid) - 1, np.inf))], []
+    for _ in range(MOST_POINTS):
+        total = best[-1][:, None] + costs
+        before.append(total.argmin(axis=0))
+        best.append(total.min(axis=0))
     close = len(amplitude) * (CLOSE * float(amplitude.max())) ** 2
     # At least two, so that something lies between the beginning at 0 and the end at 0.
-    enough = np.flatnonzero(best[2:, -1] <= close)
-    lines = 2 + int(enough[0] if len(enough) else np.argmin(best[2:, -1]))
-    ends = [count]
-    for left in range(lines, 0, -1):
-        ends.append(int(before[left, ends[-1]]))
-    return np.array(ends[::-1])
+    errors = np.array([one[-1] for one in best[2:]])
+    lines = 2 + int(np.argmax(errors <= close) if errors.min() <= close else errors.argmin())
+    ends = [len(grid) - 1]
+    for step in reversed(before[:lines]):
+        ends.insert(0, int(step[ends[0]]))
+    return ends
 
 
-def _costs(
-    amplitude: NDArray[np.float64], hz: NDArray[np.float64], *, stretched: bool
-) -> list[NDArray[np.float64]]:
-    """Return the squared error of a line by its length in steps (from 1) and its beginning.
+def _costs(amplitude: Line, hz: Line, grid: NDArray[np.int64]) -> Line:
+    """Return the squared error of the line between two places on the grid, shape (begin, end); inf if too long.
 
     The first and the last step do not count: no line could begin or end elsewhere than at 0. An octave of frequency
     counts as much as the whole amplitude. A choice.
     """
-    count = len(amplitude) // STEPS
-    ends = amplitude[::STEPS].copy()
+    ends, tones = amplitude[::STEPS].copy(), hz[::STEPS]
     ends[[0, -1]] = 0.0
-    tones = hz[::STEPS]
-    costs = []
-    for steps in range(1, min(MOST_STEPS, count) + 1):
+    costs = np.full((len(grid), len(grid)), np.inf)
+    for steps in range(1, min(LONGEST_MS // SHORTEST_MS, len(grid) - 1) + 1):
         along = np.arange(steps * STEPS) / (steps * STEPS)
-        wanted = sliding_window_view(amplitude[:-1], steps * STEPS)[::STEPS]
-        sounding = sliding_window_view(hz[:-1], steps * STEPS)[::STEPS]
-        line = ends[:-steps, None] * (1 - along) + ends[steps:, None] * along
-        tone = tones[:-steps, None] * (1 - along) + tones[steps:, None] * along
+        wanted, sounding = (sliding_window_view(one[:-1], steps * STEPS)[::STEPS] for one in (amplitude, hz))
+        line, tone = (one[:-steps, None] * (1 - along) + one[steps:, None] * along for one in (ends, tones))
         error = (line - wanted) ** 2 + (wanted * np.log2(tone / sounding)) ** 2
-        error[0, :STEPS] = 0.0
-        error[-1, -STEPS:] = 0.0
-        cost = error.sum(axis=1)
-        if steps == MOST_STEPS and stretched:
-            cost[-1] = np.inf
-        costs.append(cost)
+        error[0, :STEPS] = error[-1, -STEPS:] = 0.0
+        begin = np.arange(len(grid) - steps)
+        costs[begin, begin + steps] = error.sum(axis=1)
+    costs[grid - grid[:, None] > LONGEST_MS] = np.inf
     return costs

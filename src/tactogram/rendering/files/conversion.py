@@ -17,14 +17,7 @@ from tactogram.rendering.files.catalogue import haptic_format
 from tactogram.rendering.files.documents import DocumentHeader, Notes
 from tactogram.rendering.files.events import Events
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.loss import (
-    ConversionLoss,
-    compared,
-    events_verdict,
-    loss_between,
-    loss_sentence,
-    verdict,
-)
+from tactogram.rendering.files.loss import ConversionLoss, compared, loss_between, loss_sentence, verdict
 from tactogram.rendering.files.reading import HapticFile, decoded
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
@@ -86,91 +79,107 @@ def write_haptic(
     """
     path, kind = Path(path), haptic_format(format)
     _check_modality(kind, modality)
-    header = DocumentHeader("", "1", modality, _shortest_ms(kind, motor))
+    shortest_ms = _shortest_ms(kind, motor)
     if isinstance(content, HapticFile) and content.events is None:
         content = content.signal
-    unit = "1" if isinstance(content, Events) else content.unit
-    if full_scale is not None and not (full_scale > 0 and np.isfinite(full_scale)):
-        raise ParameterError(f"full_scale must be > 0 {unit}, got {full_scale:g}")
-    options = (kind, axis, full_scale, replace(header, unit=unit), dict(metadata or {}))
+    original: Signal | Events
+    made: Signal | Events
     if isinstance(content, Signal):
-        facts, document = _signal_written(content, *options)
+        original, constant, how = _felt(content, kind, axis)
+        made, usual, left_out = _held(original, kind), 1.0, None
+        rate = made.rate if isinstance(made, Signal) else original.rate
+        about = SignalDescription(rate, original.unit, original.axes, original.domain)
     else:
-        facts, document = _events_written(content, *options)
+        file = content if isinstance(content, HapticFile) else HapticFile(content)
+        axes = file.description.axes if file.description else ()
+        if axis not in (None, "mean", *axes):
+            raise ParameterError(f"axis: events have one axis, got {axis!r}; omit it")
+        original, constant, how = file.events or Events(0.0), None, None
+        made, usual, left_out = original, file.full_scale, file.facts.get("left_out")
+        about = SignalDescription(READ_RATE, file.unit, axes[:1] or ("x",))
+    peak = made.peak if isinstance(made, Events) else float(np.abs(made.samples).max())
+    scale = _scale(usual * peak, about.unit, full_scale, usual)
+    about = replace(about, full_scale=scale, metadata=dict(metadata or {}))
+    header = DocumentHeader(about.encode(), about.unit, modality, shortest_ms)
+    if isinstance(made, Events):
+        document = kind.encode(made.scaled(usual / scale), header)
+    elif kind.encode_waveform:
+        shares = made.samples.astype(np.float64) / scale
+        document = kind.encode_waveform(made.with_samples(shares, unit="1"), header)
+    notes = Notes()
+    back = decoded(document, kind, notes)
+    if broken := [*notes.problems, *notes.warnings]:
+        raise ParameterError(f"{kind.title} cannot hold this signal: {broken[0]}")
+    if isinstance(original, Signal):
+        kept = _kept_of_signal(original, back, kind)
+    else:
+        kept = _kept_of_events(original.scaled(usual / scale), back, kind)
+        kept["told"] += [f"Not read: {left_out}."] if left_out else []
     data = kind.serialise(document)
     with atomic_write(path) as part:
         part.write_bytes(data)
-    return {"format": kind.name, "holds": kind.holds, **facts, "bytes": len(data)}
+    return {
+        "format": kind.name,
+        "holds": kind.holds,
+        "constant": constant,
+        "reduced_by": how,
+        "full_scale": scale,
+        "scaled_by": usual / scale,
+        "resampled_to": about.rate if isinstance(made, Signal) and made is not original else None,
+        "carrier": {k: v for k, v in back.facts.items() if k.startswith("carrier")} or None,
+        **kept,
+        "bytes": len(data),
+    }
 
 
-def _events_written(
-    content: Events | HapticFile,
-    kind: HapticFormat,
-    axis: str | None,
-    full_scale: float | None,
-    header: DocumentHeader,
-    metadata: dict[str, Any],
-) -> tuple[dict[str, Any], Any]:
-    """Return the facts and the document of events."""
-    file = content if isinstance(content, HapticFile) else HapticFile(content)
-    events = file.events or Events(0.0)
-    if axis is not None and axis not in (*(file.description.axes if file.description else ()), "mean"):
-        raise ParameterError(f"axis: events have one axis, got {axis!r}; omit it")
-    scale = _scale(events.peak * file.full_scale, header.unit, full_scale, usual=file.full_scale)
-    ready = events if file.full_scale == scale else events.scaled(file.full_scale / scale)
-    axes = file.description.axes[:1] if file.description else ("x",)
-    whole = SignalDescription(READ_RATE, header.unit, axes, "time", scale, metadata)
-    document, back = _read_back(kind.encode(ready, replace(header, description=whole.encode())), kind)
-    loss, counts = compared(ready, back.events or events_of(back.signal), max(0.002, kind.resolution_s))
-    told = f"The file {loss_sentence(loss, 'envelope', counts)}."
-    facts = _facts(back, None, None, scale, file.full_scale / scale, None)
-    return facts | {
-        "loss": asdict(loss),
-        "events": asdict(counts),
-        "told": [told, *([f"Not read: {file.facts['left_out']}."] if "left_out" in file.facts else [])],
-        "verdict": events_verdict(loss, counts, kind.holds, kind.instead),
-    }, document
-
-
-def _signal_written(
-    signal: Signal,
-    kind: HapticFormat,
-    axis: str | None,
-    full_scale: float | None,
-    header: DocumentHeader,
-    metadata: dict[str, Any],
-) -> tuple[dict[str, Any], Any]:
-    """Return the facts and the document of a signal."""
-    waveform = kind.encode_waveform
-    if waveform is None and signal.domain != "time":
+def _felt(signal: Signal, kind: HapticFormat, axis: str | None) -> tuple[Signal, str | None, str | None]:
+    """Return what is written of a signal, the constant that was removed, and how axes became one, in words."""
+    if kind.encode_waveform is None and signal.domain != "time":
         raise ParameterError(
             f"{kind.title} is over time: convert the displacement at a speed first (play_at)"
         )
     signal, constant = without_constant(signal, least=GRAVITY)
-    chosen, how = to_one_axis(signal, axis) if waveform is None or axis else (signal, None)
-    rate = chosen.rate
-    if waveform is None:
-        events = events_of(chosen, kind.bands)
-        scale = _scale(events.peak, chosen.unit, full_scale)
-    else:
-        scale = _scale(float(np.abs(chosen.samples).max()), chosen.unit, full_scale)
-        ready = chosen.with_samples(chosen.samples.astype(np.float64) / scale, unit="1")
-        if kind.highest_rate is not None and ready.domain == "time" and ready.rate > kind.highest_rate:
-            ready = resample(ready, kind.highest_rate)
-        # Resampling may overshoot full scale a little.
-        over = float(np.abs(ready.samples).max())
-        if full_scale is None and over > 1:
-            scale, ready = scale * over, ready.with_samples(ready.samples / np.float32(over))
-        rate = ready.rate
-    # The rate is that of the written samples.
-    whole = SignalDescription(rate, chosen.unit, chosen.axes, chosen.domain, scale, metadata)
-    header = replace(header, description=whole.encode())
-    made = waveform(ready, header) if waveform else kind.encode(events.scaled(1 / scale), header)
-    document, back = _read_back(made, kind)
-    loss = losses(chosen, back.signal)
-    told, word = _told(loss, chosen, back.signal, kind)
-    facts = _facts(back, constant, how, scale, 1 / scale, rate if rate != chosen.rate else None)
-    return facts | {"loss": loss, "told": told, "verdict": word}, document
+    chosen, how = to_one_axis(signal, axis) if kind.encode_waveform is None or axis else (signal, None)
+    return chosen, constant, how
+
+
+def _held(signal: Signal, kind: HapticFormat) -> Signal | Events:
+    """Return the events of a signal, or itself where the format holds waveforms, at a rate that it holds."""
+    if kind.encode_waveform is None:
+        return events_of(signal, kind.bands)
+    if kind.highest_rate is None or signal.domain != "time" or signal.rate <= kind.highest_rate:
+        return signal
+    return resample(signal, kind.highest_rate)
+
+
+def _kept_of_events(events: Events, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
+    """Return what a file keeps and loses of events: the loss and counts, in a sentence, and the verdict."""
+    copy = back.events or events_of(back.signal)
+    loss, counts = compared(events, copy, max(0.002, kind.resolution_s))
+    return {
+        "loss": asdict(loss),
+        "events": asdict(counts),
+        "told": [f"The file {loss_sentence(loss, 'envelope', counts)}."],
+        "verdict": verdict(loss, kind.holds, kind.instead, buzzes=copy.count, counts=counts),
+    }
+
+
+def _kept_of_signal(signal: Signal, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
+    """Return what a file keeps and loses of a signal: by axis, in a sentence per axis, and the verdict."""
+    loss = losses(signal, back.signal)
+    by_axis = loss if len(signal.axes) > 1 else {"The file": loss}
+    found = {axis: ConversionLoss(**one) for axis, one in by_axis.items()}
+    told = [f"{axis} {loss_sentence(one, kind.holds)}." for axis, one in found.items()]
+    worst = min(found.values(), key=lambda one: np.inf if one.snr_db is None else one.snr_db)
+    word = verdict(worst, kind.holds, kind.instead, buzzes=back.events.count if back.events else 0)
+    if kind.holds != "waveform" and (felt := power_felt(signal)) < MOSTLY_FELT:
+        share = f"{100 * felt:.0f} % of the signal's power"
+        high = "the rest is above 1000 Hz, which a finger does not feel and the file leaves out"
+        told.insert(0, f"Only {share} is up to 1000 Hz; {high}.")
+        if felt < FELT_AT_ALL:
+            remedy = "map the sound to touch instead (--map envelope)"
+            told, word = told[:1], f"not the signal, only {share}: {remedy}"
+    return {"loss": loss, "told": told, "verdict": word}
 
 
 def losses(original: Signal, copy: Signal) -> dict[str, Any]:
@@ -182,49 +191,13 @@ def losses(original: Signal, copy: Signal) -> dict[str, Any]:
     return by_axis if len(by_axis) > 1 else next(iter(by_axis.values()))
 
 
-def _told(loss: dict[str, Any], signal: Signal, copy: Signal, kind: HapticFormat) -> tuple[list[str], str]:
-    """Return what a file keeps and loses of a signal, a sentence per axis, and the verdict."""
-    by_axis = loss if len(signal.axes) > 1 else {"The file": loss}
-    found = {axis: ConversionLoss(**one) for axis, one in by_axis.items()}
-    told = [f"{axis} {loss_sentence(one, kind.holds)}." for axis, one in found.items()]
-    if kind.holds != "waveform" and (felt := power_felt(signal)) < MOSTLY_FELT:
-        share = f"{100 * felt:.0f} % of the signal's power"
-        high = "the rest is above 1000 Hz, which a finger does not feel and the file leaves out"
-        told.insert(0, f"Only {share} is up to 1000 Hz; {high}.")
-        if felt < FELT_AT_ALL:
-            remedy = "map the sound to touch instead (--map envelope)"
-            return told[:1], f"not the signal, only {share}: {remedy}"
-    worst = min(found.values(), key=lambda one: np.inf if one.snr_db is None else one.snr_db)
-    return told, verdict(worst, copy, holds=kind.holds, instead=kind.instead)
-
-
-def _facts(
-    back: HapticFile, constant: str | None, how: str | None, scale: float, factor: float, rate: float | None
-) -> dict[str, Any]:
-    return {
-        "constant": constant,
-        "reduced_by": how,
-        "full_scale": scale,
-        "scaled_by": factor,
-        "resampled_to": rate,
-        "carrier": {k: v for k, v in back.facts.items() if k.startswith("carrier")} or None,
-    }
-
-
-def _read_back(document: Any, kind: HapticFormat) -> tuple[Any, HapticFile]:
-    """Return a document, and what is read of it; `ParameterError` if it breaks any rule."""
-    notes = Notes()
-    back = decoded(document, kind, notes)
-    if broken := [*notes.problems, *notes.warnings]:
-        raise ParameterError(f"{kind.title} cannot hold this signal: {broken[0]}")
-    return document, back
-
-
-def _scale(peak: float, unit: str, full_scale: float | None, usual: float = 1.0) -> float:
-    """Return what 1 stands for; `ParameterError` if the peak exceeds the one asked for."""
+def _scale(peak: float, unit: str, full_scale: float | None, usual: float) -> float:
+    """Return what 1 stands for, ``usual`` if it fits; `ParameterError` if the peak exceeds the one asked for."""
     if full_scale is None:
         fits = peak <= usual * (1 + 1e-6) and (unit == "1" or usual != 1)
         return usual if peak == 0 or fits else peak
+    if not (full_scale > 0 and np.isfinite(full_scale)):
+        raise ParameterError(f"full_scale must be > 0 {unit}, got {full_scale:g}")
     if peak > full_scale * (1 + 1e-6):
         raise ParameterError(
             f"full_scale must be at least the peak of {peak:.6g} {unit}, got {full_scale:g}; it would clip"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -37,15 +37,17 @@ class DocumentHeader:
 
 @dataclass(frozen=True, eq=False)
 class DecodedDocument:
-    """Content of a document: events or a waveform in parts of full scale, the header's description, and facts.
+    """Content of a document: events or a waveform in parts of full scale, and the header's description.
 
-    ``waveform`` returns the signal, of unit 1, at a rate (Hz) or by default its own; where it is None the events are
-    the content. The facts state the assumed frequencies, and in ``left_out`` what is not read.
+    ``carrier_from`` states where the frequencies of the events are from, ``left_out`` what is not read. ``waveform``
+    returns the signal, of unit 1, at a rate (Hz) or by default its own; where it is None the events are the content.
     """
 
     events: Events | None
     description: str = ""
-    facts: dict[str, Any] = field(default_factory=dict)
+    carrier_from: str = ""
+    left_out: str = ""
+    modality: str = ""
     waveform: Callable[[float | None], Signal] | None = None
 
 
@@ -135,18 +137,14 @@ class Node:
 
         It is called ``name`` where it is out of range, by default its key.
         """
-        stated = value = self._at(
-            key, (int, float, str), "a number", _REQUIRED if default is None else default
-        )
-        if isinstance(value, str):
-            try:
-                value = float(value)
-            except ValueError:
-                value = True
-        if isinstance(value, bool) or (value is not None and not math.isfinite(value)):
-            self.notes.problems.append(f"{self._place(key)}: must be a number, got {shown(stated)}")
-            value = None
-        if value is None:
+        stated = self._at(key, (int, float, str), "a number", _REQUIRED if default is None else default)
+        try:
+            value = math.nan if isinstance(stated, bool | None) else float(stated)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            if stated is not None:
+                self.notes.problems.append(f"{self._place(key)}: must be a number, got {shown(stated)}")
             return max(low, min(high, default or 0.0))
         if isinstance(stated, str):
             self.notes.warn(f"{key} must be a number", shown(stated), "read as one")

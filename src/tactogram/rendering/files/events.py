@@ -10,6 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tactogram.errors import ParameterError
+
 Line = NDArray[np.float64]
 
 STEP_S = 0.005
@@ -17,13 +19,14 @@ STEP_S = 0.005
 PULSE_S = 0.020
 """Length of a transient where a file is played here, s: it starts at full strength and falls like half a Hann window.
 Devices have their own."""
-JUMP_S = 1e-5
-"""Time that a jump takes, s."""
+JUMP_S = SHORTEST_S = 1e-5
+"""Time that a jump takes, and least length of events, s."""
 UNKNOWN_HZ = 150.0
 """Frequency of silence."""
 PHONE_HZ = 170.0
 """Assumed if a phone's file states no frequency: linear resonant actuators of phones resonate at 150 to 200 Hz. A
 choice."""
+FROM_PHONE = "nothing in the file: a phone's usual"
 LONGEST_PIECE = 200
 """Points that `thinned` processes together: its run time stays proportional to the length."""
 
@@ -70,9 +73,9 @@ class Part:
 
         A point at the time of the one before makes a jump.
         """
-        own, strength = _increasing(np.asarray(times, float)), np.asarray(amplitude, float)
+        own, strength = increasing(np.asarray(times, float)), np.asarray(amplitude, float)
         at, values = (
-            _increasing(np.atleast_1d(np.asarray(tones, float))),
+            increasing(np.atleast_1d(np.asarray(tones, float))),
             np.atleast_1d(np.asarray(hz, float)),
         )
         both = np.union1d(own, at[(at > own[0]) & (at < own[-1])])
@@ -152,10 +155,26 @@ class Events:
         """The largest amplitude."""
         return max([self.joined.peak, *(one.amplitude for one in self.transients)])
 
+    @property
+    def frequencies(self) -> list[float]:
+        """The lowest and the highest frequency of each vibration, and that of each transient, Hz."""
+        ends = [float(hz) for part in self.parts for hz in (part.frequency.min(), part.frequency.max())]
+        return [*ends, *(one.frequency for one in self.transients)]
+
+    @property
+    def count(self) -> int:
+        """The number of vibrations and transients."""
+        return len(self.parts) + len(self.transients)
+
     @cached_property
     def joined(self) -> Part:
         """All vibrations as one, see `joined`."""
         return joined(self.parts)
+
+    def check_length(self, title: str) -> None:
+        """Raise `ParameterError` if they last less than `SHORTEST_S`; ``title`` is the format's."""
+        if self.seconds < SHORTEST_S:
+            raise ParameterError(f"{title} needs at least {SHORTEST_S:g} s, got {self.seconds:g} s")
 
     def scaled(self, factor: float) -> Events:
         """Return it with all amplitudes multiplied."""
@@ -203,22 +222,17 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
         reached = max(reached, end)
     times: Line = np.unique(np.round(np.concatenate(t), 7)).astype(np.float64)
     times = times[(times >= spans[0][0]) & (times <= reached)]
-    power, turning, weights = (np.zeros(len(times), np.float64) for _ in range(3))
     starts = {round(start, 6) for start, _ in spans}
+    total = np.zeros((3, len(times)))  # power, frequency times weight, weight
     for part in parts:
         last = part.end + (-1e-7 if round(part.end, 6) in starts and part.end > part.start else 1e-7)
         inside = slice(*np.searchsorted(times, [part.start - 1e-7, last]))
         own = np.interp(times[inside], part.times, part.amplitude) ** 2
         # A silent vibration's frequency counts where nothing else sounds.
-        weight = own + 1e-12
-        if strongest:
-            weight = np.where(own > power[inside], weight, 0)
-            turning[inside], weights[inside] = np.where(weight > 0, 0, [turning[inside], weights[inside]])
-            power[inside] = np.maximum(power[inside], own)
-        else:
-            power[inside] += own
-        turning[inside] += weight * part.hz(times[inside])
-        weights[inside] += weight
+        new = np.stack([own, (own + 1e-12) * part.hz(times[inside]), own + 1e-12])
+        old = total[:, inside]
+        total[:, inside] = np.where(own > old[0], new, old) if strongest else old + new
+    power, turning, weights = total
     heard = weights > 0
     return Part(times, np.sqrt(power), np.interp(times, times[heard], turning[heard] / weights[heard]))
 
@@ -262,7 +276,20 @@ def thinned(times: Line, values: Line, tolerance: float) -> NDArray[np.intp]:
     return np.array(sorted(chosen))
 
 
-def _increasing(times: Line) -> Line:
+def bends(times: Line, values: Line, tolerance: float) -> list[tuple[float, float]]:
+    """Return the times and values of the points that `thinned` keeps."""
+    kept = thinned(times, values, tolerance)
+    return list(zip(times[kept].tolist(), values[kept].tolist(), strict=True))
+
+
+def spans_of(starts: Line, ends: Line, gap: float) -> list[tuple[float, float]]:
+    """Return spans, which are in order, with those up to ``gap`` (s) apart as one."""
+    apart, edge = starts[1:] - ends[:-1] > gap, np.ones(min(1, len(starts)), bool)
+    first, last = np.append(edge, apart), np.append(apart, edge)
+    return list(zip(starts[first].tolist(), ends[last].tolist(), strict=True))
+
+
+def increasing(times: Line) -> Line:
     """Return times of which each is at least `JUMP_S` after the one before."""
     least = JUMP_S * np.arange(len(times))
     return np.asarray(np.maximum.accumulate(times - least) + least)

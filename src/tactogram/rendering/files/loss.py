@@ -6,10 +6,9 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactogram.rendering.files.analysis import envelope_of
-from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Part
+from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, spans_of
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 
@@ -28,8 +27,6 @@ FELT = 0.2
 """Error of an envelope that may be felt: the smallest Weber fraction of intensity that publications report."""
 CLOSE_DB = 20.0
 """Signal over error from which a stored waveform counts as the signal. Ours: a tenth of its amplitude."""
-BUZZ_SHARE = 0.5
-"""Share of the envelope's peak above which a pattern is on."""
 MERGED_S = 0.060
 """A transient without a counterpart is merged if one of the file begins within this time. Ours."""
 ABOUT, ABOUT_SHARE = 0.02, 0.05
@@ -74,16 +71,16 @@ class EventCounts:
     ``vibrations`` are those of the source, from silence to silence, of which ``vibrations_lost`` are silent.
     """
 
-    transients: int
-    kept: int
-    merged: int
-    in_vibration: int
-    lost: int
-    strength: int
-    frequency: int
-    added: int
-    vibrations: int
-    vibrations_lost: int
+    transients: int = 0
+    kept: int = 0
+    merged: int = 0
+    in_vibration: int = 0
+    lost: int = 0
+    strength: int = 0
+    frequency: int = 0
+    added: int = 0
+    vibrations: int = 0
+    vibrations_lost: int = 0
 
 
 def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLoss, EventCounts]:
@@ -98,32 +95,28 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     loss = _strength_loss(source.strength(t), copy.strength(t), one.hz(t), other.hz(t))
     if one.peak == 0:
         loss = replace(loss, frequency_octaves=None)
+    on = (one.amplitude[:-1] > 0) | (one.amplitude[1:] > 0)
+    spans = spans_of(one.times[:-1][on], one.times[1:][on], PULSE_S)
+    silent = sum(copy.strength(np.linspace(*span, 33)).max() == 0 for span in spans)
+    counts = Counter(transients=len(source.transients), vibrations=len(spans), vibrations_lost=int(silent))
     free, times = list(copy.transients), np.array([tap.time for tap in copy.transients])
     used: set[int] = set()
-    fates: Counter[str] = Counter()
     for tap in source.transients:
         near = range(*np.searchsorted(times, [tap.time - close_s - 1e-9, tap.time + close_s + 1e-9]))
         found = min((i for i in near if i not in used), key=lambda i: abs(times[i] - tap.time), default=None)
         if found is None:
             around = other.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
             merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
-            fates["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
+            counts["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
             continue
         used.add(found)
-        fates["kept"] += 1
+        counts["kept"] += 1
         difference = abs(free[found].amplitude - tap.amplitude)
-        fates["strength"] += difference > max(ABOUT, ABOUT_SHARE * tap.amplitude)
+        counts["strength"] += difference > max(ABOUT, ABOUT_SHARE * tap.amplitude)
         octaves = abs(np.log2(max(free[found].frequency, 1.0) / max(tap.frequency, 1.0)))
-        fates["frequency"] += bool(octaves > KEPT_OCTAVES)
-    spans = _sounding(source.joined)
-    names = ("kept", "merged", "in_vibration", "lost", "strength", "frequency")
-    fate = {name: fates[name] for name in names}
-    silent = sum(copy.strength(np.linspace(*span, 33)).max() == 0 for span in spans)
-    added = len(free) - len(used)
-    counts = EventCounts(
-        len(source.transients), **fate, added=added, vibrations=len(spans), vibrations_lost=int(silent)
-    )
-    return loss, counts
+        counts["frequency"] += bool(octaves > KEPT_OCTAVES)
+    counts["added"] = len(free) - len(used)
+    return loss, EventCounts(**counts)
 
 
 def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None = None) -> str:
@@ -144,13 +137,14 @@ def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None =
             kept.append("the strength over time" if similar > KEPT else "roughly the strength over time")
         else:
             lost.append("the changes of strength")
-        if loss.level_db is not None:
-            found = abs(loss.level_db) <= KEPT_DB
-            (kept if found else lost).append("the level" if found else f"the level ({loss.level_db:+.0f} dB)")
-        if (off := loss.frequency_octaves) is not None:
-            found = off <= KEPT_OCTAVES
+        level, octaves = loss.level_db, loss.frequency_octaves
+        if level is not None:
+            found = abs(level) <= KEPT_DB
+            (kept if found else lost).append("the level" + ("" if found else f" ({level:+.0f} dB)"))
+        if octaves is not None:
+            found = octaves <= KEPT_OCTAVES
             (kept if found else lost).append(
-                "the frequency" if found else f"the frequency ({off:.1f} octaves off)"
+                "the frequency" + ("" if found else f" ({octaves:.1f} octaves off)")
             )
     return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost) or 'nothing'}"
 
@@ -166,59 +160,51 @@ def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
         "strength": f"the strength of {counts.strength} {of}",
         "frequency": f"the frequency of {counts.frequency} {of}",
         "vibrations_lost": f"{counts.vibrations_lost} of {_number(counts.vibrations, 'vibration')}",
+        "added": f"{_number(counts.added, 'vibration')} (now short pulses)",
     }
-    lost = [text for name, text in words.items() if getattr(counts, name)]
-    return kept, [
-        *lost,
-        *([f"{_number(counts.added, 'vibration')} (now short pulses)"] if counts.added else []),
-    ]
+    return kept, [text for name, text in words.items() if getattr(counts, name)]
 
 
-def verdict(loss: ConversionLoss, copy: Signal, *, holds: str, instead: str) -> str:
-    """Return in a sentence what remains of a signal in a file, and what to use instead where that is too little.
+def verdict(
+    loss: ConversionLoss, holds: str, instead: str, *, buzzes: int = 0, counts: EventCounts | None = None
+) -> str:
+    """Return in a sentence what remains in a file, and what to use instead where that is too little.
 
-    ``copy`` is the one axis read back; ``holds`` and ``instead`` are those of the file's format (`HapticFormat`).
+    ``holds`` and ``instead`` are those of the file's format (`HapticFormat`), ``buzzes`` is how often a pattern
+    switches on. Events have ``counts``, a signal has none.
     """
-    if holds == "waveform":
-        if loss.snr_db is None or loss.snr_db >= CLOSE_DB:
-            return "the signal itself"
-        return f"the signal, roughly: use {instead} instead"
+    remedy = f"use {instead} instead"
     if holds == "on and off":
-        count = _buzzes(copy)
-        return f"{'one buzz' if count == 1 else f'{count} buzzes of one strength'}: use {instead} instead"
-    if loss.envelope_error is None:
+        return f"{'one buzz' if buzzes == 1 else f'{buzzes} buzzes of one strength'}: {remedy}"
+    if counts:
+        gone = {"transient": counts.transients - counts.kept, "vibration": counts.vibrations_lost}
+        count = {"transient": counts.transients, "vibration": counts.vibrations}
+        lost = [f"{gone[noun]} of {_number(count[noun], noun)}" for noun in gone if gone[noun]]
+        if lost:
+            return f"not all events: {_listed(lost)} missing; {remedy}"
+    elif holds == "waveform":
+        close = loss.snr_db is None or loss.snr_db >= CLOSE_DB
+        return "the signal itself" if close else f"the signal, roughly: {remedy}"
+    elif loss.envelope_error is None:
         return "silence, as the signal"
-    return _coarse(loss, instead) or (
+    similar, error = loss.envelope_correlation, loss.envelope_error
+    if (
+        (counts is None or counts.vibrations)
+        and (error is not None and error >= FELT)
+        and (similar is None or similar <= KEPT)
+    ):
+        return f"a vibration too coarse for the changes of strength: {remedy}"
+    if (loss.frequency_octaves or 0) > KEPT_OCTAVES or (counts and counts.frequency):
+        return f"the strength, at the wrong frequency: {remedy}"
+    if counts:
+        return "the events themselves"
+    return (
         "one tone of the signal's strength and frequency: enough for an effect; a texture needs a waveform "
         "(.wav, .hjif)"
     )
 
 
-def events_verdict(loss: ConversionLoss, counts: EventCounts, holds: str, instead: str) -> str:
-    """Return in a sentence what remains of events in a file, and what to use instead; arguments as of `verdict`."""
-    if holds == "on and off":
-        return f"when it vibrates, at one strength: use {instead} instead"
-    gone = {"transient": counts.transients - counts.kept, "vibration": counts.vibrations_lost}
-    all_of = {"transient": counts.transients, "vibration": counts.vibrations}
-    if lost := [f"{count} of {_number(all_of[name], name)}" for name, count in gone.items() if count]:
-        return f"not all events: {_listed(lost)} missing; use {instead} instead"
-    if counts.frequency:
-        return f"the strength, at the wrong frequency: use {instead} instead"
-    return (_coarse(loss, instead) if counts.vibrations else "") or "the events themselves"
-
-
-def _coarse(loss: ConversionLoss, instead: str) -> str:
-    similar, error = loss.envelope_correlation, loss.envelope_error
-    if error is not None and error >= FELT and (similar is None or similar <= KEPT):
-        return f"a vibration too coarse for the changes of strength: use {instead} instead"
-    if loss.frequency_octaves is not None and loss.frequency_octaves > KEPT_OCTAVES:
-        return f"the strength, at the wrong frequency: use {instead} instead"
-    return ""
-
-
-def _strength_loss(
-    a: NDArray[np.float64], b: NDArray[np.float64], hz: NDArray[np.float64], copied_hz: NDArray[np.float64]
-) -> ConversionLoss:
+def _strength_loss(a: Line, b: Line, hz: Line, copied_hz: Line) -> ConversionLoss:
     """Return the loss of a strength ``b`` of ``copied_hz`` compared to ``a`` of ``hz``, at the same times."""
     power, copied = float(np.mean(a**2)), float(np.mean(b**2))
     audible = power > 0 and copied > 0
@@ -233,27 +219,8 @@ def _strength_loss(
     )
 
 
-def _sounding(part: Part) -> list[tuple[float, float]]:
-    """Return where a vibration is above 0, beginning and end in s; pauses up to `PULSE_S` do not count."""
-    spans: list[tuple[float, float]] = []
-    on = (part.amplitude[:-1] > 0) | (part.amplitude[1:] > 0)
-    for start, end in zip(part.times[:-1][on].tolist(), part.times[1:][on].tolist(), strict=True):
-        if spans and start - spans[-1][1] <= PULSE_S:
-            spans[-1] = (spans[-1][0], end)
-        else:
-            spans.append((start, end))
-    return spans
-
-
 def _number(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
-def _buzzes(copy: Signal) -> int:
-    """Return how often a pattern switches on."""
-    amplitude = envelope_of(copy).amplitude
-    on = amplitude > BUZZ_SHARE * amplitude.max(initial=0.0)
-    return int(np.count_nonzero(np.diff(on.astype(int), prepend=0) > 0))
 
 
 def _listed(parts: list[str]) -> str:
@@ -273,7 +240,7 @@ def _waveform(original: Signal, copy: Signal) -> tuple[float | None, float | Non
     return _correlation(a, b), 10 * float(np.log10(power / error)) if error > 0 else None
 
 
-def _correlation(a: NDArray[np.float64], b: NDArray[np.float64], flat: float = FLAT) -> float | None:
+def _correlation(a: Line, b: Line, flat: float = FLAT) -> float | None:
     """Return Pearson's correlation; None if either hardly varies."""
     largest = max(float(np.abs(a).max()), float(np.abs(b).max()))
     if len(a) < 2 or min(a.std(), b.std()) <= flat * largest:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -29,8 +30,9 @@ class HapticFile:
 
     ``events`` are in parts of full scale, None of a waveform. ``unit`` and ``full_scale`` are what the file states, 1
     if nothing. ``metadata`` is as passed to `write_haptic`, or the file's description. ``facts`` has ``format``,
-    ``full_scale`` (None if the file does not state it) and, depending on the format, ``carrier_hz``, ``carrier_from``,
-    ``modality``, ``left_out``. ``warnings`` name the rules that the file breaks, and how it is read, a line each.
+    ``full_scale`` (None if the file does not state it) and, depending on the format, ``carrier_hz`` (the lowest and the
+    highest frequency of the events, or of the span of a file of shares), ``carrier_from``, ``modality``, ``left_out``.
+    ``warnings`` name the rules that the file breaks, and how it is read, a line each.
     """
 
     events: Events | None
@@ -107,10 +109,15 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
         notes.problems += [] if notes.problems else [str(error)]
     if notes.problems:
         return HapticFile(None)
-    scale = ours.full_scale if ours else None
     comment = {"comment": content.description} if content.description else {}
     metadata = dict(ours.metadata) if ours else comment
-    facts = {"format": kind.name, "full_scale": scale, **content.facts}
+    facts: dict[str, Any] = {"format": kind.name, "full_scale": ours.full_scale if ours else None}
+    if (events := content.events) is not None and content.carrier_from:
+        hz = [events.span.low, events.span.high] if events.span else events.frequencies
+        limits = sorted({round(one, 1) for one in (min(hz), max(hz))}) if hz else []
+        facts |= {"carrier_hz": limits, "carrier_from": content.carrier_from}
+    others = {"left_out": content.left_out, "modality": content.modality}
+    facts |= {name: text for name, text in others.items() if text}
     return HapticFile(content.events, metadata, facts, tuple(notes.warnings), content, ours, rate)
 
 
@@ -120,7 +127,13 @@ def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
     if path.stat().st_size > MOST_BYTES:
         raise DataError(f"{path}: must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
     candidates = [haptic_format(name)] if name else formats_with(path.suffix)
+    data = path.read_bytes()
     if len(candidates) == 1:
-        return candidates[0].parse(path.read_bytes(), path), candidates[0]
-    document = parse(path.read_bytes(), path)
+        return candidates[0].parse(data, path), candidates[0]
+    if re.search(rb'<primitive-effect|"primitive"', data):
+        raise DataError(
+            f"{path}: Android's compositions of primitives are not read, since each phone has its own; write the "
+            "effect as timings and amplitudes, or as an envelope of controlPoints, in JSON"
+        )
+    document = parse(data, path)
     return document, recognised_format(document, path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
+from tactogram.signal.filters import dft321
 
 CHOICES = ("dft321", "mean")
 
@@ -25,6 +26,4 @@ def to_one_axis(signal: Signal, choice: str | None = None) -> tuple[Signal, str 
     if choice == "mean" or (choice is None and len(signal.axes) != 3):
         mean = signal.samples.mean(axis=0, dtype=float)
         return signal.with_samples(mean, axes=("mean",)), f"mean of {', '.join(signal.axes)}"
-    from tactogram.signal.filters import dft321
-
     return dft321(signal), f"DFT321 of {', '.join(signal.axes)}"

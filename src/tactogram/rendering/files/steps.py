@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,26 +35,25 @@ class StepRules:
         or ends adds an edge otherwise. Raises `ParameterError` if the events last less than 1 ms, or too long.
         """
         sample_count(events.seconds, 1e3)
-        taps = self.taps(events)
+        taps = self.taps(events) if self.pulse_ms else []
         length = max([round(1e3 * events.seconds), *(start + self.pulse_ms for start, _ in taps)])
         if length < 1:
             raise ParameterError(f"{what} needs at least 1 ms, got {events.seconds:g} s")
-        whole = events.joined
-        jumps = np.flatnonzero(np.diff(whole.times) <= 2 * JUMP_S)
-        sounds = np.flatnonzero(np.diff(whole.amplitude > 0))
-        bends = np.concatenate([jumps, sounds, sounds + 1])
-        ends = [whole.start, whole.end, 0.0]
-        fixed = np.rint(1e3 * np.append(whole.times[bends], ends)).astype(np.int64)
-        fixed = np.array([0, first_ms]) if first_ms else np.append(fixed, length)
-        edges = np.unique(np.clip(fixed, 0, length))
-        spans = zip(edges.tolist(), [*edges[1:].tolist(), length], strict=True)
-        grid = [np.arange(a, b - (0 if first_ms else self.step_ms / 2), self.step_ms) for a, b in spans]
-        edges = np.unique(np.concatenate([edges, *grid, [length]])).astype(np.int64)
-        for start, _ in taps if self.pulse_ms else []:
+        whole = events.joined.within(0.0, length / 1e3)
+        fixed = np.array([0, first_ms, length])
+        if not first_ms:
+            jumps, sounds = (np.diff(whole.times) <= 2 * JUMP_S), np.diff(whole.amplitude > 0)
+            bends = np.append(jumps | sounds, False) | np.append(False, sounds)
+            fixed = np.append(fixed, np.rint(1e3 * whole.times[bends]))
+        edges = np.unique(fixed).astype(np.int64)
+        last = 0 if first_ms else self.step_ms / 2
+        grid = [np.arange(a, b - last, self.step_ms) for a, b in pairwise(edges.tolist())]
+        edges = np.unique(np.concatenate([edges, *grid])).astype(np.int64)
+        for start, _ in taps:
             end = start + self.pulse_ms
             edges = np.union1d(edges[(edges <= start) | (edges >= end)], [start, end])
         strength = np.minimum(whole.at((edges[:-1] + edges[1:]) / 2e3), 1)
-        for start, amplitude in taps if self.pulse_ms else []:
+        for start, amplitude in taps:
             i = int(np.searchsorted(edges, start))
             strength[i] = max(strength[i], amplitude)
         strength = np.rint(self.levels * strength) / self.levels

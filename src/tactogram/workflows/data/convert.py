@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import mimetypes
+import re
+from collections import Counter
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -139,8 +141,9 @@ def convert_folder(
     -------
     dict
         ``source``, ``target``, ``format``, ``files`` (as `convert`, each), ``failed`` (the error by file; the others
-        are written), ``left_out`` (number of files of no known format), ``beside`` (the haptic file by the signal
-        beside it, of the same name: the designed file is converted, the signal is not).
+        are written), ``notes`` (names of ``.txt`` files without a table of numbers, skipped), ``left_out`` (number of
+        files of no known format), ``beside`` (the haptic file by the signal beside it, of the same name: the designed
+        file is converted, the signal is not).
 
     Raises
     ------
@@ -156,8 +159,9 @@ def convert_folder(
         present = [p for p in present if not p.resolve().is_relative_to(target.resolve())]
     suffixes = (*READABLE, *haptic_suffixes())
     paths = [p for p in present if p.name.lower().endswith(suffixes)]
+    unreadable = DataError(f"{source}: no file in it can be read; known are {', '.join(suffixes)}")
     if not paths:
-        raise DataError(f"{source}: no file in it can be read; known are {', '.join(suffixes)}")
+        raise unreadable
     made: dict[Path, Path] = {}
     beside: dict[str, str] = {}
     haptic = haptic_suffixes()
@@ -170,23 +174,39 @@ def convert_folder(
             raise ParameterError(f"{first} and {path} would both become {place}; rename one")
         beside[str(path)] = str(first)
     check_writable(target, folder=True)
-    files, failed = [], {}
+    files, failed, notes = [], {}, []
     for done, (place, path) in enumerate(made.items()):
         progress("files", done, len(made), path.name)
         try:
             files.append(convert(path, place, format=format, **options))
         except TactogramError as error:
-            failed[str(path)] = str(error)
+            if path.suffix.lower() == ".txt" and _is_note(path):
+                notes.append(str(path))
+            else:
+                failed[str(path)] = str(error)
     progress("files", len(made), len(made))
+    if not files and not failed:
+        raise unreadable
     return {
         "source": str(source),
         "target": str(target),
         "format": format,
         "files": files,
         "failed": failed,
+        "notes": notes,
         "left_out": len(present) - len(paths),
         "beside": beside,
     }
+
+
+def _is_note(path: Path) -> bool:
+    """Return whether a text has no line of numbers alone, and no three lines that differ only in their numbers."""
+    with path.open("rb") as file:
+        lines = file.read(1 << 16).replace(b"\0", b"").decode("latin-1").splitlines()
+    shapes = Counter(re.sub(r"\d[\d.,]*", "0", line).strip() for line in lines)
+    numbered = {shape: count for shape, count in shapes.items() if "0" in shape}
+    alone = any(re.fullmatch(r"[0\s,;:|/eE+-]+", shape) for shape in numbered)
+    return any(shapes) and not alone and max(numbered.values(), default=0) < 3
 
 
 def list_formats() -> dict[str, dict[str, str]]:
@@ -300,7 +320,8 @@ def _suffix_of(format: str) -> str:
 
 def _read(source: Path, options: dict[str, Any]) -> _Given:
     """Return a file as it is."""
-    if source.suffix.lower() not in haptic_suffixes():
+    # Android has an XML of effects, too, of which only `read_haptic` can say what to write instead.
+    if source.suffix.lower() not in (*haptic_suffixes(), ".xml"):
         file = read_file(source, **options)
         metadata = file.metadata
         timing = None if file.timing is None else asdict(file.timing)

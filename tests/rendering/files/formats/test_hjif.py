@@ -127,6 +127,13 @@ def test_an_akima_curve_goes_through_its_points():
     np.testing.assert_allclose(x[np.arange(10) * 800], np.sin(np.arange(10)), atol=1e-6)
 
 
+@pytest.mark.parametrize("curve", ["Linear", "Cubic", "Akima"])
+def test_a_curve_may_jump(curve):
+    frames = [effect((0, 0.2), (500, 0.2), (500, 0.8), (999, 0.8))]
+    x = played(band_type="Curve", curve_type=curve, effects=frames)
+    assert x[[2000, 3990, 4010, 6000]] == pytest.approx([0.2, 0.2, 0.8, 0.8], abs=0.01)
+
+
 def test_a_transient_is_two_periods_in_22_ms():
     x = played(band_type="Transient", effects=[effect((0, 0.5), position=100)])
     t = (np.arange(8000) / 8000 - 0.1) / 0.022

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
-from tactogram.rendering.files.events import PHONE_HZ, Events
+from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.steps import StepRules
 
@@ -51,12 +51,9 @@ def decode(document: Node) -> DecodedDocument:
         notes.problems.append("timings: must not be empty")
     repeat = int(document.number("repeat", -1, -1, max(0, len(timings) - 1)))
     notes.check()
-    facts: dict[str, Any] = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
-    if repeat >= 0:
-        facts["left_out"] = f"repetition from entry {repeat}"
-    edges = np.append(0.0, np.cumsum(timings)) / 1e3
-    events = STEPS.read(edges, np.array(strength), PHONE_HZ)
-    return DecodedDocument(events, document.text("description"), facts)
+    events = STEPS.read(np.append(0.0, np.cumsum(timings)) / 1e3, np.array(strength), PHONE_HZ)
+    left_out = f"repetition from entry {repeat}" if repeat >= 0 else ""
+    return DecodedDocument(events, document.text("description"), FROM_PHONE, left_out)
 
 
 FORMAT = HapticFormat(

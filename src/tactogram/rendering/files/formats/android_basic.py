@@ -5,9 +5,8 @@
 sharpness into its own amplitudes and frequencies, in a way that the file does not state.
 """
 
-from tactogram.rendering.files.control_points import BANDS, EnvelopeBuilder, has_points
+from tactogram.rendering.files.control_points import EnvelopeBuilder
 from tactogram.rendering.files.events import FrequencySpan
-from tactogram.rendering.files.format import HapticFormat
 
 SPAN = FrequencySpan(65.0, 300.0)
 """Frequencies that sharpness is taken for, and intensity for amplitude. A choice: those of AHAP's sharpness."""
@@ -18,14 +17,6 @@ BUILDER = EnvelopeBuilder(
     "initialSharpness",
     SPAN,
 )
-FORMAT = HapticFormat(
-    name="android_basic",
-    title=BUILDER.title,
-    suffix=".json",
-    holds="envelope",
-    encode=BUILDER.encode,
-    decode=BUILDER.decode,
-    bands=BANDS,
-    recognise=has_points("sharpness"),
-    instead="android (faster changes) or android_envelope (any frequency)",
+FORMAT = BUILDER.haptic_format(
+    "android_basic", "android (faster changes) or android_envelope (any frequency)"
 )

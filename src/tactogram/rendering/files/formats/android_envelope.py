@@ -4,8 +4,7 @@
 ``addControlPoint(amplitude, frequencyHz, durationMillis)``. An amplitude of 1 is the strongest that the phone can do.
 """
 
-from tactogram.rendering.files.control_points import BANDS, EnvelopeBuilder, has_points
-from tactogram.rendering.files.format import HapticFormat
+from tactogram.rendering.files.control_points import EnvelopeBuilder
 
 BUILDER = EnvelopeBuilder(
     "Android waveform envelope (API 36)",
@@ -13,14 +12,6 @@ BUILDER = EnvelopeBuilder(
     ("amplitude", "frequencyHz", "durationMillis"),
     "initialFrequencyHz",
 )
-FORMAT = HapticFormat(
-    name="android_envelope",
-    title=BUILDER.title,
-    suffix=".json",
-    holds="envelope",
-    encode=BUILDER.encode,
-    decode=BUILDER.decode,
-    bands=BANDS,
-    recognise=has_points("frequencyHz"),
-    instead="android (a strength every 10 ms, at the phone's own frequency)",
+FORMAT = BUILDER.haptic_format(
+    "android_envelope", "android (a strength every 10 ms, at the phone's own frequency)"
 )

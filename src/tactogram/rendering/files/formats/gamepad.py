@@ -71,18 +71,13 @@ def decode(document: Node) -> DecodedDocument:
         notes.problems.append("effects: at least one effect must last longer than 0 ms")
     notes.check()
     edges = np.append(0.0, np.cumsum(spans)) / 1e3
-    both = [
-        STEPS.read(edges, strength, hz)
-        for strength, hz in zip(np.array(values).T, (STRONG_HZ, WEAK_HZ), strict=True)
-    ]
-    events = Events.of(
-        (part for one in both for part in one.parts),
-        (tap for one in both for tap in one.transients),
-        float(edges[-1]),
-        limited=False,
+    strong, weak = (
+        STEPS.read(edges, magnitudes, hz)
+        for magnitudes, hz in zip(np.array(values).T, (STRONG_HZ, WEAK_HZ), strict=True)
     )
-    facts = {"carrier_hz": [STRONG_HZ, WEAK_HZ], "carrier_from": "nothing in the file: two motors' usual"}
-    return DecodedDocument(events, document.text("description"), facts)
+    parts, taps = strong.parts + weak.parts, strong.transients + weak.transients
+    events = Events.of(parts, taps, float(edges[-1]), limited=False)
+    return DecodedDocument(events, document.text("description"), "nothing in the file: two motors' usual")
 
 
 def _of_motor(part: Part, strong: bool) -> Part:

@@ -13,40 +13,38 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
-from tactogram.rendering.files.events import UNKNOWN_HZ, Events, Line, Part, Transient, joined, thinned
+from tactogram.rendering.files.events import (
+    UNKNOWN_HZ,
+    Events,
+    Line,
+    Part,
+    Transient,
+    bends,
+    increasing,
+    joined,
+)
 from tactogram.rendering.files.format import HapticFormat
 
 AMPLITUDE_STEP, FREQUENCY_STEP_HZ = 0.005, 2.0
 """Largest deviation of the file's lines from the vibration."""
 TRANSIENT_S = 0.022
 """Length of a transient in the vendor's files, s."""
-SHORTEST_S = 1e-5
 _DIGITS = 6
 
 
 def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of events within 0 to 1: a melody of transients, and one for each overlapping vibration."""
-    if events.seconds < SHORTEST_S:
-        raise ParameterError(
-            f"an Interhaptics effect needs at least {SHORTEST_S:g} s, got {events.seconds:g} s"
-        )
-    melodies: list[list[dict[str, Any]]] = []
-    ends: list[float] = []
-    parts = sorted(events.parts, key=lambda part: part.start)
-    if not events.transients and not parts:
-        parts = [Part.of([0.0, events.seconds], [0.0, 0.0], 0.0, UNKNOWN_HZ)]
-    for part in parts:
-        free = next((i for i, end in enumerate(ends) if end <= part.start), len(ends))
-        if free == len(ends):
-            melodies.append([])
-            ends.append(0.0)
-        amplitude = _modulation(part, np.minimum(part.amplitude, 1), AMPLITUDE_STEP, digits=4)
-        frequency = _modulation(part, part.frequency, FREQUENCY_STEP_HZ, digits=1)
-        effect = {"m_amplitudeModulation": amplitude, "m_frequencyModulation": frequency}
-        melodies[free].append(_note(part.start, part.end - part.start, 1.0, effect, priority=1))
-        ends[free] = part.end
+    events.check_length("an Interhaptics effect")
+    melodies: list[list[Part]] = []
+    for part in sorted(events.parts, key=lambda part: part.start):
+        free = next((melody for melody in melodies if melody[-1].end <= part.start), None)
+        if free is None:
+            melodies.append([part])
+        else:
+            free.append(part)
+    if not events.count:
+        melodies = [[Part.of([0.0, events.seconds], [0.0, 0.0], 0.0, UNKNOWN_HZ)]]
     taps = [
         _note(one.time, TRANSIENT_S, min(1.0, one.amplitude), {"m_type": 0}, priority=0)
         for one in events.transients
@@ -59,7 +57,7 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
         "m_length_unit": 7,
         "m_stiffness": _perception(),
         "m_texture": _perception(),
-        "m_vibration": _perception(taps, *melodies),
+        "m_vibration": _perception(taps, *([_vibration(part) for part in melody] for melody in melodies)),
         "m_gain": 1.0,
     }
 
@@ -105,22 +103,14 @@ def decode(document: Node) -> DecodedDocument:
         ),
         max([0.0, *(part.end for part in parts)]),
     )
-    hz = np.concatenate([whole.frequency, [one.frequency for one in events.transients]])
-    facts: dict[str, Any] = {
-        "carrier_hz": [round(float(hz.min()), 1), round(float(hz.max()), 1)],
-        "carrier_from": "m_frequencyModulation" if parts else "nothing in the file: transients have none",
-    }
-    others = [
+    others = (
         name
         for name in ("stiffness", "texture")
-        if any(
-            one.value.get("m_notes")
-            for one in document.node(f"m_{name}", optional=True).nodes("m_melodies", optional=True)
-        )
-    ]
-    if others:
-        facts["left_out"] = ", ".join(others)
-    return DecodedDocument(events, document.text("m_description"), facts)
+        for one in document.node(f"m_{name}", optional=True).nodes("m_melodies", optional=True)
+        if one.value.get("m_notes")
+    )
+    given = "m_frequencyModulation" if parts else "nothing in the file: transients have none"
+    return DecodedDocument(events, document.text("m_description"), given, ", ".join(dict.fromkeys(others)))
 
 
 def _keyframes(effect: Node, name: str) -> Line:
@@ -133,12 +123,11 @@ def _keyframes(effect: Node, name: str) -> Line:
 def _part(start: float, length: float, gain: float, amplitude: Line, tones: Line, after: float) -> Part:
     """Return a note as a vibration; the values of its first and last keyframe hold outside them."""
     end = max(0.0, min(length, after - start))
-    times, values = amplitude.T
-    inside = (times > 0) & (times < end)
-    first, last = np.interp([0.0, end], times, values)
-    strength = gain * np.concatenate([[first], values[inside], [last]])
-    at, hz = tones.T if len(tones) else (np.array([0.0]), np.array([UNKNOWN_HZ]))
-    return Part.of(start + np.concatenate([[0.0], times[inside], [end]]), strength, start + at, hz)
+    times, values = increasing(amplitude[:, 0]), amplitude[:, 1]
+    at = np.union1d(times, [0.0, end])
+    at = at[at <= end]
+    turns, hz = tones.T if len(tones) else ([0.0], [UNKNOWN_HZ])
+    return Part.of(start + at, gain * np.interp(at, times, values), start + np.asarray(turns), hz)
 
 
 def _note(
@@ -153,15 +142,22 @@ def _note(
     }
 
 
-def _modulation(part: Part, values: Line, tolerance: float, *, digits: int) -> dict[str, Any]:
-    keyframes = [
-        {
-            "m_time": round(float(part.times[i] - part.start), _DIGITS),
-            "m_value": round(float(values[i]), digits),
+def _vibration(part: Part) -> dict[str, Any]:
+    modulations = (
+        ("m_amplitudeModulation", np.minimum(part.amplitude, 1), AMPLITUDE_STEP, 4),
+        ("m_frequencyModulation", part.frequency, FREQUENCY_STEP_HZ, 1),
+    )
+    effect = {
+        name: {
+            "m_extrapolationStrategy": 0,
+            "m_keyframes": [
+                {"m_time": round(time, _DIGITS), "m_value": round(value, digits)}
+                for time, value in bends(part.times - part.start, values, tolerance)
+            ],
         }
-        for i in thinned(part.times, values, tolerance)
-    ]
-    return {"m_extrapolationStrategy": 0, "m_keyframes": keyframes}
+        for name, values, tolerance, digits in modulations
+    }
+    return _note(part.start, part.end - part.start, 1.0, effect, priority=1)
 
 
 def _perception(*melodies: list[dict[str, Any]]) -> dict[str, Any]:

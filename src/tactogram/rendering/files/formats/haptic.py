@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, in_order
 from tactogram.rendering.files.events import (
     PULSE_S,
@@ -19,15 +18,14 @@ from tactogram.rendering.files.events import (
     FrequencySpan,
     Part,
     Transient,
+    bends,
     densified,
-    thinned,
 )
 from tactogram.rendering.files.format import HapticFormat
 
 SPAN = FrequencySpan(55.0, 200.0)
 AMPLITUDE_STEP, FREQUENCY_STEP = 0.005, 0.02
 """Largest deviation of the file's lines from the vibration."""
-SHORTEST_S = 1e-5
 _DIGITS = 6
 
 
@@ -36,18 +34,15 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
 
     A transient is an emphasis: as strong as the vibration, at least. Of two at the same time the stronger counts.
     """
+    events.check_length(".haptic")
     ends = [one.time + PULSE_S for one in events.transients[-1:] if one.time >= events.seconds]
-    seconds = round(max([events.seconds, *ends]), _DIGITS)
-    if seconds < SHORTEST_S:
-        raise ParameterError(f".haptic needs at least {SHORTEST_S:g} s, got {events.seconds:g} s")
     span = events.span or SPAN
-    whole = events.joined.within(0.0, seconds)
-    chosen = thinned(whole.times, whole.amplitude, AMPLITUDE_STEP)
+    whole = events.joined.within(0.0, round(max([events.seconds, *ends]), _DIGITS))
+    times, strength = np.array(bends(whole.times, whole.amplitude, AMPLITUDE_STEP)).T
     taps = {round(one.time, _DIGITS): one for one in sorted(events.transients, key=lambda one: one.amplitude)}
-    times = {*(round(time, _DIGITS) for time in whole.times[chosen].tolist()), *taps}
     points = []
-    for time in sorted(times):
-        amplitude = round(min(1.0, float(np.interp(time, whole.times[chosen], whole.amplitude[chosen]))), 4)
+    for time in sorted({*np.round(times, _DIGITS).tolist(), *taps}):
+        amplitude = round(min(1.0, float(np.interp(time, times, strength))), 4)
         point: dict[str, Any] = {"time": time, "amplitude": amplitude}
         if tap := taps.get(time):
             point["emphasis"] = {
@@ -59,8 +54,8 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     at = densified(whole.times)
     share = span.share(whole.hz(at))
     frequency = [
-        {"time": round(float(at[i]), _DIGITS), "frequency": round(float(share[i]), 4)}
-        for i in thinned(at, share, FREQUENCY_STEP)
+        {"time": round(time, _DIGITS), "frequency": round(value, 4)}
+        for time, value in bends(at, share, FREQUENCY_STEP)
     ]
     about = {"editor": "tactogram", "author": "", "source": "", "project": "", "tags": []}
     return {
@@ -85,15 +80,12 @@ def decode(document: Node) -> DecodedDocument:
         points.append((time, amplitude))
         if entry.has("emphasis"):
             emphasis = entry.node("emphasis")
-            tap = Transient(
-                time,
-                emphasis.number("amplitude", None, 0.0, 1.0),
-                float(SPAN.hz(emphasis.number("frequency", 0.5, 0.0, 1.0))),
-            )
-            taps.append(tap)
-            if tap.amplitude < amplitude:
+            strength = emphasis.number("amplitude", None, 0.0, 1.0)
+            share = emphasis.number("frequency", 0.5, 0.0, 1.0)
+            taps.append(Transient(time, strength, float(SPAN.hz(share))))
+            if strength < amplitude:
                 rule = "the amplitude of an emphasis must be at least the envelope's"
-                notes.warn(rule, f"{tap.amplitude:g} of {amplitude:g}")
+                notes.warn(rule, f"{strength:g} of {amplitude:g}")
     tones: list[tuple[float, ...]] = [
         (entry.number("time", None, 0.0), entry.number("frequency", None, 0.0, 1.0))
         for entry in envelopes.nodes("frequency", optional=True)
@@ -109,15 +101,12 @@ def decode(document: Node) -> DecodedDocument:
         rule = f"frequency breakpoints must be within the amplitude envelope, {points[0][0]:g} to {points[-1][0]:g} s"
         notes.warn(rule, f"{tones[-1][0]:g} s", "unused outside")
     notes.check()
-    times, amplitude = np.array(points).T
+    times, strengths = np.array(points).T
     at, shares = np.array(tones or [(0.0, 0.5)]).T
-    part = Part.of(times, amplitude, at, SPAN.hz(shares))
-    about = document.value.get("metadata")
-    text = about.get("description") if isinstance(about, dict) else None
+    part = Part.of(times, strengths, at, SPAN.hz(shares))
     given = "frequency" if tones else "nothing in the file: the middle of the device's span"
-    facts = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": given}
-    events = Events.of([part], taps, part.end, SPAN)
-    return DecodedDocument(events, text if isinstance(text, str) else "", facts)
+    text = document.node("metadata", optional=True).text("description")
+    return DecodedDocument(Events.of([part], taps, part.end, SPAN), text, given)
 
 
 FORMAT = HapticFormat(

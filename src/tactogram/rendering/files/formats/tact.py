@@ -26,7 +26,7 @@ COLUMNS, ROWS = (0, 0.333, 0.667, 1), (0, 0.25, 0.5, 0.75, 1)
 MOTOR_HZ = 170.0
 """Assumed when a file is read, as for phones. A choice."""
 STEPS = StepRules(step_ms=FRAME_MS, pulse_ms=0, gap_ms=0, tap_ms=0, levels=LEVELS)
-_FADES = {"NONE": [1, 1], "FADE_IN": [0, 1], "FADE_OUT": [1, 0], "FADE_IN_OUT": [0, 1, 0]}
+_FADES = {"NONE": [1], "FADE_IN": [0, 1], "FADE_OUT": [1, 0], "FADE_IN_OUT": [0, 1, 0]}
 """Shares of the strength at equal times."""
 _FADE_POINTS = 101
 _LAYOUT = [
@@ -77,12 +77,8 @@ def decode(document: Node) -> DecodedDocument:
     parts: list[Part] = []
     taps: dict[float, float] = {}
     seconds = 0.0
-    for effect in (
-        one
-        for track in project.nodes("tracks")
-        if track.value.get("enable", True)
-        for one in track.nodes("effects")
-    ):
+    tracks = (track for track in project.nodes("tracks") if track.value.get("enable", True))
+    for effect in (one for track in tracks for one in track.nodes("effects")):
         start, length = effect.number("startTime", None, 0.0), effect.number("offsetTime", None, 0.0)
         seconds, modes = max(seconds, (start + length) / 1e3), effect.node("modes")
         for position in modes.value:
@@ -90,28 +86,24 @@ def decode(document: Node) -> DecodedDocument:
                 notes.warn(f"position must be one of {', '.join(known)}", position, "played all the same")
             mode = modes.node(position)
             dotted = mode.text("mode") != "PATH_MODE"
-            lines = _dots(mode, known.get(position)) if dotted else _paths(mode, length)
+            lines = _lines(mode, dotted, known.get(position), length)
             for times, values in lines:
                 near = [one for one, _ in lines if times[0] - 1 <= one[-1] and one[0] <= times[-1] + 1]
                 inside = np.clip(times, 0, length)
+                at = (start + inside) / 1e3
                 if dotted and len(near) == 1 and times[-1] - times[0] <= FRAME_MS and np.ptp(values) == 0:
-                    at = (start + float(inside[0])) / 1e3
-                    taps[at] = max(taps.get(at, 0.0), float(values[0]))
+                    taps[at[0]] = max(taps.get(at[0], 0.0), float(values[0]))
                 elif inside[-1] > inside[0]:
-                    parts.append(
-                        Part.of((start + inside) / 1e3, np.interp(inside, times, values), 0.0, MOTOR_HZ)
-                    )
+                    parts.append(Part.of(at, np.interp(inside, times, values), 0.0, MOTOR_HZ))
     if seconds < 1e-3:
         notes.problems.append("the pattern holds no effect of 1 ms or more")
     notes.check()
-    transients = (Transient(time, share, MOTOR_HZ) for time, share in taps.items())
-    facts = {
-        "carrier_hz": [MOTOR_HZ],
-        "carrier_from": "nothing in the file: a choice",
-        "left_out": "which motors",
-    }
+    transients = (Transient(float(time), share, MOTOR_HZ) for time, share in taps.items())
     whole = [joined(parts, strongest=True)] if parts else []
-    return DecodedDocument(Events.of(whole, transients, seconds), project.text("description"), facts)
+    events = Events.of(whole, transients, seconds)
+    return DecodedDocument(
+        events, project.text("description"), "nothing in the file: a choice", "which motors"
+    )
 
 
 def _dot(start: int, end: int, share: float) -> dict[str, Any]:
@@ -132,50 +124,44 @@ def _effect(start: int, length: int, dots: list[dict[str, Any]]) -> dict[str, An
     return {"modes": modes, "name": "Effect 1", "offsetTime": length, "startTime": start}
 
 
-def _dots(mode: Node, motors: set[Any] | None) -> list[tuple[Line, Line]]:
-    """Return times (ms) and strength of each feedback's strongest motor."""
+def _lines(mode: Node, dotted: bool, motors: set[Any] | None, length: float) -> list[tuple[Line, Line]]:
+    """Return times (ms) and strength of each feedback of the mode in use, with its fade."""
     lines = []
-    for feedback in mode.node("dotMode").nodes("feedback"):
-        start, end = feedback.number("startTime", None, 0.0), feedback.number("endTime", None, 0.0)
-        strength = [0.0]
-        for dot in feedback.nodes("pointList"):
-            strength.append(dot.number("intensity", None, 0.0, 1.0))
-            if motors is not None and (index := dot.number("index")) not in motors:
-                dot.notes.warn("a dot must be at a motor of the layout", f"{index:g}", "played all the same")
-        if end < start:
-            feedback.notes.warn("endTime must be at least startTime", f"{end:g} and {start:g}", "left out")
-        elif max(strength) > 0:
-            lines.append(_faded(np.array([start, end]), np.full(2, max(strength)), feedback))
+    for feedback in mode.node("dotMode" if dotted else "pathMode").nodes("feedback"):
+        points = _dotted(feedback, motors) if dotted else _path(feedback, length)
+        if not points:
+            continue
+        times, strength = np.array(points).T
+        if (playback := feedback.text("playbackType", "NONE")) not in _FADES:
+            feedback.notes.warn(f"playbackType must be one of {', '.join(_FADES)}", playback, "read as NONE")
+        elif playback != "NONE":
+            fine = np.linspace(times[0], times[-1], _FADE_POINTS)
+            fade = np.interp(fine, np.linspace(times[0], times[-1], len(_FADES[playback])), _FADES[playback])
+            times, strength = fine, np.interp(fine, times, strength) * fade
+        lines.append((times, strength))
     return lines
 
 
-def _paths(mode: Node, length: float) -> list[tuple[Line, Line]]:
-    """Return times (ms) and strength of each path; a single point stays until the end of the effect."""
-    lines = []
-    for feedback in mode.node("pathMode").nodes("feedback"):
-        points = sorted(
-            (point.number("time", None, 0.0), point.number("intensity", None, 0.0, 1.0))
-            for point in feedback.nodes("pointList")
-        )
-        if len(points) == 1:
-            points.append((max(length, points[0][0]), points[0][1]))
-        if points:
-            times, strength = np.array(points).T
-            lines.append(_faded(times, strength, feedback))
-    return lines
+def _dotted(feedback: Node, motors: set[Any] | None) -> list[tuple[float, float]]:
+    """Return times (ms) and strength of the strongest motor, at its start and its end."""
+    start, end = feedback.number("startTime", None, 0.0), feedback.number("endTime", None, 0.0)
+    strength = 0.0
+    for dot in feedback.nodes("pointList"):
+        strength = max(strength, dot.number("intensity", None, 0.0, 1.0))
+        if motors is not None and (index := dot.number("index")) not in motors:
+            dot.notes.warn("a dot must be at a motor of the layout", f"{index:g}", "played all the same")
+    if end < start:
+        feedback.notes.warn("endTime must be at least startTime", f"{end:g} and {start:g}", "left out")
+    return [(start, strength), (end, strength)] if strength > 0 and end >= start else []
 
 
-def _faded(times: Line, strength: Line, feedback: Node) -> tuple[Line, Line]:
-    """Return a line with its fade."""
-    playback = feedback.text("playbackType", "NONE")
-    if playback == "NONE":
-        return times, strength
-    if playback not in _FADES:
-        feedback.notes.warn(f"playbackType must be one of {', '.join(_FADES)}", playback, "read as NONE")
-    fade = _FADES.get(playback, [1, 1])
-    fine = np.linspace(times[0], times[-1], _FADE_POINTS)
-    shares = np.interp(fine, np.linspace(times[0], times[-1], len(fade)), fade)
-    return fine, np.interp(fine, times, strength) * shares
+def _path(feedback: Node, length: float) -> list[tuple[float, float]]:
+    """Return times (ms) and strength of a path's points; a single point stays until the end of the effect."""
+    points = sorted(
+        (point.number("time", None, 0.0), point.number("intensity", None, 0.0, 1.0))
+        for point in feedback.nodes("pointList")
+    )
+    return [*points, (max(length, points[0][0]), points[0][1])] if len(points) == 1 else points
 
 
 FORMAT = HapticFormat(

@@ -7,16 +7,16 @@ the rest. A bare list can be read, too.
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, sample_count
-from tactogram.rendering.files.events import PHONE_HZ, Events
+from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.steps import StepRules
 
@@ -44,22 +44,17 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     if events.peak == 0:
         raise ParameterError("the signal is silent: a vibration pattern cannot be empty")
     shortest = math.ceil(header.shortest_ms or open_display(MOTOR).shortest_ms or 1)
-    starts = [round(1e3 * one.time) for one in events.transients]
+    taps = [round(1e3 * one.time) for one in events.transients]
     whole = events.joined
-    strength = whole.at(
-        np.arange(0.5, max([length, shortest, *(start + shortest for start in starts)])) / 1e3
-    )
+    strength = whole.at(np.arange(0.5, max([length, shortest, *(tap + shortest for tap in taps)])) / 1e3)
     on = (strength >= SHARE * whole.peak) & (strength > 0)
-    for start in starts:
-        on[start : start + shortest] = True
-    pattern = _entries(_cleaned(on, shortest))
-    while len(pattern) > MOST_ENTRIES:
+    on[taps] = True
+    while len(pattern := _entries(_cleaned(on, shortest))) > MOST_ENTRIES:
         shortest *= 2
         if shortest > len(on):
             raise ParameterError(
                 f"a vibration pattern holds {MOST_ENTRIES} entries of {LONGEST_MS} ms, {length} ms do not fit; cut it"
             )
-        pattern = _entries(_cleaned(on, shortest))
     return {"format": "w3c-vibration", "pattern": pattern, "description": header.description}
 
 
@@ -84,48 +79,33 @@ def decode(document: Node) -> DecodedDocument:
     pattern = pattern[: len(pattern) - (len(pattern) + 1) % 2]
     strength = np.array([1.0, 0.0] * len(pattern))[: len(pattern)]
     events = STEPS.read(np.append(0.0, np.cumsum(pattern)) / 1e3, strength, PHONE_HZ)
-    facts = {"carrier_hz": [PHONE_HZ], "carrier_from": "nothing in the file: a phone's usual"}
-    return DecodedDocument(events, document.text("description"), facts)
+    return DecodedDocument(events, document.text("description"), FROM_PHONE)
 
 
 def _cleaned(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
     """Return ``on``, a value per ms, without shorter pauses, and with shorter pulses lengthened."""
     cleaned = _filled(on, shortest)
-    for start, stop, value in _runs(cleaned):
-        if value and stop - start < shortest:
-            first = min(start, max(0, len(on) - shortest))
-            cleaned[first : first + shortest] = True
+    for start in np.flatnonzero(cleaned & np.diff(cleaned, prepend=False)).tolist():
+        first = min(start, max(0, len(on) - shortest))
+        cleaned[first : first + shortest] = True
     # A lengthened pulse may leave a short pause.
     return _filled(cleaned, shortest)
 
 
 def _filled(on: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
     """Return ``on`` with shorter pauses between pulses filled."""
-    filled = on.copy()
-    for start, stop, value in _runs(on):
-        if not value and stop - start < shortest and start > 0 and stop < len(on):
-            filled[start:stop] = True
-    return filled
-
-
-def _runs(on: NDArray[np.bool_]) -> list[tuple[int, int, bool]]:
-    edges = [0, *(np.flatnonzero(np.diff(on)) + 1).tolist(), len(on)]
-    return [(a, b, bool(on[a])) for a, b in pairwise(edges)]
+    closed = ndimage.grey_closing(np.pad(on, shortest).astype(np.uint8), shortest)
+    return np.asarray(closed[shortest:-shortest] > 0)
 
 
 def _entries(on: NDArray[np.bool_]) -> list[int]:
     """Return on, off, on … in ms, ending on; entries longer than `LONGEST_MS` are split by entries of 0."""
+    edges = np.flatnonzero(np.diff(on, prepend=False, append=False))
+    pause, *lengths = np.diff(edges, prepend=0).tolist()
     entries: list[int] = []
-    for start, stop, value in _runs(on):
-        if not entries and not value:
-            entries.append(0)
-        rest = stop - start
-        while rest > LONGEST_MS:
-            entries += [LONGEST_MS, 0]
-            rest -= LONGEST_MS
-        entries.append(rest)
-    while len(entries) % 2 == 0 or entries[-1] == 0:
-        entries.pop()
+    for length in [0, pause, *lengths] if pause else lengths:
+        more = max(0, math.ceil(length / LONGEST_MS) - 1)
+        entries += [LONGEST_MS, 0] * more + [length - more * LONGEST_MS]
     return entries
 
 

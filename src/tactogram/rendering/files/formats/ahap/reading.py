@@ -12,7 +12,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from tactogram.rendering.files.documents import DecodedDocument, Node, in_order
-from tactogram.rendering.files.events import JUMP_S, STEP_S, Events, FrequencySpan, Line, Part, Transient
+from tactogram.rendering.files.events import (
+    JUMP_S,
+    Events,
+    FrequencySpan,
+    Line,
+    Part,
+    Transient,
+    densified,
+    increasing,
+    thinned,
+)
 
 SPAN = FrequencySpan(65.0, 300.0)
 """Sharpness 0 and 1, Hz: AhapEncoder of the MPEG haptics reference software. Apple names no frequency."""
@@ -20,6 +30,8 @@ LONGEST_EVENT_S = 30.0
 """Longest continuous event that Core Haptics plays (CHHapticEvent)."""
 SHORTEST_DECAY_S = 0.02
 """Decay of an event that is not sustained and states no decay: Apple states no time. A choice."""
+FINE = 5e-4
+"""Largest deviation of the lines of a vibration from the square of its intensity."""
 INTENSITY, SHARPNESS = "HapticIntensityControl", "HapticSharpnessControl"
 TIMES = ("AttackTime", "DecayTime", "ReleaseTime")
 DEFAULTS = {"HapticIntensity": 1.0, "HapticSharpness": 0.5} | dict.fromkeys(TIMES, 0.0) | {"Sustained": 1.0}
@@ -60,27 +72,18 @@ def decode(document: Node) -> DecodedDocument:
         else:
             notes.warn("EventDuration of a HapticContinuous event must be above 0 s", done="left out")
     for entry in entries:
-        part = (
-            entry.node("ParameterCurve")
-            if entry.has("ParameterCurve")
-            else entry.node("Parameter", optional=True)
-        )
-        if (name := part.text("ParameterID")) and name not in CONTROLS:
-            left_out[name] += 1
-        elif not entry.has("Event", "ParameterCurve", "Parameter"):
+        key = next((key for key in ("ParameterCurve", "Parameter", "Event") if entry.has(key)), "")
+        if not key:
             left_out[f"entries of {', '.join(sorted(map(str, entry.value))[:3]) or 'nothing'}"] += 1
+        elif (name := entry.node(key).text("ParameterID")) and name not in CONTROLS:
+            left_out[name] += 1
     if not parts and not taps:
         notes.problems.append("Pattern: holds no haptic event")
     notes.check()
-    facts = {"carrier_hz": [SPAN.low, SPAN.high], "carrier_from": "sharpness"}
-    if left_out:
-        facts["left_out"] = ", ".join(f"{count} {name}" for name, count in left_out.items())
-    seconds = max([0.0, *(part.end for part in parts)])
-    about = document.value.get("Metadata")
-    text = about.get("Description") if isinstance(about, dict) else None
-    return DecodedDocument(
-        Events.of(parts, taps, seconds, SPAN), text if isinstance(text, str) else "", facts
-    )
+    events = Events.of(parts, taps, max([0.0, *(part.end for part in parts)]), SPAN)
+    text = document.node("Metadata", optional=True).text("Description")
+    gone = ", ".join(f"{count} {name}" for name, count in left_out.items())
+    return DecodedDocument(events, text, "sharpness", gone)
 
 
 def _entries(entries: list[Node]) -> Iterator[Node]:
@@ -122,17 +125,16 @@ def _vibration(start: float, duration: float, values: dict[str, float], controls
     times = start + times
     both = np.unique(np.concatenate([times, controls[INTENSITY][0], controls[SHARPNESS][0]]))
     at = both[(both >= times[0]) & (both <= times[-1])]
-    level = _at(controls[INTENSITY], at) * np.interp(at, times, gain)
+
+    def amplitude(t: Line) -> Line:
+        level = values["HapticIntensity"] * _at(controls[INTENSITY], t) * np.interp(t, times, gain)
+        return np.asarray(level**2)
+
     # The square of a line is none.
-    bent = zip(at[:-1].tolist(), np.diff(at).tolist(), np.diff(level).tolist(), strict=True)
-    more = [
-        np.linspace(a, a + d, int(np.ceil(d / STEP_S)) + 1)[:-1] for a, d, rise in bent if rise and d > STEP_S
-    ]
-    at = np.unique(np.concatenate([at, *more]))
-    level = values["HapticIntensity"] * _at(controls[INTENSITY], at) * np.interp(at, times, gain)
-    return Part(
-        at, level**2, SPAN.hz(np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], at), 0, 1))
-    )
+    dense = densified(at)
+    at = np.union1d(at, dense[thinned(dense, amplitude(dense), FINE)])
+    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], at), 0, 1)
+    return Part(at, amplitude(at), SPAN.hz(sharp))
 
 
 def _at(control: Control, t: Line | float) -> Line:
@@ -141,29 +143,26 @@ def _at(control: Control, t: Line | float) -> Line:
 
 def _control(entries: list[Node], name: str) -> Control:
     """Return times and values of a control; a later curve takes over from an earlier one."""
-    pieces = []
+    pieces: list[list[tuple[float, ...]]] = []
     for entry in entries:
-        for kind in ("ParameterCurve", "Parameter"):
-            part = entry.node(kind, optional=True)
-            if part.text("ParameterID") != name:
-                continue
-            start = part.number("Time", 0.0)
-            points = part.nodes("ParameterCurveControlPoints") if kind == "ParameterCurve" else [part]
-            ready = [
-                (
-                    start + (0.0 if point is part else point.number("Time", 0.0, 0.0)),
-                    point.number("ParameterValue", None, *CONTROLS[name], name=name),
-                )
-                for point in points
-            ]
-            pieces += [in_order(ready, part.notes, "control points")] if ready else []
+        curve, step = (entry.node(kind, optional=True) for kind in ("ParameterCurve", "Parameter"))
+        points: list[tuple[float, ...]] = []
+        if curve.text("ParameterID") == name:
+            start, nodes = curve.number("Time", 0.0), curve.nodes("ParameterCurveControlPoints")
+            points = [(start + one.number("Time", 0.0, 0.0), _value(one, name)) for one in nodes]
+        elif step.text("ParameterID") == name:
+            points = [(step.number("Time", 0.0), _value(step, name))]
+        pieces += [in_order(points, curve.notes, "control points")] if points else []
     times, values = np.array([-1.0]), np.array([1.0 if name == INTENSITY else 0.0])
     for piece in sorted(pieces, key=lambda piece: piece[0][0]):
-        first = piece[0][0] - JUMP_S
-        held = float(np.interp(first, times, values))
-        kept = times < first
-        at = np.concatenate([times[kept], [first], [point[0] for point in piece]])
-        values = np.concatenate([values[kept], [held], [point[1] for point in piece]])
-        least = JUMP_S * np.arange(len(at))
-        times = np.maximum.accumulate(at - least) + least
+        at, new = np.array(piece).T
+        before = at[0] - JUMP_S
+        kept = times < before
+        held = np.interp(before, times, values)
+        times = increasing(np.concatenate([times[kept], [before], at]))
+        values = np.concatenate([values[kept], [held], new])
     return times, values
+
+
+def _value(node: Node, name: str) -> float:
+    return node.number("ParameterValue", None, *CONTROLS[name], name=name)

@@ -6,9 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DocumentHeader
-from tactogram.rendering.files.events import PULSE_S, Events, FrequencySpan, Line, Part, densified, thinned
+from tactogram.rendering.files.events import (
+    PULSE_S,
+    SHORTEST_S,
+    Events,
+    FrequencySpan,
+    Line,
+    Part,
+    densified,
+    spans_of,
+    thinned,
+)
 from tactogram.rendering.files.formats.ahap.reading import INTENSITY, LONGEST_EVENT_S, SHARPNESS, SPAN
 
 MOST_POINTS = 16
@@ -16,7 +25,6 @@ MOST_POINTS = 16
 others have hundreds."""
 INTENSITY_STEP, SHARPNESS_STEP = 0.01, 0.02
 """Largest deviation of a curve from the vibration."""
-SHORTEST_S = 1e-5
 STEP_S = 0.001
 """Time in which a curve steps to another value, s."""
 STEADY = 1e-4
@@ -30,8 +38,7 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     Steady vibrations are events with constants of their own, which may overlap. Others are joined, and curves are
     their intensity and sharpness.
     """
-    if events.seconds < SHORTEST_S:
-        raise ParameterError(f"AHAP needs at least {SHORTEST_S:g} s, got {events.seconds:g} s")
+    events.check_length("AHAP")
     span = events.span or SPAN
     if all(_steady(part, span) for part in events.parts):
         entries = [
@@ -69,7 +76,9 @@ def _varying(events: Events, span: FrequencySpan) -> list[dict[str, Any]]:
     # The root of a line is not a line; a line that leaves the span has a bend there.
     t = densified(whole.times)
     level, sharp = np.sqrt(np.minimum(whole.at(t), 1)), span.share(whole.hz(t))
-    windows, entries, last = _windows(events), [], 0.0
+    taps = np.array([one.time for one in events.transients])
+    windows = spans_of(np.maximum(0, taps - STEP_S), taps + PULSE_S, 3 * STEP_S)
+    entries, last = [], 0.0
     for start, end in [*windows, (events.seconds + STEP_S, events.seconds)]:
         inside = np.linspace(last, start - STEP_S, max(2, int((start - last) / STEP_S)))
         if len(heard := inside[whole.at(inside) > 0]):
@@ -89,28 +98,14 @@ def _varying(events: Events, span: FrequencySpan) -> list[dict[str, Any]]:
     return entries
 
 
-def _windows(events: Events) -> list[tuple[float, float]]:
-    """Return the times around transients, from `STEP_S` before the first of those that are close."""
-    windows: list[tuple[float, float]] = []
-    for one in events.transients:
-        start, end = max(0.0, one.time - STEP_S), one.time + PULSE_S
-        if windows and start <= windows[-1][1] + 3 * STEP_S:
-            start = windows.pop()[0]
-        windows.append((start, end))
-    return windows
-
-
 def _idling(times: Line, values: Line, windows: list[tuple[float, float]], idle: float) -> tuple[Line, Line]:
     """Return a line that is ``idle`` within the windows."""
-    for start, end in windows:
-        at = np.array([start - STEP_S, start, end, end + STEP_S])
-        level = np.array([0, idle, idle, 0]) + np.interp(at, times, values) * [1, 0, 0, 1]
-        used = slice(0 if start >= STEP_S else 1, None)
-        place = int(np.searchsorted(times, at[0]))
-        kept = (times < at[0]) | (times > at[-1])
-        times = np.insert(times[kept], place, at[used])
-        values = np.insert(values[kept], place, level[used])
-    return times, values
+    at = np.array([(start - STEP_S, start, end, end + STEP_S) for start, end in windows]).reshape(-1, 4)
+    level = np.interp(at, times, values)
+    level[:, 1:3] = idle
+    outside = np.searchsorted(at.ravel(), times) % 4 == 0
+    both, first = np.unique(np.append(at, times[outside]), return_index=True)
+    return both[both >= 0], np.append(level, values[outside])[first][both >= 0]
 
 
 def _chunks(start: float, end: float, amplitude: float, sharpness: float) -> list[dict[str, Any]]:

@@ -7,19 +7,17 @@ description; such files need the reference software's Synthesizer.
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any
-
 import numpy as np
+from scipy import interpolate
 
 from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.rendering.files.documents import DecodedDocument, Node, sample_count
-from tactogram.rendering.files.events import UNKNOWN_HZ, Events, Line, Part, Transient, joined
-from tactogram.rendering.files.formats.hjif.rules import Band, Channel, Effect, channels_of
+from tactogram.rendering.files.events import JUMP_S, UNKNOWN_HZ, Events, Line, Part, Transient, joined
+from tactogram.rendering.files.formats.hjif.rules import BASES, Channel, Effect, channels_of
 from tactogram.signal import Signal
 from tactogram.signal.io.description import decode as read_description
 
-TRANSIENT_MS = 22.0
+TRANSIENT_S = 0.022
 """Length of a transient, two periods of a sine, in the reference software."""
 
 
@@ -38,152 +36,103 @@ def decode(document: Node) -> DecodedDocument:
     notes.check()
     description = document.text("description")
     own = read_description(description, "HJIF") if description else None
-    seconds = max(_seconds(channel, timescale) for channel in channels)
+    seconds = max(_seconds(channel) for channel in channels)
     if own is None and not seconds > 0:
         notes.problems.append("the file's channels have no length")
     notes.check()
-    sample_count(seconds, max([channel.rate for channel in channels]) or READ_RATE)
+    usual = max(channel.rate for channel in channels) or READ_RATE
+    sample_count(seconds, usual)
     waves = all(
-        band.kind == "Transient"
-        or (band.kind == "VectorialWave" and all(effect.base == "Sine" for effect in band.effects))
+        effect.kind == "Transient" or (effect.kind == "VectorialWave" and effect.base == "Sine")
         for channel in channels
-        for band in channel.bands
+        for effect in channel.effects
     )
-    events = _events(channels, timescale, seconds) if waves else None
     left_out = [f"{len(perceptions) - 1} further perceptions"] if len(perceptions) > 1 else []
-    if events is not None and len(channels) > 1:
+    if waves and len(channels) > 1:
         left_out.append(f"of {len(channels)} channels as events all but the strongest at any time")
-    facts: dict[str, Any] = {"modality": modality} | ({"left_out": ", ".join(left_out)} if left_out else {})
-    waveform = partial(_waveform, channels, timescale, None if own is None else own.rate)
-    return DecodedDocument(events, description, facts, waveform)
+
+    def waveform(rate: float | None) -> Signal:
+        exact = own is not None and rate in (None, own.rate) and channels[0].rate == max(1, round(own.rate))
+        count = channels[0].count if exact else 0
+        rate = rate or (own.rate if own else usual)
+        at = np.arange(max(1, count or sample_count(seconds, rate)))
+        # Samples that this package wrote are whole ticks apart.
+        t = at * round(timescale / rate) / timescale if count else at / rate
+        samples = np.stack([_played(channel, t) for channel in channels]).astype(np.float32)
+        names = tuple(channel.name for channel in channels)
+        unique = len(set(names)) == len(names)
+        return Signal(samples, rate, "1", names if unique else tuple(map(str, range(len(names)))))
+
+    events = _events(channels, seconds) if waves else None
+    return DecodedDocument(
+        events, description, left_out=", ".join(left_out), modality=modality, waveform=waveform
+    )
 
 
-def _events(channels: list[Channel], timescale: float, seconds: float) -> Events:
+def _events(channels: list[Channel], seconds: float) -> Events:
     parts: list[list[Part]] = []
     taps: list[Transient] = []
     for channel in channels:
         parts.append([])
-        for band in channel.bands:
-            for effect in band.effects:
-                if band.kind == "VectorialWave":
-                    parts[-1] += _part(band, effect, channel.gain, timescale)
-                    continue
-                for place, strength in effect.amplitude.T.tolist():
-                    same = effect.frequency[1][effect.frequency[0] == place]
-                    hz = float(same[0]) if len(same) else UNKNOWN_HZ
-                    time = (effect.position + place) / timescale
-                    taps.append(Transient(time, min(1.0, abs(channel.gain * strength)), hz))
+        for effect in channel.effects:
+            (times, strength), (turns, hz) = effect.amplitude, effect.frequency
+            if effect.kind == "Transient":
+                tones = np.interp(times, turns, hz) if len(turns) else np.full(len(times), UNKNOWN_HZ)
+                shares = np.minimum(np.abs(channel.gain * strength), 1)
+                taps += [Transient(*tap) for tap in np.stack([times, shares, tones]).T.tolist()]
+            elif len(turns) and effect.end > effect.start:
+                # The first and the last strength hold beside them.
+                at = np.union1d(times, [effect.start, effect.end])
+                shares = np.minimum(np.abs(channel.gain * np.interp(at, times, strength)), 1)
+                parts[-1].append(Part.of(at, shares, turns, np.clip(hz, effect.low, effect.high)))
     if len(channels) > 1:
         taps = list({one.time: one for one in sorted(taps, key=lambda one: one.amplitude)}.values())
     strongest = [joined([joined(own) for own in parts if own], strongest=True)]
     return Events.of(parts[0] if len(parts) == 1 else strongest, taps, seconds)
 
 
-def _part(band: Band, effect: Effect, gain: float, timescale: float) -> list[Part]:
-    """Return a wave as a vibration; nothing without a frequency. The first and last strength hold beside them."""
-    (places, strength), (turns, hz), end = effect.amplitude, effect.frequency, effect.end
-    if not len(turns) or end <= 0:
-        return []
-    if not len(places):
-        places, strength = np.array([0.0, end]), np.ones(2)
-    before, after = int(places[0] > 0), int(places[-1] < end)
-    at = effect.position + np.concatenate([[0.0] * before, places, [end] * after])
-    amplitude = np.minimum(np.abs(gain * np.pad(strength, (before, after), mode="edge")), 1)
-    hz = np.clip(hz, band.low, band.high)
-    return [Part.of(at / timescale, amplitude, (effect.position + turns) / timescale, hz)]
-
-
-def _waveform(
-    channels: list[Channel], timescale: float, exact_rate: float | None, rate: float | None
-) -> Signal:
-    rate = rate or exact_rate or max([channel.rate for channel in channels]) or READ_RATE
-    count = sample_count(max(_seconds(channel, timescale) for channel in channels), rate)
-    step = timescale / rate
-    if exact_rate is not None and rate == exact_rate and channels[0].count:
-        count, step = channels[0].count, float(round(step))
-    ticks = np.arange(max(1, count), dtype=np.float64) * step
-    samples = np.stack([_played(channel, ticks, timescale) for channel in channels])
-    names = tuple(channel.name for channel in channels)
-    if len(set(names)) < len(names):
-        names = tuple(map(str, range(len(names))))
-    return Signal(samples.astype(np.float32), rate, "1", names)
-
-
-def _seconds(channel: Channel, timescale: float) -> float:
+def _seconds(channel: Channel) -> float:
     if channel.rate and channel.count:
         return channel.count / channel.rate
-    tail = TRANSIENT_MS / 1e3 * timescale
-    ends = [
-        effect.position + effect.end + (tail if band.kind == "Transient" else 0.0)
-        for band in channel.bands
-        for effect in band.effects
-    ]
-    return max([0.0, *ends]) / timescale
+    tails = {"Transient": TRANSIENT_S}
+    return max([0.0, *(effect.end + tails.get(effect.kind, 0.0) for effect in channel.effects)])
 
 
-def _played(channel: Channel, ticks: Line, timescale: float) -> Line:
-    total = np.zeros(len(ticks))
-    for band in channel.bands:
-        for effect in band.effects:
-            at = ticks - effect.position
-            if band.kind == "Curve":
-                total += _curve(band.curve, effect, at)
-            else:
-                total += (_wave if band.kind == "VectorialWave" else _transients)(band, effect, at, timescale)
-    return np.clip(total, -1, 1) * channel.gain
+def _played(channel: Channel, t: Line) -> Line:
+    played = {"Curve": _curve, "VectorialWave": _wave, "Transient": _transients}
+    total: Line = sum((played[effect.kind](effect, t) for effect in channel.effects), np.zeros(len(t)))
+    return np.asarray(np.clip(total, -1, 1) * channel.gain)
 
 
-def _curve(kind: str, effect: Effect, at: Line) -> Line:
-    places, values = effect.amplitude
-    if not len(places):
-        return np.zeros(len(at))
-    inside = (at >= places[0]) & (at <= places[-1])
-    if kind == "Linear" or len(places) == 2:
-        return np.where(inside, np.interp(at, places, values), 0.0)
-    if kind == "Akima" and len(places) > 2:
-        from scipy.interpolate import Akima1DInterpolator
-
-        return np.where(inside, np.nan_to_num(Akima1DInterpolator(places, values)(at)), 0.0)
-    # Cubic or unspecified: horizontal at every keyframe, as the reference software's Hermite polynomial.
-    i = np.clip(np.searchsorted(places, at, side="right") - 1, 0, max(len(places) - 2, 0))
-    j = np.minimum(i + 1, len(places) - 1)
-    span = np.maximum(places[j] - places[i], 1e-12)
-    u = np.clip((at - places[i]) / span, 0, 1)
-    return np.where(inside, values[i] + (values[j] - values[i]) * (3 - 2 * u) * u**2, 0.0)
+def _curve(effect: Effect, t: Line) -> Line:
+    times, values = effect.amplitude
+    if not len(times):
+        return np.zeros(len(t))
+    if effect.curve == "Linear" or len(times) <= 2:
+        line = np.interp(t, times, values)
+    elif effect.curve == "Akima" and np.diff(times).min() > 2 * JUMP_S:
+        line = interpolate.Akima1DInterpolator(times, values)(t)
+    else:
+        # Cubic or unspecified: horizontal at every keyframe, as the reference software's Hermite polynomial. Akima's
+        # slopes would overshoot at a jump.
+        line = interpolate.CubicHermiteSpline(times, values, np.zeros(len(times)))(t)
+    return np.where((t >= times[0]) & (t <= times[-1]), line, 0.0)
 
 
-def _wave(band: Band, effect: Effect, at: Line, timescale: float) -> Line:
-    (places, strength), (turns, frequency) = effect.amplitude, effect.frequency
-    inside = (at >= 0) & (at <= effect.end)
-    amplitude = np.interp(at, places, strength) if len(places) else np.ones(len(at))
-    if not len(turns):
-        return np.zeros(len(at))
-    f = np.clip(np.interp(at, turns, frequency), band.low, band.high)
-    step = (at[1] - at[0]) / timescale if len(at) > 1 else 0.0
-    cycles = np.cumsum(np.where(inside, f, 0.0)) * step
-    first = int(np.argmax(inside))
-    cycles = cycles - cycles[first] + effect.phase / (2 * np.pi)
-    return np.where(inside, amplitude * _base(effect.base, cycles), 0.0)
+def _wave(effect: Effect, t: Line) -> Line:
+    if not effect.frequency.size or len(t) < 2:
+        return np.zeros(len(t))
+    inside = (t >= effect.start) & (t <= effect.end)
+    hz = np.clip(np.interp(t, *effect.frequency), effect.low, effect.high)
+    phase = 2 * np.pi * (t[1] - t[0]) * np.cumsum(np.where(inside, hz, 0.0))
+    phase += effect.phase - phase[np.argmax(inside)]
+    return np.where(inside, np.interp(t, *effect.amplitude) * BASES[effect.base](phase), 0.0)
 
 
-def _base(name: str, cycles: Line) -> Line:
-    match name:
-        case "Square":
-            return np.where(cycles % 1 < 0.5, 1.0, -1.0)
-        case "Triangle":
-            return np.asarray(2 / np.pi * np.arcsin(np.sin(2 * np.pi * cycles)))
-        case "SawToothUp":
-            return 2 * ((cycles + 0.5) % 1) - 1
-        case "SawToothDown":
-            return 1 - 2 * ((cycles + 0.5) % 1)
-    return np.asarray(np.sin(2 * np.pi * cycles))
-
-
-def _transients(_: Band, effect: Effect, at: Line, timescale: float) -> Line:
-    """Return two periods of a sine in `TRANSIENT_MS` at each keyframe, at any frequency, as the reference does."""
-    length = TRANSIENT_MS / 1e3 * timescale
-    total = np.zeros(len(at))
-    for place, strength in effect.amplitude.T:
-        away = at - place
-        total += np.where((away >= 0) & (away <= length), strength * np.sin(4 * np.pi * away / length), 0.0)
+def _transients(effect: Effect, t: Line) -> Line:
+    """Return two periods of a sine in `TRANSIENT_S` at each keyframe, at any frequency, as the reference does."""
+    total = np.zeros(len(t))
+    for time, strength in effect.amplitude.T:
+        away = (t - time) / TRANSIENT_S
+        total += np.where((away >= 0) & (away <= 1), strength * np.sin(4 * np.pi * away), 0.0)
     return total

@@ -8,12 +8,14 @@ where it is wrong.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal
 
 from tactogram.rendering.files.documents import Node
-from tactogram.rendering.files.events import Line
+from tactogram.rendering.files.events import Line, increasing
 
 MOST_TICKS = 48_000
 MODALITIES = (
@@ -30,7 +32,14 @@ MODALITIES = (
     ),
     *("Force", "Vibrotactile Texture", "Stiffness", "Friction", "Electrotactile"),
 )
-BASES = ("Sine", "Square", "Triangle", "SawToothUp", "SawToothDown")
+BASES: dict[str, Callable[[Line], Line]] = {
+    "Sine": np.sin,
+    "Square": signal.square,
+    "Triangle": lambda phase: np.asarray(signal.sawtooth(phase + np.pi / 2, 0.5)),
+    "SawToothUp": lambda phase: np.asarray(signal.sawtooth(phase + np.pi)),
+    "SawToothDown": lambda phase: -signal.sawtooth(phase + np.pi),
+}
+"""Base signals of a phase in radians."""
 BANDS = ("Transient", "Curve", "VectorialWave", "WaveletWave")
 CURVES = ("Unknown", "Cubic", "Linear", "Akima", "Bezier", "Bspline")
 REQUIRED = {
@@ -44,28 +53,23 @@ _RENDER = "render the file to a WAV with the MPEG reference software's Synthesiz
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """Section of a band: keyframes of amplitude and frequency (Hz), their places in ticks from ``position``.
+    """Section of a band of a channel, from ``start`` to ``end`` (s).
 
-    Both are float64 arrays, shape (place and value, keyframe); ``end`` is the place of the last keyframe.
+    ``kind``, the type of the ``curve`` and the limits ``low`` and ``high`` (Hz) are the band's. Keyframes of amplitude
+    and of frequency (Hz) are float64 arrays, shape (time and value, keyframe), the times in s, each after the one
+    before.
     """
-
-    position: float
-    phase: float
-    base: str
-    amplitude: Line
-    frequency: Line
-    end: float
-
-
-@dataclass(frozen=True)
-class Band:
-    """Component of a channel: its type, the type of its curves, its limits (Hz) and effects."""
 
     kind: str
     curve: str
     low: float
     high: float
-    effects: tuple[Effect, ...]
+    start: float
+    end: float
+    phase: float
+    base: str
+    amplitude: Line
+    frequency: Line
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,7 @@ class Channel:
     gain: float
     rate: float
     count: int
-    bands: tuple[Band, ...]
+    effects: tuple[Effect, ...]
 
 
 def channels_of(document: Node) -> tuple[float, list[tuple[str, list[Channel]]]]:
@@ -103,12 +107,12 @@ def channels_of(document: Node) -> tuple[float, list[tuple[str, list[Channel]]]]
         most = 127 if level == 1 else 65_535
         if len(channels) > most:
             notes.warn(f"level {level:g} holds {most} channels at most", len(channels))
-        ready = [_channel(channel, level) for channel in channels]
+        ready = [_channel(channel, level, timescale) for channel in channels]
         found.append((_one_of(one, "perception_modality", MODALITIES), ready))
     return timescale, found
 
 
-def _channel(node: Node, level: float) -> Channel:
+def _channel(node: Node, level: float, timescale: float) -> Channel:
     _require(node, "channel")
     bands = node.nodes("bands")
     if level == 1 and len(bands) > 7:
@@ -118,11 +122,11 @@ def _channel(node: Node, level: float) -> Channel:
         node.number("gain", 1.0),
         node.number("frequency_sampling", 0, 0),
         int(node.number("sample_count", 0, 0)),
-        tuple(_band(band) for band in bands),
+        tuple(effect for band in bands for effect in _band(band, timescale)),
     )
 
 
-def _band(node: Node) -> Band:
+def _band(node: Node, timescale: float) -> list[Effect]:
     notes = node.notes
     kind, curve = _one_of(node, "band_type", BANDS), _one_of(node, "curve_type", CURVES, required=False)
     low, high = node.number("lower_frequency_limit", 0, 0), node.number("upper_frequency_limit", 1000, 0)
@@ -134,13 +138,15 @@ def _band(node: Node) -> Band:
         )
     elif kind == "Curve" and curve in ("Bezier", "Bspline"):
         notes.problems.append(f"curves of type {curve} cannot be read; use Linear, Cubic or Akima")
-    return Band(kind, curve, low, max(low, high), tuple(_effect(one) for one in node.nodes("effects")))
+    return [_effect(one, timescale, kind, curve, low, max(low, high)) for one in node.nodes("effects")]
 
 
-def _effect(node: Node) -> Effect:
-    if (kind := node.text("effect_type", "Basis")) != "Basis":
-        node.notes.problems.append(f"{kind} effects cannot be read; {_RENDER}")
-    lines, ends = [], [0.0]
+def _effect(node: Node, timescale: float, kind: str, curve: str, low: float, high: float) -> Effect:
+    if (type_ := node.text("effect_type", "Basis")) != "Basis":
+        node.notes.problems.append(f"{type_} effects cannot be read; {_RENDER}")
+    base = _one_of(node, "base_signal", tuple(BASES), required=False)
+    position, phase = node.number("position", 0), node.number("phase", 0)
+    lines, end = [], 0.0
     frames = [one for one in node.list("keyframes", optional=True) if isinstance(one, dict)]
     for name in ("amplitude_modulation", "frequency_modulation"):
         stated = [one for one in frames if one.get(name) is not None]
@@ -153,11 +159,14 @@ def _effect(node: Node) -> Effect:
         if (np.diff(places) < 0).any():
             node.notes.warn("keyframes must be in order of relative_position", done="sorted")
         order = np.argsort(places, kind="stable")
-        lines.append(np.stack([np.maximum(places[order], 0), values[order]]))
-        ends += places[order][-1:].tolist()
-    base = _one_of(node, "base_signal", BASES, required=False)
-    position, phase = node.number("position", 0), node.number("phase", 0)
-    return Effect(position, phase, base, lines[0], lines[1], max(ends))
+        places = np.maximum(places[order], 0)
+        end = max([end, *places[-1:].tolist()])
+        lines.append(np.stack([increasing((position + places) / timescale), values[order]]))
+    amplitude, frequency = lines
+    start, end = position / timescale, (position + end) / timescale
+    if kind == "VectorialWave" and not amplitude.size:
+        amplitude = np.array([[start], [1.0]])
+    return Effect(kind, curve, low, high, start, end, phase, base, amplitude, frequency)
 
 
 def _one_of(node: Node, key: str, names: tuple[str, ...], *, required: bool = True) -> str:

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DocumentHeader
-from tactogram.rendering.files.events import Events, Part, thinned
-from tactogram.rendering.files.formats.hjif.reading import TRANSIENT_MS
+from tactogram.rendering.files.events import Events, Part, bends
+from tactogram.rendering.files.formats.hjif.reading import TRANSIENT_S
 from tactogram.rendering.files.formats.hjif.rules import MOST_TICKS
 from tactogram.signal import Signal
 
@@ -48,17 +48,11 @@ def encode_waveform(signal: Signal, header: DocumentHeader) -> dict[str, Any]:
             f"HJIF holds at most {MOST_TICKS} ticks per s (or mm), got {timescale}; resample the signal"
         )
     usual = "Friction" if signal.domain == "displacement" else "Vibrotactile"
-    band = {"band_type": "Curve", "curve_type": "Linear", **_limits(min(round(signal.rate / 2), timescale))}
-    channels = [
-        _channel(
-            i,
-            name,
-            [band | {"effects": [_effect(0, _keyframes(signal.samples[i], steps))]}],
-            signal.rate,
-            len(signal),
-        )
-        for i, name in enumerate(signal.axes)
-    ]
+    top = min(round(signal.rate / 2), timescale)
+    channels = []
+    for i, (name, samples) in enumerate(zip(signal.axes, signal.samples, strict=True)):
+        curve = _band([_effect(0, _keyframes(samples, steps))], top, band_type="Curve", curve_type="Linear")
+        channels.append(_channel(i, name, [curve], signal.rate, len(signal)))
     about = f"{signal.unit} over {signal.domain}"
     return _document(channels, header, timescale, about, BY_UNIT.get(header.unit, usual))
 
@@ -67,24 +61,15 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of events within 0 to 1, in one channel."""
     waves = [_effect(_ticks(part.start), _wave_keyframes(part)) for part in events.parts]
     taps = [
-        _effect(
-            _ticks(one.time),
-            [
-                {
-                    "relative_position": 0,
-                    "amplitude_modulation": round(one.amplitude, DIGITS),
-                    "frequency_modulation": round(one.frequency),
-                }
-            ],
-        )
+        _effect(_ticks(one.time), [_keyframe(0, amplitude=one.amplitude, frequency=one.frequency)])
         for one in events.transients
     ]
     bands = [
-        {"band_type": kind, **_limits(HIGHEST_HZ), "effects": effects}
+        _band(effects, HIGHEST_HZ, band_type=kind)
         for kind, effects in (("VectorialWave", waves), ("Transient", taps))
         if effects
     ]
-    seconds = max([events.seconds, *(one.time + TRANSIENT_MS / 1e3 for one in events.transients[-1:])])
+    seconds = max([events.seconds, *(one.time + TRANSIENT_S for one in events.transients[-1:])])
     channel = _channel(0, "x", bands, TICKS, max(1, _ticks(seconds)))
     return _document([channel], header, TICKS, "events over time", "Vibrotactile")
 
@@ -130,16 +115,16 @@ def _channel(number: int, name: str, bands: list[dict[str, Any]], rate: float, c
     }
 
 
-def _limits(top: int) -> dict[str, int]:
-    return {"lower_frequency_limit": 0, "upper_frequency_limit": top}
+def _band(effects: list[dict[str, Any]], top: int, **kind: str) -> dict[str, Any]:
+    return kind | {"lower_frequency_limit": 0, "upper_frequency_limit": top, "effects": effects}
 
 
-def _effect(position: int, keyframes: list[dict[str, Any]]) -> dict[str, Any]:
+def _effect(position: int, keyframes: list[dict[str, float]]) -> dict[str, Any]:
     about = {"effect_type": "Basis", "position": position, "phase": 0.0, "base_signal": "Sine"}
     return about | {"keyframes": keyframes}
 
 
-def _keyframes(samples: NDArray[np.float32], steps: int) -> list[dict[str, Any]]:
+def _keyframes(samples: NDArray[np.float32], steps: int) -> list[dict[str, float]]:
     """Return a keyframe per sample that is not on the line between its neighbours, and one after the last.
 
     The reference software plays nothing at the exact position of the last keyframe.
@@ -148,24 +133,28 @@ def _keyframes(samples: NDArray[np.float32], steps: int) -> list[dict[str, Any]]
     x = np.append(x, x[-1])
     bent = np.abs(np.diff(x, 2)) > 0.5 * 10.0**-DIGITS if len(x) > 2 else np.zeros(0, bool)
     places = np.flatnonzero(np.concatenate([[True], bent, [True]]))
-    return [
-        {"relative_position": place * steps, "amplitude_modulation": value}
-        for place, value in zip(places.tolist(), x[places].tolist(), strict=True)
-    ]
+    return [_keyframe(steps * place, amplitude=float(x[place])) for place in places.tolist()]
 
 
-def _wave_keyframes(part: Part) -> list[dict[str, Any]]:
+def _wave_keyframes(part: Part) -> list[dict[str, float]]:
     """Return the keyframes of a vibration's amplitude and frequency, relative to its beginning."""
-    frames = [
-        {"relative_position": _ticks(part.times[i] - part.start), name: value(float(line[i]))}
-        for name, line, step, value in (
-            ("amplitude_modulation", part.amplitude, AMPLITUDE_STEP, lambda one: round(one, DIGITS)),
-            ("frequency_modulation", part.frequency, FREQUENCY_STEP_HZ, round),
-        )
-        for i in thinned(part.times, line, step)
-    ]
-    return sorted(frames, key=lambda frame: float(frame["relative_position"]))
+    strength = bends(part.times - part.start, part.amplitude, AMPLITUDE_STEP)
+    tones = bends(part.times - part.start, part.frequency, FREQUENCY_STEP_HZ)
+    frames = [_keyframe(_ticks(time), amplitude=value) for time, value in strength]
+    frames += [_keyframe(_ticks(time), frequency=hz) for time, hz in tones]
+    return sorted(frames, key=lambda frame: frame["relative_position"])
+
+
+def _keyframe(
+    place: int, *, amplitude: float | None = None, frequency: float | None = None
+) -> dict[str, float]:
+    frame: dict[str, float] = {"relative_position": place}
+    if amplitude is not None:
+        frame["amplitude_modulation"] = round(amplitude, DIGITS)
+    if frequency is not None:
+        frame["frequency_modulation"] = round(frequency)
+    return frame
 
 
 def _ticks(seconds: float) -> int:
-    return round(TICKS * float(seconds))
+    return round(TICKS * seconds)
