@@ -43,7 +43,7 @@ def refusal(name, content, tmp_path):
     return str(caught.value)
 
 
-@pytest.mark.parametrize("name", [name for name in TABLES if name != "signal.csv"])  # read in any encoding
+@pytest.mark.parametrize("name", [name for name in TABLES if name not in ("signal.csv", "answers.csv")])
 @pytest.mark.parametrize("encoding", ["latin-1", "cp932", "utf-16"])
 def test_a_table_in_another_encoding_is_refused(name, encoding, tmp_path):
     _, headings, row = TABLES[name]
@@ -51,6 +51,16 @@ def test_a_table_in_another_encoding_is_refused(name, encoding, tmp_path):
     line = refusal(name, text.encode(encoding), tmp_path)
     assert str(tmp_path / name) in line
     assert line.endswith("save it as UTF-8")
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "cp932", "utf-16"])
+def test_answers_are_read_in_any_encoding(encoding, tmp_path):
+    said = {"cp1252": "Stoffmuster grün", "cp932": "さらさらする", "utf-16": "x"}[encoding]
+    path = tmp_path / "answers.csv"
+    path.write_bytes(f"study,participant,design,question,answer\ns,p,rating,rough,{said}\n".encode(encoding))
+    answers = read_answers(path)
+    assert answers.column("answer") == (said,)
+    assert answers.notes == (() if encoding == "utf-16" else (f"text read as {encoding}, not UTF-8",))
 
 
 @pytest.mark.parametrize("name", TABLES)

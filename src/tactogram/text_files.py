@@ -43,7 +43,7 @@ def displayable(text: str) -> str:
 
 
 def decode_text(
-    raw: bytes, where: Path | str, *, encoding: str = "utf-8-sig", hint: str = "", cut_short: bool = False
+    raw: bytes, where: Path | str, *, encoding: str = "utf-8-sig", cut_short: bool = False
 ) -> str:
     """Return ``raw`` as text, `DataError` if it is not in this encoding; the last character may be ``cut_short``."""
     if encoding.startswith("utf-8") and (zero := raw.find(b"\0")) >= 0:
@@ -53,9 +53,7 @@ def decode_text(
     except UnicodeDecodeError as error:
         name = "UTF-8" if encoding == "utf-8-sig" else encoding
         got = f"got the byte {raw[error.start]:#04x}"
-        raise DataError(
-            f"{where}: not {name} text at byte {error.start}, {got}; save it as UTF-8{hint}"
-        ) from None
+        raise DataError(f"{where}: not {name} text at byte {error.start}, {got}; save it as UTF-8") from None
 
 
 def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
@@ -91,16 +89,19 @@ def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
     return raw.decode(encoding, "replace"), encoding
 
 
-def read_text(
-    path: Path, *, encoding: str = "utf-8-sig", hint: str = "", most_bytes: int = MOST_BYTES
-) -> str:
+def read_text(path: Path, *, encoding: str = "utf-8-sig", most_bytes: int = MOST_BYTES) -> str:
     """Return the text in a file.
 
     Raises
     ------
     DataError
-        If it is unreadable, larger than ``most_bytes``, or not text in this encoding; the message ends with ``hint``.
+        If it is unreadable, larger than ``most_bytes``, or not text in this encoding.
     """
+    return decode_text(read_bytes(path, most_bytes), path, encoding=encoding)
+
+
+def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """Return the content of a file; `DataError` if it is unreadable, or larger than ``most_bytes``."""
     try:
         with path.open("rb") as file:
             raw = file.read(most_bytes + 1)
@@ -108,7 +109,7 @@ def read_text(
         raise DataError(f"{path}: not readable: {getattr(error, 'strerror', None) or error}") from error
     if len(raw) > most_bytes:
         raise DataError(f"{path}: must have at most {most_bytes} bytes, got more")
-    return decode_text(raw, path, encoding=encoding, hint=hint)
+    return raw
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -160,7 +160,8 @@ def _rate(request: RatingRequest, show: Printer) -> None:
     from tactogram.workflows.data.rating_tables import rate_store
 
     facts = rate_store(**vars(request))
-    show(facts, lines_of({name: shortened(value) for name, value in facts.items()}))
+    known = {name: shortened(value) for name, value in facts.items() if name != "notes"}
+    show(facts, "\n".join([lines_of(known), *facts["notes"]]))
 
 
 def _ratings(request: _RatingsRequest, show: Printer) -> None:

@@ -35,7 +35,10 @@ def _analyse(request: AnalysisRequest, show: Printer) -> None:
 
     result = analyse_study(**vars(request))
     text = result.pop("text")
-    show(result, f"{text}\nwritten: {', '.join(result['files'])} in {result['out']}")
+    show(
+        result,
+        "\n".join([text, *result["notes"]]) + f"\nwritten: {', '.join(result['files'])} in {result['out']}",
+    )
 
 
 def _power(request: _PowerRequest, show: Printer) -> None:

@@ -1,16 +1,112 @@
-"""Table cells: values, or an error that names the cell."""
+"""Table cells: as text whatever the file, values, or an error that names the cell."""
 
 from __future__ import annotations
 
+import csv
+import io
+import json
 import math
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from tactogram.datasets.parquet_table import read_parquet
 from tactogram.errors import DataError, one_line
+from tactogram.text_files import csv_rows, detected_text, parse_json, read_bytes, read_text
+
+_SNIFFED = 100_000
+
+
+class Cells(NamedTuple):
+    """A table as text: headings, rows with their numbers as in a spreadsheet, and what was left out.
+
+    Each row has a cell for each heading; a heading may be empty.
+    """
+
+    headings: list[str]
+    rows: list[tuple[int, list[str]]]
+    notes: list[str]
+
+
+def read_cells(path: Path, *, encoding: str = "") -> Cells:
+    """Return the cells of a CSV, TSV, Parquet, XLSX or JSON file (records), without rows that are empty.
+
+    The encoding of a text is detected unless it is given. A `DataError` names the file, and the row that has too few or
+    too many cells.
+    """
+    notes: list[str] = []
+    match path.suffix.lower():
+        case ".parquet":
+            table = read_parquet(path)
+            lists = [column.to_pylist() for column in table.columns]
+            rows = [(0, list(table.column_names)), *enumerate(map(list, zip(*lists, strict=True)), 1)]
+        case ".xlsx":
+            rows = _sheet(path)
+        case ".json":
+            rows = _records(path)
+        case suffix:
+            if encoding:
+                text = read_text(path, encoding=encoding)
+            else:
+                text, found = detected_text(read_bytes(path), path)
+                notes += [] if found.startswith("utf") else [f"text read as {found}, not UTF-8"]
+            divider = "\t" if suffix == ".tsv" else max(",;\t", key=partial(_columns, text[:_SNIFFED]))
+            rows = [(n, [*row]) for n, row in csv_rows(text, path, delimiter=divider)]
+    cells = [(number, [cell_text(cell) for cell in row]) for number, row in rows]
+    headings = [heading.strip() for heading in cells[0][1]] if cells else []
+    if not any(headings):
+        raise DataError(f"{path}: must begin with a row of headings, got none")
+    named = max(n for n, heading in enumerate(headings, 1) if heading)
+    kept = []
+    for number, row in cells[1:]:
+        if any(map(str.strip, row)):
+            if len(row) < named or any(map(str.strip, row[len(headings) :])):
+                raise DataError(f"{path}: row {number}: must have {len(headings)} cells, got {len(row)}")
+            kept.append((number, (row + [""] * len(headings))[: len(headings)]))
+    if unnamed := [str(n) for n, heading in enumerate(headings, 1) if not heading]:
+        notes.append(f"columns left out, as they have no heading: {', '.join(unnamed)}")
+    return Cells(headings, kept, notes)
+
+
+def cell_text(value: Any) -> str:
+    """Return a cell as text: 3.0 and 3 are the same score, rater or item."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict | list):
+        return json.dumps(value, ensure_ascii=False)
+    return repr(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
+
+
+def _columns(text: str, divider: str) -> int:
+    return len(next(csv.reader(io.StringIO(text, newline=""), delimiter=divider), []))
+
+
+def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
+    try:
+        sheets = pd.read_excel(path, header=None, sheet_name=None, dtype=object, engine="calamine")
+    except Exception as error:  # pandas and the readers below it raise whatever a damaged file leads to
+        raise DataError(f"{path}: not readable: {one_line(error)}") from error
+    filled = [sheet.dropna(how="all") for sheet in sheets.values() if sheet.notna().any(axis=None)]
+    if len(filled) > 1:
+        raise DataError(
+            f"{path}: must have one sheet, got {', '.join(map(str, sheets))}; save that of the answers as CSV"
+        )
+    return [(n + 1, list(row)) for sheet in filled for n, *row in sheet.itertuples()]
+
+
+def _records(path: Path) -> list[tuple[int, list[Any]]]:
+    found = parse_json(detected_text(read_bytes(path), path)[0], path)
+    if not isinstance(found, list) or not all(isinstance(row, dict) for row in found):
+        raise DataError(f"{path}: must hold a list of objects, one per row")
+    names = list(dict.fromkeys(name for row in found for name in row))
+    return [(0, names), *((n, [row.get(name) for name in names]) for n, row in enumerate(found, 1))]
 
 
 def finite_number(where: object, name: str, text: str | None) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +19,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tactogram.datasets.parquet_table import read_parquet
+from tactogram.datasets.cells import cell_text, read_cells
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.text_files import csv_rows, read_text
 
 SUFFIXES = (".csv", ".tsv", ".parquet")
 Targets = Mapping[str, Mapping[str, float]]
@@ -99,9 +98,10 @@ NEEDED = ("study", "participant", "design", "question", "answer")
 
 @dataclass(frozen=True)
 class Answers:
-    """A table of answers."""
+    """A table of answers; each of the ``notes`` says in a line what was left out of the file."""
 
     rows: tuple[Answer, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -175,7 +175,7 @@ def cells(answers: Answers) -> tuple[list[str], list[list[str]]]:
     """Return the headings and the rows as text: booleans as ``true`` and ``false``, missing numbers as ""."""
     extra = answers.extra_columns
     rows = [
-        [*(_text(getattr(row, name)) for name in COLUMNS), *(row.more.get(name, "") for name in extra)]
+        [*(cell_text(getattr(row, name)) for name in COLUMNS), *(row.more.get(name, "") for name in extra)]
         for row in answers
     ]
     return [*COLUMNS, *extra], rows
@@ -198,38 +198,19 @@ def read_answers(path: Path) -> Answers:
 
     Raises `DataError`, naming file and row, if a column is missing or a cell is not of its column's type.
     """
-    return answers_of(*read_cells(path), where=str(path))
+    headings, rows, notes = read_cells(path)
+    return replace(answers_of(headings, rows, where=str(path)), notes=tuple(notes))
 
 
-def read_cells(path: Path, *, encoding: str = "utf-8-sig") -> tuple[list[str], list[list[str]]]:
-    """Return the headings and the rows of any table as text; raise `DataError` if it is not readable."""
-    suffix = _suffix(path)
-    if suffix == ".parquet":
-        table = read_parquet(path)
-        lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
-        return list(table.column_names), [list(row) for row in zip(*lists, strict=True)]
-    text = read_text(path, encoding=encoding)
-    delimiter = "\t" if suffix == ".tsv" else max(",;\t", key=text.partition("\n")[0].count)
-    rows = csv_rows(text, path, delimiter=delimiter)
-    if not rows:
-        raise DataError(f"{path}: must begin with a row of headings, got an empty file")
-    (_, headings), *rows = rows
-    for number, row in rows:
-        if len(row) != len(headings):
-            raise DataError(f"{path}: row {number}: must have {len(headings)} cells, got {len(row)}")
-    return [heading.strip() for heading in headings], [row for _, row in rows]
-
-
-def answers_of(headings: Sequence[str], rows: Sequence[Sequence[str]], *, where: str) -> Answers:
-    """Return the answers of rows of text; unknown columns become extra ones. Raises as `read_answers`."""
+def answers_of(headings: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], *, where: str) -> Answers:
+    """Return the answers of numbered rows of text; unknown columns become extra ones. Raises as `read_answers`."""
     if missing := [name for name in NEEDED if name not in headings]:
         raise DataError(f"{where}: lacks the column {', '.join(missing)}, has {', '.join(headings)}")
-    if len(set(headings)) != len(headings):
-        twice = next(name for name in headings if list(headings).count(name) > 1)
+    if twice := next((name for name in headings if name and list(headings).count(name) > 1), ""):
         raise DataError(f"{where}: has two columns {twice!r}; remove one")
     answers = []
-    for number, row in enumerate(rows, 2):
-        texts = dict(zip(headings, row, strict=True))
+    for number, row in rows:
+        texts = {name: cell for name, cell in zip(headings, row, strict=True) if name}
         values = {
             name: _value(texts[name], KINDS[name], f"{where}: row {number}: {name}")
             for name in COLUMNS
@@ -255,14 +236,6 @@ def _value(text: str, kind: str, where: str) -> Any:
     if text.casefold() not in booleans:
         raise DataError(f"{where}: must be true or false, got {text!r}")
     return booleans[text.casefold()]
-
-
-def _text(value: Any) -> str:
-    if value is None or (isinstance(value, float) and math.isnan(value)):
-        return ""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    return repr(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
 
 
 def _suffix(path: Path) -> str:

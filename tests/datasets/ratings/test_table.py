@@ -77,19 +77,17 @@ class TestReading:
         found = read_table(write(tmp_path / f"r{suffix}", LONG.replace(",", divider))).ratings
         assert found.sha256 == read_table(write(tmp_path / "s.csv", LONG)).ratings.sha256
 
-    def test_japanese_excel_is_read_when_it_is_said(self, tmp_path):
+    @pytest.mark.parametrize("encoding", ["cp932", ""])
+    def test_japanese_excel_is_read(self, tmp_path, encoding):
         text = WIDE.replace(",".join(WORDS), ",".join(JAPANESE.values())).replace(
             "rater,item", "被験者,試料番号"
         )
         path = write(tmp_path / "r.csv", text.replace("plate01", "1"), "cp932")
         named = {"rater": "被験者", "item": "試料番号"}
-        columns = RatingColumns(named=named, item="plate{:0>2}", encoding="cp932")
-        found = read_table(path, columns=columns).ratings
-        assert found.sha256 == read_table(write(tmp_path / "s.csv", WIDE)).ratings.sha256
-        with pytest.raises(
-            DataError, match=r"r.csv: not UTF-8 text at byte 0, got the byte 0x94; .*encoding=cp932"
-        ):
-            read_table(path)
+        columns = RatingColumns(named=named, item="plate{:0>2}", encoding=encoding)
+        found = read_table(path, columns=columns)
+        assert found.ratings.sha256 == read_table(write(tmp_path / "s.csv", WIDE)).ratings.sha256
+        assert found.notes == (() if encoding else ("text read as cp932, not UTF-8",))
 
     def test_columns_are_mapped_and_ignored(self, tmp_path):
         text = "Subject,Age,Sample,Adjective,Value,Trial\nr1,22,p,Rough (Zarazara-suru),6,3\n"
@@ -135,6 +133,13 @@ class TestReading:
         pq.write_table(table, tmp_path / "r.parquet")
         found = read_table(tmp_path / "r.parquet", scale=EVOKED, columns=RatingColumns(item="image{:0>3}"))
         assert (found.ratings.rater, found.ratings.item, found.blank) == (("7",), ("image001",), {"7": 1})
+
+    def test_truth_is_a_score_where_a_word_was_evoked_or_not(self, tmp_path):
+        rows = {"item": ["p", "q"], "score": [True, False], "word": ["dry", "dry"], "rater": ["r", "r"]}
+        pq.write_table(pa.table(rows), tmp_path / "r.parquet")
+        assert read_table(tmp_path / "r.parquet", scale=EVOKED).ratings.score.tolist() == [1, 0]
+        with pytest.raises(DataError, match="score must be a number, got 'true'"):
+            read_table(tmp_path / "r.parquet")
 
     @pytest.mark.parametrize("name", ["r.csv", "r.tsv", "r.parquet"])
     @pytest.mark.parametrize("form", ["long", "wide"])
@@ -185,7 +190,7 @@ BROKEN = {
     "an unknown word": (LONG + "r3,p,ruff,2\n", "row 5: word must be one of dry, .*, got 'ruff'"),
     "a rating twice": (
         LONG + "r1,plate01,Rough,5\n",
-        r"row 5 \(r1, plate01, rough\): row 2 is the same rating",
+        r"row 5 \(r1, plate01, rough\): row 2 is the same rating; leave one out, or",
     ),
     "a score that is no number": (
         LONG + "r3,p,rough,much\n",
@@ -235,8 +240,12 @@ def test_a_broken_table_is_refused_with_its_row(tmp_path, name):
 
 
 def test_files_that_are_no_tables_are_refused(tmp_path):
-    with pytest.raises(DataError, match=r"must be .csv, .tsv, .parquet, got '.xlsx'"):
+    with pytest.raises(DataError, match=r"must be .csv, .tsv, .parquet, .xlsx, .json, got '.ods'"):
+        read_table(tmp_path / "r.ods")
+    with pytest.raises(DataError, match="r.xlsx: not readable: .*No such file"):
         read_table(tmp_path / "r.xlsx")
+    with pytest.raises(DataError, match="r.json: must hold a list of objects, one per row"):
+        read_table(write(tmp_path / "r.json", '{"rater": "r"}'))
     with pytest.raises(DataError, match="r.csv: not readable: No such file"):
         read_table(tmp_path / "r.csv")
     with pytest.raises(DataError, match="r.parquet: not a readable Parquet file"):

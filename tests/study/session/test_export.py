@@ -121,6 +121,35 @@ def test_anothers_table_is_read_by_a_mapping(tmp_path):
     assert first.more == {"trial_index": "7"}
 
 
+def test_an_export_of_a_questionnaire_is_read_by_the_reader_of_ratings(tmp_path):
+    path = tmp_path / "q.csv"
+    path.write_text(
+        'StartDate,EndDate,Status,ResponseId,kind,Q1_1,Q1_2\n"Start Date","End Date",Status,"Response ID",kind,'
+        'How rough? - tile,How rough? - cork\n"{""ImportId"":""a""}",,,,,,\n'
+        "2026-01-02,2026-01-02,Survey Preview,R_p,0,1,1\n2026-01-02,2026-01-02,IP Address,R_1,1,6,2\n"
+    )
+    answers = import_answers(
+        path, TableMapping(columns={"condition": "kind"}, constants={"design": "rating"})
+    )
+    found = [(row.participant, row.stimulus, row.question, row.value, row.condition) for row in answers]
+    assert found == [("R_1", "tile", "rough", 6.0, "1"), ("R_1", "cork", "rough", 2.0, "1")]
+    assert "rows left out of previews: 1, the first is row 4" in answers.notes
+
+
+def test_trials_of_jspsych_that_are_mapped_are_kept(tmp_path):
+    path = tmp_path / "j.csv"
+    path.write_text(
+        "trial_type,trial_index,response,stimulus,subject\nhtml-keyboard-response,0,f,cork,s1\n"
+        "html-button-response,1,0,tile,s1\npreload,2,,,s1\n"
+    )
+    columns = {"participant": "subject", "answer": "response", "stimulus": "stimulus"}
+    answers = import_answers(
+        path, TableMapping(columns, constants={"design": "two_area", "question": "which"})
+    )
+    assert [(row.stimulus, row.answer) for row in answers] == [("cork", "f"), ("tile", "0")]
+    assert answers.notes == ("rows left out without stimulus and answer: 1, the first is row 4",)
+
+
 @pytest.mark.parametrize(
     ("mapped", "message"),
     [

@@ -165,6 +165,31 @@ def test_the_command_rates_and_tells(store, tmp_path, capsys):
     assert store_info(store)["ratings"]["scores"] == 90
 
 
+def test_exports_of_a_questionnaire_go_in_as_they_are_and_what_is_left_out_is_said(store, tmp_path, capsys):
+    for person in ("p1", "p2"):
+        (tmp_path / f"{person}.csv").write_text(
+            "item,rough.response,rough.rt,participant,psychopyVersion,\n"
+            f",,,{person},2025.1.1,\nplate01,6,1.2,{person},2025.1.1,\nplate02,3,0.8,{person},2025.1.1,\n"
+        )
+    files = [str(tmp_path / f"{person}.csv") for person in ("p1", "p2")]
+    assert main(["data", "rate", str(store), *files]) == 0
+    assert capsys.readouterr().out.splitlines()[-4:] == [
+        "2 files: read as an export of PsychoPy: rater of 'participant', item of 'item'",
+        "2 files: columns left out, as they have no heading: 6",
+        "2 files: rows left out without an answer: 1, the first is row 2",
+        "2 files: columns left out: rough.rt, psychopyVersion",
+    ]
+    np.testing.assert_array_equal(open_store(store).ratings.cube, [[[6], [6]], [[3], [3]]])
+    (tmp_path / "p1.csv").write_text(
+        "item,slider.response,participant,psychopyVersion\nplate01,6,p1,2025.1.1\n"
+    )
+    asked = ["data", "rate", str(store), files[0], "--replace"]
+    assert main(asked) == 1
+    assert "column.WORD=HEADING" in capsys.readouterr().err
+    assert main([*asked, "--set", "column.rough=slider.response"]) == 0
+    assert len(open_store(store).ratings) == 1
+
+
 def test_a_study_of_ones_own_files_comes_in(tmp_path):
     """What docs/ratings.md shows: plates that were measured, signals that were displayed, two tables."""
     rng = np.random.default_rng(0)

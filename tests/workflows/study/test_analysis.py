@@ -45,6 +45,33 @@ def test_another_programs_table_is_analysed_by_a_mapping_of_columns(table, tmp_p
     assert "shown" in (out / "analysis.txt").read_text()
 
 
+def test_ratings_of_an_export_need_only_their_design(tmp_path, capsys):
+    path, out = tmp_path / "p.csv", tmp_path / "found"
+    lines = ["item,rough_slider.response,rough_slider.rt,participant,psychopyVersion,", ",,,p1,2025.1.1,"]
+    lines += [
+        f"{item},{score},1.5,{who},2025.1.1," for who in ("p1", "p2") for item, score in (("a", 2), ("b", 6))
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    assert main(["study", "analyse", str(path), "--out", str(out), "--design", "rating", "--no-figures"]) == 0
+    assert "rows left out without an answer: 1, the first is row 2" in capsys.readouterr().out.splitlines()
+    [section] = json.loads((out / "analysis.json").read_text())["sections"]
+    assert (section["answers"], section["participants"]) == (4, 2)
+    path.write_text(path.read_text().replace("rough_slider", "slider"))
+    given = ["study", "analyse", str(path), "--out", str(out), "--design", "rating", "--no-figures"]
+    assert main(given) == 1
+    assert "ratings are not recognised; say which columns are participant" in capsys.readouterr().err
+    more = [
+        "--column",
+        "participant=participant",
+        "--column",
+        "stimulus=item",
+        "--column",
+        "value=slider.response",
+    ]
+    assert main([*given, *more, "--constant", "question=rough"]) == 0
+    assert "rows left out without stimulus and answer: 1, the first is row 2" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("more", "words"),
     [

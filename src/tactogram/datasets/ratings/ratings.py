@@ -252,7 +252,8 @@ def join_ratings(tables: Sequence[Ratings]) -> Ratings:
         if other.scale != first.scale or set(other.words) != set(first.words):
             raise DataError(
                 "tables of ratings must have one scale and the same words, got "
-                f"{first.scale} ({', '.join(first.words)}) and {other.scale} ({', '.join(other.words)})"
+                f"{first.scale} ({', '.join(first.words)}) and {other.scale} ({', '.join(other.words)}); words=A,B "
+                "names the words of all"
             )
     return Ratings(
         tuple(name for table in tables for name in table.rater),
@@ -289,7 +290,9 @@ def check_rows(
             raise DataError(f"{where}: score must be {scale}, got {score[number]:g}")
         if (before := first.setdefault(key, number)) != number:
             same = rows[before] if rows else before + 1
-            raise DataError(f"{where}: row {same} is the same rating; leave one out")
+            raise DataError(
+                f"{where}: row {same} is the same rating; leave one out, or name what differs (column.session=HEADING)"
+            )
 
 
 def _frozen(values: NDArray[Any]) -> NDArray[Any]:

@@ -1,8 +1,9 @@
-"""Tables of ratings: CSV, TSV or Parquet, with a row per score or a row per rater and item.
+"""Tables of ratings, with a row per score or a row per rater and item, and exports of questionnaires.
 
 *Long*: columns ``rater``, ``item``, ``word``, ``score``. *Wide*: ``rater``, ``item``, and a column per word. Columns
 ``order`` and ``session`` are optional; the order of columns is free. The ten words of [1] and [2] are recognised in
-English, Japanese and romaji (`words.word_of`).
+English, Japanese and romaji (`words.word_of`). PsychoPy's, jsPsych's, Qualtrics' and Google Forms' exports become the
+long form (`questions.Questions`).
 
 The tables of the published study (IEEE DataPort, DOI 10.21227/5jwn-qx81) were not at hand. The paper describes them as
 384 instances of ten scores for 12 plates by 32 people, and 1,248 for 39 signals ([1], Sec. III-A and III-C), hence
@@ -13,103 +14,60 @@ from __future__ import annotations
 
 import csv
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import pyarrow as pa
 
-from tactogram.datasets.cells import finite_number
+from tactogram.datasets.cells import Cells, cell_text, finite_number, read_cells
 from tactogram.datasets.parquet_table import read_parquet
+from tactogram.datasets.ratings.columns import MISSING, NAMED, RatingColumns
 from tactogram.datasets.ratings.files import read_ratings, write_ratings
+from tactogram.datasets.ratings.questionnaires import export_of, rows_left_out
+from tactogram.datasets.ratings.questions import Questions
 from tactogram.datasets.ratings.ratings import SEVEN_POINT, Ratings, Scale, check_rows
-from tactogram.datasets.ratings.words import WORDS, word_of
+from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.text_files import csv_rows, read_text
 
-NAMED = ("rater", "item", "word", "score", "order", "session")
-MISSING = ("", "na", "n/a", "nan", "none", "null", "-", "–")
-"""Cells that hold no score, in any case."""
 SUFFIXES = (".csv", ".tsv", ".parquet")
+YES_NO = {"true": "1", "false": "0"}
+READ_SUFFIXES = (*SUFFIXES, ".xlsx", ".json")
 Form = Literal["long", "wide"]
 
 
 @dataclass(frozen=True)
-class RatingColumns:
-    """Columns of a table of ratings.
-
-    Parameters
-    ----------
-    named : mapping from str to str
-        The table's heading of ``rater``, ``item``, ``word``, ``score``, ``order``, ``session`` or of a word.
-    words : tuple of str
-        Words of the study; by default the ten words. In the wide form each must have a column.
-    ignored : tuple of str
-        Headings of other columns, such as an age.
-    item : str
-        Format of an item's name in the store: ``plate{:0>2}`` makes ``7`` ``plate07``.
-    encoding : str
-        Of a CSV or TSV file; ``cp932`` is that of Japanese Excel.
-    """
-
-    named: Mapping[str, str] = field(default_factory=dict)
-    words: tuple[str, ...] = ()
-    ignored: tuple[str, ...] = ()
-    item: str = "{}"
-    encoding: str = "utf-8-sig"
-
-    def __post_init__(self) -> None:
-        for name in self.named:
-            if name not in (*NAMED, *self.vocabulary):
-                raise ParameterError(
-                    f"a column must be one of {', '.join((*NAMED, *self.vocabulary))}, got {name!r}"
-                )
-        try:
-            "".encode(self.encoding)  # refuses codecs that are not for text
-        except LookupError:
-            raise ParameterError(f"encoding must be one that Python knows, got {self.encoding!r}") from None
-        try:
-            self.item.format("1")
-        except (IndexError, KeyError, ValueError):
-            raise ParameterError(
-                f"item must have a place for the cell, such as plate{{:0>2}}, got {self.item!r}"
-            ) from None
-
-    @property
-    def vocabulary(self) -> tuple[str, ...]:
-        """Words of the study, or the ten words."""
-        return self.words or WORDS
-
-    def word(self, text: str) -> str | None:
-        """Return the word that a heading or a cell means, or None."""
-        text = text.strip()
-        word = text if text in self.vocabulary else word_of(text)
-        return word if word in self.vocabulary else None
-
-
-@dataclass(frozen=True)
 class RatingsTable:
-    """Ratings as read from a table, with the number of empty cells by rater; raters without any are left out."""
+    """Ratings as read from a table, with the number of empty cells by rater; raters without any are left out.
+
+    Each of the ``notes`` says in a line what was left out.
+    """
 
     ratings: Ratings
     blank: Mapping[str, int]
+    notes: Sequence[str] = ()
 
 
 def read_table(
-    path: Path, *, scale: Scale = SEVEN_POINT, columns: RatingColumns | None = None
+    path: Path,
+    *,
+    scale: Scale = SEVEN_POINT,
+    columns: RatingColumns | None = None,
+    items: Collection[str] = (),
 ) -> RatingsTable:
     """Read a table of ratings.
 
     Parameters
     ----------
     path : Path
-        ``.csv``, ``.tsv`` or ``.parquet``; a file of `tactogram.datasets.ratings.files.write_ratings` has its own scale
-        and words.
+        ``.csv``, ``.tsv``, ``.parquet``, ``.xlsx`` or ``.json``; a file of
+        `tactogram.datasets.ratings.files.write_ratings` has its own scale and words.
     scale : Scale
     columns : RatingColumns, optional
+    items : collection of str
+        Names of items, by which they are found in the questions of a questionnaire.
 
     Raises
     ------
@@ -118,16 +76,15 @@ def read_table(
         required cell is empty, a column is missing or unknown, or there is no row.
     """
     columns = columns or RatingColumns()
-    if path.suffix.lower() not in SUFFIXES:
-        raise DataError(f"{path}: a table of ratings must be {', '.join(SUFFIXES)}, got {path.suffix!r}")
-    if path.suffix.lower() == ".parquet":
-        table = read_parquet(path)
-        if b"tactogram" in (table.schema.metadata or {}):
-            return RatingsTable(read_ratings(path), {})
-        headings, rows = _parquet_rows(table)
-    else:
-        headings, rows = _text_rows(path, columns.encoding)
-    return _Reader(path, scale, columns, headings).read(rows)
+    if path.suffix.lower() not in READ_SUFFIXES:
+        raise DataError(f"{path}: a table of ratings must be {', '.join(READ_SUFFIXES)}, got {path.suffix!r}")
+    if path.suffix.lower() == ".parquet" and b"tactogram" in (read_parquet(path).schema.metadata or {}):
+        return RatingsTable(read_ratings(path), {})
+    table = read_cells(path, encoding=columns.encoding)
+    export = export_of(path, table, low=scale.low, ignored=columns.ignored)
+    if export.program:
+        table, columns = Questions(export, columns, scale, items).read()
+    return _Reader(path, scale, columns, table).read()
 
 
 def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
@@ -154,19 +111,23 @@ def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
 class _Reader:
     """Reader of one table, which assigns its columns and reads its rows."""
 
-    def __init__(self, path: Path, scale: Scale, columns: RatingColumns, headings: Sequence[str]) -> None:
+    def __init__(self, path: Path, scale: Scale, columns: RatingColumns, table: Cells) -> None:
         self.path, self.scale, self.columns = path, scale, columns
-        self.headings = [heading.strip() for heading in headings]
+        self.headings, self.rows, self.notes = table.headings, table.rows, [*table.notes]
+        left = []
         self.place: dict[str, int] = {}
         theirs = {heading: ours for ours, heading in columns.named.items()}
         for number, heading in enumerate(self.headings):
-            if heading in columns.ignored:
+            if not heading or columns.ignores(heading):
                 continue
             name = theirs.get(heading) or self._standard(heading)
+            if name is None and "*" in columns.ignored:
+                left.append(heading)
+                continue
             if name is None:
                 raise DataError(
                     f"{path}: column {number + 1} {heading!r} is neither a word nor one of {', '.join(NAMED)}; "
-                    "column.NAME=HEADING names it, ignore=HEADING leaves it out"
+                    "column.NAME=HEADING names it, ignore=HEADING (or *) leaves it out"
                 )
             if name in self.place:
                 raise DataError(f"{path}: columns {self.place[name] + 1} and {number + 1} both are {name!r}")
@@ -176,6 +137,8 @@ class _Reader:
         for ours, heading in columns.named.items():
             if ours not in self.place:
                 raise DataError(f"{path}: has no column {heading!r}, but {self._listed()}")
+        if left:
+            self.notes.append(f"columns left out: {', '.join(left)}")
         self._check()
 
     def _standard(self, heading: str) -> str | None:
@@ -197,25 +160,30 @@ class _Reader:
                 f"{self.path}: lacks the column {', '.join(missing)}, has {self._listed()}; {hint}"
             )
 
-    def read(self, rows: Iterator[tuple[int, list[str]]]) -> RatingsTable:
+    def read(self) -> RatingsTable:
         blank: Counter[str] = Counter()
         scored: list[tuple[int, str, str, str, float, int, str]] = []
-        count = 0
-        for number, cells in rows:
-            count += 1
+        empty, without = [], []
+        for number, cells in self.rows:
             where = f"{self.path}: row {number}"
-            if len(cells) != len(self.headings):
-                raise DataError(f"{where}: must have {len(self.headings)} cells, got {len(cells)}")
+            if not self._cell("item", cells) and not self._is_scored(cells):
+                empty.append(number)
+                continue
             rater, item = self._filled(where, "rater", cells), self._filled(where, "item", cells)
             item = self.columns.item.format(item)
+            if item in self.columns.without:
+                without.append(number)
+                continue
             order, session = self._order(where, cells), self._cell("session", cells)
-            for word, text in self._scores(where, cells):
+            for word, cell in self._scores(where, cells):
+                text = YES_NO.get(cell.casefold(), cell) if self.scale.high == 1 else cell
                 if text.casefold() in MISSING:
                     blank[rater] += 1
                 else:
                     score = finite_number(f"{where} ({rater}, {item}, {word})", "score", text)
                     scored.append((number, rater, item, word, score, order, session))
         if not scored:
+            count = len(self.rows)
             rest = f"score in any of its rows ({count})" if count else "row below its headings"
             raise DataError(f"{self.path}: holds no {rest}")
         numbers, raters, items, words, scores, orders, sessions = zip(*scored, strict=True)
@@ -227,7 +195,13 @@ class _Reader:
         ratings = Ratings(
             raters, items, words, np.array(scores), self.scale, np.array(orders), sessions, words=vocabulary
         )
-        return RatingsTable(ratings, dict(sorted(blank.items())))
+        self.notes += rows_left_out("without item and score", empty)
+        self.notes += rows_left_out(f"of {', '.join(self.columns.without)}", sorted(set(without)))
+        return RatingsTable(ratings, dict(sorted(blank.items())), tuple(self.notes))
+
+    def _is_scored(self, cells: Sequence[str]) -> bool:
+        names = self.words if self.wide else ("score",)
+        return any(self._cell(name, cells).casefold() not in MISSING for name in names)
 
     def _scores(self, where: str, cells: Sequence[str]) -> Iterator[tuple[str, str]]:
         if self.wide:
@@ -261,38 +235,12 @@ class _Reader:
         return int(order)
 
 
-def _text_rows(path: Path, encoding: str) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
-    """Return the headings, and the rows that are not empty with their numbers as in a spreadsheet."""
-    text = read_text(path, encoding=encoding, hint=", or set encoding=cp932 for files of Japanese Excel")
-    first = text.partition("\n")[0]
-    divider = "\t" if path.suffix.lower() == ".tsv" else max(",;\t", key=first.count)
-    (number, headings), *rows = csv_rows(text, path, delimiter=divider) or [(0, [])]
-    if number != 1 or not any(cell.strip() for cell in headings):
-        raise DataError(f"{path}: must begin with a row of headings, got none")
-    return headings, ((n, row) for n, row in rows if any(cell.strip() for cell in row))
-
-
-def _parquet_rows(table: pa.Table) -> tuple[list[str], Iterator[tuple[int, list[str]]]]:
-    """Return the columns' names, and the rows from 1 as text."""
-    lists = [[_text(value) for value in column.to_pylist()] for column in table.columns]
-    return table.column_names, ((n, list(row)) for n, row in enumerate(zip(*lists, strict=True), 1))
-
-
-def _text(value: Any) -> str:
-    """Return a cell as text: 3.0 and 3 are the same score, rater or item."""
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return str(int(value))
-    return repr(int(value)) if isinstance(value, float) and value.is_integer() else str(value)
-
-
 def _long(ratings: Ratings) -> Iterator[list[Any]]:
     yield list(NAMED)
     orders = np.asarray(ratings.order).tolist()
     columns = (ratings.rater, ratings.item, ratings.word, ratings.score.tolist(), orders, ratings.session)
     for rater, item, word, score, order, session in zip(*columns, strict=True):
-        yield [rater, item, word, _text(score), order if order > 0 else "", session]
+        yield [rater, item, word, cell_text(score), order if order > 0 else "", session]
 
 
 def _wide(ratings: Ratings) -> Iterator[list[Any]]:
@@ -302,5 +250,5 @@ def _wide(ratings: Ratings) -> Iterator[list[Any]]:
     for key, word, score in zip(keys, ratings.word, ratings.score.tolist(), strict=True):
         rows.setdefault(key, {})[word] = score
     for (rater, item, session, order), scores in rows.items():
-        cells = [_text(scores[word]) if word in scores else "" for word in ratings.words]
+        cells = [cell_text(scores[word]) if word in scores else "" for word in ratings.words]
         yield [rater, item, order if order > 0 else "", session, *cells]

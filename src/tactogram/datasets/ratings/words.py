@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 _STEMS = {
     "dry": ("さらさら", "sarasara"),
@@ -49,8 +49,35 @@ def _plain(text: str) -> str:
     return re.sub(r"[\s_-]", "", unicodedata.normalize("NFKC", text)).casefold()
 
 
-def _spellings(word: str) -> set[str]:
-    return {_plain(name) for name in (word, JAPANESE[word], ROMAJI[word], *_STEMS[word])}
+def _forms(word: str) -> tuple[str, ...]:
+    return (word, JAPANESE[word], ROMAJI[word], *_STEMS[word])
 
 
-_KNOWN = {spelling: word for word in WORDS for spelling in _spellings(word)}
+_KNOWN = {_plain(form): word for word in WORDS for form in _forms(word)}
+
+
+def words_in(text: str, vocabulary: Iterable[str]) -> set[str]:
+    """Return the words of a vocabulary that a text holds, the ten words in any of their languages."""
+    forms = {form: word for word in vocabulary for form in (_forms(word) if word in _STEMS else (word,))}
+    return {forms[form] for form in names_in(text, forms)}
+
+
+def names_in(text: str, names: Iterable[str]) -> set[str]:
+    """Return the names that stand apart in a text in any case; of two that overlap, the longer."""
+    plain = _apart(text)
+    found = {
+        name: form
+        for name in names
+        if (form := _apart(name)) in plain or (not name.isascii() and form.strip() in plain)
+    }
+    return {
+        name
+        for name, form in found.items()
+        if not any(form != other and form.strip() in other for other in found.values())
+    }
+
+
+def _apart(text: str) -> str:
+    """Return the words of a text between blanks: ``rough_slider``, ``roughSlider`` and ``(Rough)`` hold `` rough ``."""
+    split = re.sub("(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKC", text)).replace("_", " ")
+    return " ".join(["", *re.findall(r"\w+", split), ""]).casefold()

@@ -263,7 +263,7 @@ class StoreWriter:
             raise DataError(
                 f"ratings must be of items in the store, got {', '.join(unknown[:5])}"
                 f"{' …' if len(unknown) > 5 else ''}; an item is a recording's label item, else its material, or the "
-                "material of a photograph"
+                "material of a photograph; without=A,B leaves items out"
             )
         path = self._files.parquet("ratings", 0)
         write_ratings(path, ratings)

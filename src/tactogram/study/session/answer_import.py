@@ -1,20 +1,25 @@
 """Import of tables of answers from other programs.
 
-jsPsych, lab.js, PsychoPy, Qualtrics and spreadsheets write one row per trial under their own headings; a mapping
-assigns headings to columns. Other columns are kept unchanged.
+lab.js and spreadsheets write one row per trial under their own headings; a mapping assigns headings to columns. Other
+columns are kept unchanged. Ratings in exports of PsychoPy, jsPsych, Qualtrics and Google Forms need none.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from tactogram.datasets.cells import read_cells
+from tactogram.datasets.ratings.columns import MISSING, RatingColumns
+from tactogram.datasets.ratings.questionnaires import Export, export_of, rows_left_out
+from tactogram.datasets.ratings.questions import Questions
+from tactogram.datasets.ratings.ratings import Scale
 from tactogram.errors import DataError, ParameterError
-from tactogram.study.answers import COLUMNS, KINDS, Answers, answers_of, read_cells
+from tactogram.study.answers import COLUMNS, KINDS, Answers, answers_of
 
-MISSING = ("", "na", "n/a", "nan", "none", "null", "-")
-"""Cells without a value, in any case."""
+ANY_NUMBER = Scale("any number", -1e300, 1e300)
 TRUE, FALSE = ("true", "1", "yes", "correct", "t"), ("false", "0", "no", "wrong", "incorrect", "f")
 
 
@@ -24,13 +29,13 @@ class TableMapping:
 
     ``columns`` are the table's headings by our columns, as ``{"participant": "subject"}``, where they differ;
     ``constants`` are values of a column in every row, as ``{"question": "which"}``; ``values`` are meanings of cells by
-    column, as ``{"condition": {"0": "recorded"}}``. Japanese Excel writes ``cp932``.
+    column, as ``{"condition": {"0": "recorded"}}``. The encoding is detected if it is empty.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
     constants: Mapping[str, str] = field(default_factory=dict)
     values: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    encoding: str = "utf-8-sig"
+    encoding: str = ""
 
     def __post_init__(self) -> None:
         for name in (*self.columns, *self.constants, *self.values):
@@ -50,26 +55,65 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
     heading or a required column is missing, or a cell is not of its column's type.
     """
     mapped = mapped or TableMapping()
-    headings, rows = read_cells(path, encoding=mapped.encoding)
+    taken = {*mapped.columns, *mapped.constants}
+    rated = not taken & {"question", "answer", "value", "correct"}
+    export = export_of(path, read_cells(path, encoding=mapped.encoding), low=0.0 if rated else None)
+    headings = [*filter(None, export.headings)]
     for ours, theirs in mapped.columns.items():
         if theirs not in headings:
             raise DataError(f"{path}: has no column {theirs!r} for {ours}, has {', '.join(headings)}")
     ours_of = {theirs: ours for ours, theirs in mapped.columns.items()}
     # A heading that equals a column but is mapped otherwise is kept under another name.
-    taken = {*mapped.columns, *mapped.constants}
-    named = [ours_of.get(h, f"their_{h}" if h in taken else h) for h in headings]
-    tables = [dict(zip(named, (_plain(cell) for cell in row), strict=True)) for row in rows]
+    named = [ours_of.get(h, f"their_{h}" if h in taken else h) for h in export.headings]
+    numbers = [number for number, _ in export.rows]
+    tables = [dict(zip(named, map(_plain, row), strict=True)) for _, row in export.rows]
     if not tables:
         raise DataError(f"{path}: holds no row below its headings")
-    for number, row in enumerate(tables, 2):
+    if export.program and rated:
+        numbers, tables = _ratings(export, mapped, dict(zip(numbers, tables, strict=True)))
+    rows = list(zip(numbers, tables, strict=True))
+    empty = [
+        number for number, row in rows if not any(map(row.get, ("stimulus", "answer", "value", "correct")))
+    ]
+    export.notes += rows_left_out("without stimulus and answer", empty)
+    rows = [(number, row) for number, row in rows if number not in empty]
+    for number, row in rows:
         row.update(mapped.constants)
         for name, meanings in mapped.values.items():
             if row.get(name, "") in meanings:
                 row[name] = meanings[row[name]]
         _complete(row, path, number)
-    _count_trials(tables)
-    full = list(dict.fromkeys(name for row in tables for name in row))
-    return answers_of(full, [[row.get(name, "") for name in full] for row in tables], where=str(path))
+    _count_trials([row for _, row in rows])
+    full = list(dict.fromkeys(name for _, row in rows for name in row))
+    cells = [(number, [row.get(name, "") for name in full]) for number, row in rows]
+    return replace(
+        answers_of(full, cells, where=str(path)),
+        notes=tuple(re.sub(r" \(ignore=.*?\)", "", note) for note in export.notes),
+    )
+
+
+def _ratings(
+    export: Export, mapped: TableMapping, tables: Mapping[int, dict[str, str]]
+) -> tuple[list[int], list[dict[str, str]]]:
+    """Return the rows of an export as one for each rating, with the other columns of their row."""
+    theirs = {"participant": "rater", "stimulus": "item", "session": "session"}
+    named = {theirs[ours]: heading for ours, heading in mapped.columns.items() if ours in theirs}
+    try:
+        columns = RatingColumns(named=named, ignored=("*", *mapped.columns.values()))
+        (_, rows, export.notes), _ = Questions(export, columns, ANY_NUMBER).read()
+    except DataError as error:
+        raise DataError(
+            f"{export.path}: {export.program}: ratings are not recognised; say which columns are participant, "
+            "stimulus and value, and which column or constant the question"
+        ) from error
+    found = []
+    for number, (person, item, word, score, _, session) in rows:
+        row = {"participant": person, "stimulus": item, "question": word, "value": score, "session": session}
+        others = {
+            name: cell for name, cell in tables[number].items() if "@" not in cell
+        }  # no e-mail addresses
+        found.append(others | {name: cell for name, cell in row.items() if cell})
+    return [number for number, _ in rows], found
 
 
 def _plain(cell: str) -> str:

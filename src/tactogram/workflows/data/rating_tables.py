@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from dataclasses import replace as replace_field
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets import add_ratings, item_of, join_ratings, open_store
+from tactogram.datasets.ratings.columns import RatingColumns
 from tactogram.datasets.ratings.ratings import scale_of
-from tactogram.datasets.ratings.table import Form, RatingColumns, read_table, write_table
+from tactogram.datasets.ratings.table import Form, RatingsTable, read_table, write_table
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.requests import RatingRequest
 from tactogram.workflows.request import takes
 
-SETTINGS = ("words", "ignore", "item", "encoding")
+SETTINGS = ("words", "ignore", "without", "answers", "item", "encoding")
 
 
 @takes(RatingRequest)
@@ -26,7 +27,8 @@ def rate_store(request: RatingRequest) -> dict[str, Any]:
     -------
     dict
         ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``, ``blank`` (cells
-        without a score, by rater), ``unrated`` (items of the store without ratings), ``sha256`` (of the store).
+        without a score, by rater), ``unrated`` (items of the store without ratings), ``notes`` (what each file was read
+        as, and what was left out), ``sha256`` (of the store).
 
     Raises
     ------
@@ -45,8 +47,10 @@ def rate_store(request: RatingRequest) -> dict[str, Any]:
             f"{path} has ratings already ({store.facts.ratings.rows} scores); `replace` puts these in their place"
         )
     chosen, columns = scale_of(request.scale), _columns(request.settings or {}, len(files))
+    known = {name for name in map(item_of, store.index) if name} | set(store.facts.photographs)
     tables = [
-        read_table(Path(file), scale=chosen, columns=how) for file, how in zip(files, columns, strict=True)
+        read_table(Path(file), scale=chosen, columns=how, items=known)
+        for file, how in zip(files, columns, strict=True)
     ]
     ratings = join_ratings([table.ratings for table in tables])
     rated = add_ratings(store, ratings, replace=request.replace)
@@ -54,7 +58,6 @@ def rate_store(request: RatingRequest) -> dict[str, Any]:
     for table in tables:
         for rater, count in table.blank.items():
             blank[rater] = blank.get(rater, 0) + count
-    items = {item_of(info) for info in rated.index} | set(rated.facts.photographs)
     return {
         "path": str(path),
         "files": [str(file) for file in files],
@@ -65,7 +68,8 @@ def rate_store(request: RatingRequest) -> dict[str, Any]:
         "raters": len(ratings.raters),
         "scores": len(ratings),
         "blank": blank,
-        "unrated": sorted(name for name in items if name and name not in ratings),
+        "unrated": sorted(known.difference(ratings.items)),
+        "notes": _notes(files, tables),
         "sha256": rated.sha256,
     }
 
@@ -101,6 +105,15 @@ def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") ->
     }
 
 
+def _notes(files: Sequence[Path | str], tables: Sequence[RatingsTable]) -> list[str]:
+    """Return each note once, with the file that it is about, or the number of files."""
+    about: dict[str, list[str]] = {}
+    for file, table in zip(files, tables, strict=True):
+        for note in table.notes:
+            about.setdefault(note, []).append(str(file))
+    return [f"{own[0] if len(own) == 1 else f'{len(own)} files'}: {note}" for note, own in about.items()]
+
+
 def _columns(settings: Mapping[str, Any], files: int) -> list[RatingColumns]:
     """Return how to read each of ``files`` tables."""
     named = {key.removeprefix("column."): str(value) for key, value in settings.items() if "." in key}
@@ -114,7 +127,9 @@ def _columns(settings: Mapping[str, Any], files: int) -> list[RatingColumns]:
         named=named,
         words=_names(settings.get("words")),
         ignored=_names(settings.get("ignore")),
-        encoding=str(settings.get("encoding", "utf-8-sig")),
+        without=_names(settings.get("without")),
+        answers=_names(settings.get("answers")),
+        encoding=str(settings.get("encoding", "")),
     )
     return [replace_field(known, item=item) for item in (items * files if len(items) == 1 else items)]
 

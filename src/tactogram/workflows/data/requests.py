@@ -103,13 +103,17 @@ class RatingRequest(Request):
     """Tables of ratings to add to a store, of one scale and the same words; all are added or none.
 
     ``settings`` are ``column.rater``, ``column.WORD``, … (the table's heading of it), ``words`` and ``ignore`` (names
-    separated by commas), ``item`` (``plate{:0>2}``, or one for each file, separated by commas) and ``encoding``.
+    separated by commas), ``without`` (items to leave out), ``answers`` (texts, from the lowest to the highest score),
+    ``item`` (``plate{:0>2}``, or one for each file, separated by commas) and ``encoding``.
     """
 
     path: Annotated[Path | str, Argument(metavar="DIR")]
     files: Annotated[
         Sequence[Path | str],
-        Argument(".csv, .tsv or .parquet: a row per score, or a column per word", "FILE"),
+        Argument(
+            "a row per score, or a column per word; or an export of PsychoPy, jsPsych, Qualtrics or Google Forms",
+            "FILE",
+        ),
     ]
     _: KW_ONLY
     scale: Annotated[str, Option("7-point, evoked, LOW:HIGH or LOW:HIGH:STEP")] = "7-point"
@@ -118,7 +122,7 @@ class RatingRequest(Request):
         Mapping[str, Any] | None,
         Option(
             "column.rater=HEADING (or item, word, score, order, session, a word), words=A,B, ignore=A,B, "
-            "item=plate{:0>2}, encoding=cp932",
+            "without=A,B, answers=A,B, item=plate{:0>2}, encoding=cp932",
             "KEY=VALUE",
             "--set",
         ),

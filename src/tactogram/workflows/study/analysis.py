@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tactogram.datasets.cells import read_cells
 from tactogram.datasets.ratings.ratings import SEVEN_POINT, Scale, scale_of
 from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError, ParameterError
@@ -21,7 +22,7 @@ from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.study.analysis.findings import ALPHA, AnalysisSection
 from tactogram.study.analysis.naming import named_answers, named_section
-from tactogram.study.answers import Answers, Targets, read_cells
+from tactogram.study.answers import Answers, Targets
 from tactogram.study.designs import designs, find_design
 from tactogram.study.designs.catalogue import margin_scales
 from tactogram.study.practice import MARK
@@ -77,6 +78,7 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     analysis = analyse(answers, plan=plan)
     result = analysis.as_dict() | {
         "source": str(request.source),
+        "notes": [*answers.notes],
         "targets": None if targets is None else str(targets),
     }
     drawn: list[dict[str, Figure]] = [{} for _ in analysis.sections]
@@ -191,7 +193,7 @@ def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
     """
     if not path.exists():
         raise DataError(f"{path}: no such table of target ratings")
-    if path.is_dir() or {"participant", "question"} <= set(read_cells(path)[0]):
+    if path.is_dir() or {"participant", "question"} <= set(read_cells(path).headings):
         return _mean_answers(path)
     ratings = read_table(path, scale=scale).ratings
     for place in np.argwhere(np.isnan(ratings.means)):
@@ -227,13 +229,17 @@ def _opened(
     encoding: str,
 ) -> Answers:
     constant = dict(constants or {})
-    mapped = bool(columns or constants)
+    mapped = (
+        columns
+        or constants
+        or (source.is_file() and "design" not in read_cells(source, encoding=encoding).headings)
+    )
     if design is not None and mapped and "design" not in (columns or {}):
         constant.setdefault("design", design)
     answers = open_answers(source, columns=columns, constants=constant, encoding=encoding)
     if design is None:
         return answers
-    kept = answers.where(design=design)
+    kept = replace(answers.where(design=design), notes=answers.notes)
     if not len(kept):
         raise DataError(
             f"{source}: has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"

@@ -19,7 +19,7 @@ def open_answers(
     *,
     columns: Mapping[str, str] | None = None,
     constants: Mapping[str, str] | None = None,
-    encoding: str = "utf-8-sig",
+    encoding: str = "",
 ) -> Answers:
     """Return the answers of a session folder or a table; ``columns`` or ``constants`` make it a foreign table."""
     path = Path(source)

@@ -88,7 +88,7 @@ class AnalysisRequest(Request):
             "foreign table: value of a column in every row, e.g. question=which", "NAME=VALUE", "--constant"
         ),
     ] = None
-    encoding: Annotated[str, Option("encoding of a foreign table")] = "utf-8-sig"
+    encoding: Annotated[str, Option("encoding of a foreign table (default: detected)")] = ""
     draws: Annotated[int, Option("draws of the bootstraps")] = 2000
     seed: Annotated[int, Option("seed of the bootstraps")] = 0
     figures: Annotated[bool, Option("write no PNG", flag="--no-figures")] = True

@@ -128,6 +128,8 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                 )
             shown.clear()
             with shown:
+                for note in result["notes"]:
+                    ui.label(note)
                 for section in result["sections"]:
                     who = participant_count(section["participants"], simulated=section["simulated"])
                     for finding in section["findings"]:

@@ -1,0 +1,236 @@
+"""Questions of an export: the word and the item of each column of answers, as rows of ratings."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Callable, Collection
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+
+from tactogram.datasets.cells import Cells
+from tactogram.datasets.ratings.columns import MISSING, NAMED, RatingColumns
+from tactogram.datasets.ratings.questionnaires import Export, rows_left_out
+from tactogram.datasets.ratings.ratings import Scale
+from tactogram.datasets.ratings.words import WORDS, names_in, words_in
+from tactogram.errors import DataError
+
+_CODE = r"[ _-]*(id|code|number|no|nr|pid|key)?"
+_RATERS = (
+    rf"(rater|participant|subject|person|respondent|prolific|worker|proband|vp){_CODE}",
+    r".*\b(participant|subject)\b.*\b(id|code|number)\b.*|(参加者|被験者|teilnehmer|versuchsperson).*",
+    r"responseid",
+    r".*e-?mail.*|.*メールアドレス.*|user ?name|p?id|code",
+)
+_ITEM = rf"(item|stim(ulus)?|material|texture|surface|sample|object|image|sound)(name|file)?{_CODE}"
+_MEDIA = re.compile(
+    r"(?:.*[/\\])?([^/\\]+)\.(?:wav|mp3|ogg|flac|mp4|webm|png|jpe?g|gif|bmp|svg|tiff?|webp)", re.I
+)
+_SOURCE = re.compile(r"""<.*\bsrc\s*=\s*["']?([^"'> ]+)""")
+_NUMBER = re.compile(r"\s*([-+]?\d+)(?:\s*[-–=:.)(]\s*\D*|\s+\D*)|\D*[\s(]([-+]?\d+)\)?\s*")
+"""A number at the beginning or the end of a text: ``7 - very rough``, ``very rough (7)``."""
+
+
+class Questions:
+    """Columns of one export: ``place`` by role, ``asked`` the word and item of those of answers.
+
+    ``items`` are names that questions and cells may mean. A `DataError` says what to set where a column can be read in
+    two ways or in none.
+    """
+
+    def __init__(
+        self, export: Export, columns: RatingColumns, scale: Scale, items: Collection[str] = ()
+    ) -> None:
+        self.export, self.columns, self.scale = export, columns, scale
+        self.where = f"{export.path}: {export.program}"
+        self.items = {item.casefold(): item for item in items}
+        self.labels = [_plain(label) for label in export.labels]
+        self.place: dict[str, int] = {}
+        for name, heading in columns.named.items():
+            if heading not in export.headings:
+                raise DataError(f"{export.path}: has no column {heading!r}, but {', '.join(export.headings)}")
+            self.place[name] = export.headings.index(heading)
+        for name in ("rater", "session", *(("word", "score") if export.by_trial else ())):
+            self._take(name, name)
+        for form in _RATERS:
+            self._take("rater", form)
+        given = {n: word for word, n in self.place.items() if word in columns.vocabulary}
+        free = [n for n in export.asked if n in self._free()]
+        asked = {n: (given.get(n) or self._word_in(n), self._item_in(n)) for n in (*given, *free)}
+        if export.by_trial and not any(word for word, _ in asked.values()):
+            self._find("word", lambda n: all(columns.word(cell) for cell in self._cells(n)))
+        if "word" in self.place:
+            asked = dict.fromkeys([self.place["score"]] if "score" in self.place else free, ("word", ""))
+        if export.by_trial or not any(word and item for word, item in asked.values()):
+            self._take("item", "item")
+            known = self._find("item", lambda n: n not in asked or not self._is_rated(n), self.items.values())
+            if not known and not any(item for _, item in asked.values()):
+                self._find("item", lambda n: bool(re.fullmatch(_ITEM, export.headings[n], re.I)))
+        itemised = "item" in self.place
+        self.asked = {n: (word, item) for n, (word, item) in asked.items() if word and (itemised or item)}
+        self._check(asked)
+
+    def _check(self, asked: Collection[int]) -> None:
+        """Raise a `DataError` if columns can be read in two ways or in none."""
+        headings = ", ".join(filter(None, self.export.headings))
+        unclear = [n for n in asked if n not in self.asked and self._is_rated(n)]
+        twice = [n for n, each in self.asked.items() if [*self.asked.values()].count(each) > 1]
+        if (unclear and "*" not in self.columns.ignored) or twice or not self.asked:
+            listed = ", ".join(map(self._quoted, [*twice, *unclear][:6]))
+            raise DataError(
+                f"{self.where}: of which item and word are the numbers in {listed or 'it'}? column.item=HEADING is the "
+                "column of items, if the questions do not name them; words=A,B are other words, column.WORD=HEADING is "
+                f"the column of one; ignore=HEADING (or *) leaves a column out; has {headings}"
+            )
+        if "rater" in self.place:
+            return
+        if "trial_index" in self.export.headings:
+            index = self.export.headings.index("trial_index")
+            trials = [int(row[index]) for _, row in self.export.rows if row[index].isdecimal()]
+            several = any(after <= before for before, after in pairwise(trials))
+        else:
+            several = "item" in self.place and not self.export.by_trial
+        if several:
+            raise DataError(
+                f"{self.where}: which column names the people? column.rater=HEADING says it; has {headings}"
+            )
+
+    def _quoted(self, n: int) -> str:
+        heading, label = self.export.headings[n], self.labels[n]
+        return repr(heading) if heading == label else f"{heading!r} ({label})"
+
+    def _free(self) -> list[int]:
+        taken = set(self.place.values())
+        named = enumerate(self.export.headings)
+        return [n for n, name in named if name and n not in taken and not self.columns.ignores(name)]
+
+    def _take(self, name: str, form: str) -> None:
+        """Give a role to the first column with such a heading or question, and with a cell."""
+        for n in self._free() if name not in self.place else ():
+            texts = (self.export.headings[n], self.labels[n])
+            if any(re.fullmatch(form, text.strip(" ?:."), re.I) for text in texts) and self._cells(n):
+                self.place[name] = n
+                return
+
+    def _find(self, name: str, fits: Callable[[int], bool], items: Collection[str] | None = None) -> bool:
+        """Give a role to the column that fits (and holds ``items``), unless several differ; return whether one does."""
+        cells = {n: [self._item(cell) for cell in self._cells(n)] for n in self._free() if fits(n)}
+        found = {n: own for n, own in cells.items() if own and (items is None or set(own) <= set(items))}
+        if name not in self.place and len({tuple(own) for own in found.values()}) == 1:
+            self.place[name] = min(found)
+        return bool(found)
+
+    def _cells(self, n: int) -> list[str]:
+        """Return the cells of a column that hold something, in rows with an item and an answer."""
+        item, asked = self.place.get("item"), self.export.asked
+        rows = [row for _, row in self.export.rows if any(row[i].strip() for i in asked)]
+        rows = [row for row in rows if item is None or self._item(row[item])]
+        return [cell for row in rows if (cell := row[n].strip()).casefold() not in MISSING]
+
+    def _word_in(self, n: int) -> str:
+        found = words_in(self.labels[n], self.columns.vocabulary)
+        only = self.columns.words[0] if len(self.columns.words) == 1 and self._item_in(n) else ""
+        return found.pop() if len(found) == 1 else "" if found else only
+
+    def _item_in(self, n: int) -> str:
+        parts = [
+            part.strip() for part in re.split(r"\s[-–—:|/]\s|[\[\]():]", self.labels[n]) if part.strip(" ?.")
+        ]
+        found = {name for part in parts if (name := self._item(part)) in self.items.values()}
+        found = found or names_in(self.labels[n], [name for name in self.items.values() if len(name) > 2])
+        rest = [part for part in parts if not words_in(part, self.columns.vocabulary)]
+        if not found and len(parts) == 2 and len(rest) == 1 and not self.export.by_trial:
+            return self._item(rest[0])
+        return found.pop() if len(found) == 1 else ""
+
+    def _item(self, cell: str) -> str:
+        """Return the item that a cell means: its text without markup, or the stem of a file's name."""
+        text = source[1] if (source := _SOURCE.search(cell)) else _plain(cell)
+        if text.casefold() not in self.items and (file := _MEDIA.fullmatch(text)):
+            text = file[1]
+        name = "" if text.casefold() in MISSING else self.columns.item.format(text)
+        return self.items.get(name.casefold(), name)
+
+    def _is_rated(self, n: int) -> bool:
+        """Return whether all answers are numbers, and half of them on the scale."""
+        numbers = [self._number(cell) for cell in self._cells(n)]
+        on_scale = [self.scale.holds(float(number)) for number in numbers if number]
+        return len(on_scale) == len(numbers) > 0 and 2 * sum(on_scale) >= len(numbers)
+
+    def _number(self, text: str) -> str:
+        """Return the number in an answer, "" if there is none."""
+        low, high, answers = self.scale.low, self.scale.high, self.columns.answers
+        if text in answers:
+            if len(answers) - 1 != round((high - low) / (self.scale.step or high - low)):
+                raise DataError(
+                    f"{self.where}: answers must be one per point of {self.scale}, got {len(answers)}"
+                )
+            return f"{low + answers.index(text) * (high - low) / (len(answers) - 1):g}"
+        with suppress(ValueError):
+            float(text)
+            return text
+        found = _NUMBER.fullmatch(text)
+        return found[1] or found[2] if found else ""
+
+    def read(self) -> tuple[Cells, RatingColumns]:
+        """Return the ratings in the long form, and how to read them."""
+        export, place = self.export, self.place
+        rows: list[tuple[int, list[str]]] = []
+        left: dict[str, list[int]] = {"without an answer": [], "with an answer, but without an item": []}
+        texts: dict[str, None] = {}
+        codes: dict[str, str] = {}
+        for number, row in export.rows:
+            cells = {name: row[n].strip() for name, n in place.items()}
+            item = self._item(cells.get("item", ""))
+            if not any(row[n].strip() for n in self.asked):
+                left["without an answer"].append(number)
+                continue
+            if "item" in place and not item:
+                left["with an answer, but without an item"].append(number)
+                continue
+            rater = cells.get(
+                "rater", export.path.stem if export.by_trial else f"{export.path.stem}-{number}"
+            )
+            if "@" in rater:
+                rater = codes.setdefault(rater, f"{export.path.stem}-{len(codes) + 1}")
+            for n, (word, own) in self.asked.items():
+                answer = "" if (answer := row[n].strip()).casefold() in MISSING else answer
+                if answer and not self._number(answer):
+                    texts[answer] = None
+                named = self.columns.word(cells["word"]) or cells["word"] if "word" in cells else word
+                score = self._number(answer) if answer else ""
+                long = [rater, item or own, named, score, cells.get("order", ""), cells.get("session", "")]
+                rows.append((number, long))
+        if texts:
+            raise DataError(
+                f"{self.where}: answers are texts: {', '.join(map(repr, texts))}; answers=A,B,… names them "
+                "from the lowest score to the highest, ignore=HEADING leaves a question out"
+            )
+        used = {*place.values(), *self.asked}
+        unused = [name for n, name in enumerate(export.headings) if name and n not in used and self._cells(n)]
+        by = {name: repr(export.headings[n]) for name, n in place.items()}
+        rater, item = (
+            by.get("rater", "each file" if export.by_trial else "each row"),
+            by.get("item", "the questions"),
+        )
+        notes = [
+            f"read as an export of {export.program}: rater of {rater}, item of {item}",
+            *export.notes,
+            *(note for what, numbers in left.items() for note in rows_left_out(what, numbers)),
+            *([f"columns left out: {', '.join(unused)}"] if unused else []),
+            *(["e-mail addresses replaced by codes"] if codes else []),
+        ]
+        found = dict.fromkeys(row[2] for _, row in rows)
+        words = self.columns.words or (
+            *(w for w in WORDS if w in found),
+            *(w for w in found if w not in WORDS),
+        )
+        return Cells([*NAMED], rows, notes), replace(
+            self.columns, named={}, ignored=(), words=words, item="{}"
+        )
+
+
+def _plain(text: str) -> str:
+    """Return a text without markup and line breaks."""
+    return " ".join(html.unescape(re.sub("<[^>]*>", " ", text)).split())
