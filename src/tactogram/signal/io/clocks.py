@@ -238,9 +238,9 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         if counts and not fitting:
             return None
     if len(fitting) != 1 or (counts and rate is None):
-        hertz = {c: 1 / (typical * (parse_seconds(c) or 1)) for c in ("s", "ms", "us", "ns", "d")}
-        likely = [c for c, rate in hertz.items() if 1 <= rate <= 1e6]
-        listed = ", ".join(f"{hertz[c]:g} Hz in {c}" for c in likely)
+        rates = {c: 1 / (typical * (parse_seconds(c) or 1)) for c in ("s", "ms", "us", "ns", "d")}
+        likely = [c for c in rates if 1 <= rates[c] <= 1e6]
+        listed = ", ".join(f"{rates[c]:g} Hz in {c}" for c in likely)
         raise DataError(
             f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
             f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only "
