@@ -80,7 +80,6 @@ def read_file(
     unit: str | None = None,
     axes: Sequence[str] | None = None,
     rate: float | None = None,
-    columns: Sequence[str] | None = None,
     time: str | None = None,
     sheet: str | None = None,
     layouts: Sequence[TableLayout] = (),
@@ -103,17 +102,15 @@ def read_file(
     unit : str, optional
         Unit of the samples: one of `UNITS`, or one that is converted to them, such as ``"g"`` or ``"mm"``.
     axes : sequence of str, optional
-        Axes or columns to read, if the file names them; else names for all its axes.
+        Axes, columns or arrays to read, if the file names any of them; else names for all its axes.
     rate : float, Hz, optional
         Of the samples. With time stamps, of the result (by default the estimated one).
-    columns : sequence of str, optional
-        Columns of a table, or arrays, to read.
     time : str, optional
         Column of time stamps, with its unit if the file states none (``"ticks [us]"``); ``"none"`` to use none.
     sheet : str, optional
         Worksheet, if there are several.
     layouts : sequence of TableLayout, optional
-        What the columns of tables with certain headings hold; not for files of this package, or with ``columns``.
+        What the columns of tables with certain headings hold; not for files of this package.
     full_scale : float, optional
         Value of 1.0 in a sound file, in ``unit``.
     part : int, optional
@@ -129,7 +126,6 @@ def read_file(
     path = _existing(path)
     contents = _contents(
         path,
-        columns=columns,
         axes=axes,
         time=time,
         rate=rate,
@@ -198,21 +194,20 @@ def _contents(
     *,
     sheet: str | None = None,
     full_scale: float | None = None,
-    columns: Sequence[str] | None = None,
     time: str | None = None,
     **how: Any,
 ) -> tuple[FileContent, ...]:
     suffix = _suffix(path, READABLE)
     for name, useless in (
         ("full_scale", suffix not in SOUND and full_scale is not None),
-        ("columns or time", suffix in SOUND and (columns is not None or time is not None)),
+        ("time", suffix in SOUND and time is not None),
         ("sheet", suffix not in WORKBOOKS and sheet is not None),
     ):
         if useless:
             raise ParameterError(f"{name} does not apply to {suffix}; omit it")
     if suffix in SOUND:
         return (sound.read(path, full_scale=full_scale),)
-    return table_contents(_tables(path, suffix, sheet), columns=columns, time=time, **how)
+    return table_contents(_tables(path, suffix, sheet), time=time, **how)
 
 
 def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
