@@ -39,7 +39,12 @@ MATRICES = (".mat", ".h5", ".hdf5")
 RECORDS = (".parquet", ".feather", ".arrow")
 JSON_LINES = (".jsonl", ".ndjson")
 TABLES = (*TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES)
-READABLE = (*SOUND, *TABLES, *(f"{text}{packed}" for text in (".csv", ".tsv", ".txt") for packed in PACKED))
+READABLE = (
+    *SOUND,
+    *TABLES,
+    *(f"{text}{packed}" for text in (".csv", ".tsv", ".txt") for packed in PACKED[:-1]),
+    ".zip",
+)
 """Ends of the names of files that can be read, in lower case."""
 USUAL = ".wav, .flac, .csv, .txt, .xlsx, .mat, .npz, .h5, .lvm, .tdms, .parquet … (docs/data.md lists all)"
 """The ones that people are told."""
@@ -217,7 +222,7 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
             raise DataError(f"{path}: must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
         return [table.table(path, path.read_bytes())]
     if suffix in PACKED:
-        return [table.table(path, unpacked(path))]
+        return [table.table(Path(name), raw) for name, raw in unpacked(path).items()]
     if suffix in WORKBOOKS:
         return worksheet.tables(path, sheet=sheet)
     if suffix in ARRAYS:
@@ -355,7 +360,7 @@ def _suffix(path: Path, known: Sequence[str]) -> str:
         raise ParameterError(
             f"{path}: {suffix} is not read; convert it to .wav, e.g. `ffmpeg -i {path.name} {path.stem}.wav`"
         )
-    if suffix in PACKED and Path(path.stem).suffix.lower() in TEXTS and known is READABLE:
+    if suffix in PACKED[:-1] and Path(path.stem).suffix.lower() in TEXTS and known is READABLE:
         return suffix
     if suffix not in known:
         told = USUAL if known is READABLE else ", ".join(known)
