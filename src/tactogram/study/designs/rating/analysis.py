@@ -31,7 +31,6 @@ from tactogram.statistics.comparison import (
 from tactogram.statistics.multiplicity import holm
 from tactogram.study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram.study.analysis.item_contrasts import item_contrasts
-from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.paired import holm_paired
 from tactogram.study.answers import Answer, Answers, Targets
 
@@ -93,8 +92,6 @@ def analyse_words(
     rows, overall = _table(kept, errors, rng, draws)
     findings = _by_participant(errors, margin) + _printed(errors) + _per_word(errors, margin)
     if len(errors.conditions) > 1:
-        findings += ordinal_findings(kept, errors.conditions)
-        notes += ("the ordinal check is of the scores themselves, not of their errors",) if targets else ()
         notes += (f"what was printed {INDEPENDENT}",)
     else:
         notes += ("one condition: items are held against each other, and nothing is confirmatory",)
