@@ -18,7 +18,6 @@ from tactogram.statistics.shares import (
     corrected,
     d_prime_2afc,
     d_prime_abx,
-    exact_power,
     exact_ps,
     share_of,
     smallest_significant,
@@ -71,12 +70,6 @@ def test_power_of_equivalence_is_how_often_the_test_shows_it():
 def test_every_counts_p_is_that_of_the_binomial_test(n, chance):
     found = [stats.binomtest(count, n, chance).pvalue for count in range(n + 1)]
     assert exact_ps(n, chance=chance) == pytest.approx(found)
-
-
-def test_exact_power_is_how_often_the_binomial_test_rejects():
-    p = [stats.binomtest(k, 37).pvalue for k in range(38)]
-    likely = stats.binom.pmf(np.arange(38), 37, 0.7)
-    assert exact_power(37, 0.7) == pytest.approx(likely[np.array(p) < 0.05].sum())
 
 
 def test_a_share_of_nothing_is_refused():

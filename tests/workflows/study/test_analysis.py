@@ -152,7 +152,7 @@ def test_the_power_of_a_study_has_its_alpha_and_a_staircases_trials_are_not_the_
 
 def test_margins_are_read_once_each():
     assert margins_of(["which=0.1", "realism=5"]) == {"which": 0.1, "realism": 5.0}
-    assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["exact_equivalence"] == 0.0
+    assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["equivalence"] == 0.0
 
 
 def test_a_power_table_that_is_not_there_is_named():

@@ -38,8 +38,7 @@ class PowerTable:
     ----------
     rows : tuple of mapping
         ``participants``, ``trials``, and shares from 0 to 1: ``power`` and ``type_1`` of the confirmatory test,
-        ``equivalence`` (shown without a true difference), ``printed_power`` and ``printed_type_1`` of the
-        publication's; further ones of the design's power method.
+        ``equivalence`` (shown without a true difference); further ones of the design's power method.
     equivalence_from : mapping from int to int or None
         By trials, the number of `TRIED` participants from which `ENOUGH` of the studies show equivalence without a true
         difference; None if the largest is too small.
@@ -110,8 +109,9 @@ def power_table(
     progress(TAKING, done, whole)
     for people in assumed.participants:
         for count in assumed.trials:
-            row = method.row(rng, StudyBatch(people, count, assumed, simulations, alpha))
-            rows.append({"participants": people, "trials": count, **row})
+            batch = StudyBatch(people, count, assumed, simulations, alpha)
+            found = method.shares(rng, batch, {"power": assumed.effect, "type_1": method.null})
+            rows.append({"participants": people, "trials": count, **found})
             done += simulations * people
             progress(TAKING, done, whole)
     equivalence_from = _equivalence_from(method, assumed, alpha, seed, progress)
