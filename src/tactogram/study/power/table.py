@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,13 +55,8 @@ class PowerTable:
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
-            "design": self.design,
-            "assumed": {**vars(self.assumed)},
-            "simulations": self.simulations,
-            "seed": self.seed,
-            "alpha": self.alpha,
+            **asdict(self),
             "simulated": True,
-            "rows": [dict(row) for row in self.rows],
             "equivalence_from": {str(trials): people for trials, people in self.equivalence_from.items()},
         }
 

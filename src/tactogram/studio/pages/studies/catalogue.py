@@ -142,8 +142,10 @@ def pairs_of(text: str, name: str) -> dict[str, str]:
     pairs = {}
     for part in split_commas(text):
         key, sign, value = (piece.strip() for piece in part.partition("="))
-        if not (key and sign and value):
-            raise ParameterError(f"{name} must be name=value, separated by commas, got {part[:60]!r}")
+        if not (key and sign and value) or key in pairs:
+            raise ParameterError(
+                f"{name} must be name=value, each once, separated by commas, got {part[:60]!r}"
+            )
         pairs[key] = value
     return pairs
 
