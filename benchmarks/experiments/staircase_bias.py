@@ -16,8 +16,7 @@ from scipy.special import ndtr, ndtri
 
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import write_text
-from tactogram.study.analysis.psychometric import reversal_threshold
-from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold
+from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold, reversal_threshold
 from tactogram.study.designs.staircase import Staircase, StaircaseTrack
 from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study

@@ -16,8 +16,13 @@ from tactogram.statistics.summary import summary
 from tactogram.study.analysis.figures import title_of
 from tactogram.study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram.study.analysis.paired import paired_findings
-from tactogram.study.analysis.psychometric import reversal_threshold
-from tactogram.study.analysis.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
+from tactogram.study.analysis.threshold import (
+    SETTLED_3_DOWN,
+    Threshold,
+    estimate_threshold,
+    reversal_threshold,
+    settled_share,
+)
 from tactogram.study.answers import Answers
 from tactogram.study.designs.staircase.reversals import in_order, reversals_of
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from tactogram.study.analysis.psychometric import reversal_threshold
+from tactogram.study.analysis.threshold import reversal_threshold
 from tactogram.study.designs.staircase.power import simulated_thresholds
 
 
