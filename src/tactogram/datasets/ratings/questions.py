@@ -51,7 +51,7 @@ class Questions:
             if heading not in export.headings:
                 raise DataError(f"{export.path}: has no column {heading!r}, but {', '.join(export.headings)}")
             self.place[name] = export.headings.index(heading)
-        for name in ("session", *(("word", "score") if export.by_trial else ())):
+        for name in ("rater", "session", *(("word", "score") if export.by_trial else ())):
             self._take(name, name)
         for form in _RATERS:
             self._take("rater", form)
