@@ -1,7 +1,7 @@
 """Bias and spread of staircase thresholds, by length and by slope of the function: simulated observers.
 
 Each takes one staircase of the shipped study `threshold` with so many reversals. Held against the truth: the fit that
-decides (`estimate_threshold`), the mean of reversals, and maximum likelihood read at 75 %.
+decides (`estimate_threshold`), and the mean of reversals.
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ from scipy.special import ndtr, ndtri
 
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import write_text
-from tactogram.study.analysis.psychometric import fit_logistic, reversal_threshold
-from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold
+from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold, reversal_threshold
 from tactogram.study.designs.staircase import Staircase, StaircaseTrack
 from tactogram.study.simulated_participants import SimulatedEffect
 from tactogram.study.study_file import Study
@@ -29,7 +28,6 @@ SPREADS_DB = (1.0, 2.0, 4.0, 8.0)
 LENGTHS: Mapping[int, int] = {6: 40, 8: 80, 12: 120, 16: 160}
 """Reversals, and the most trials."""
 PLACE_DB, PLACE_SD_DB = -20.0, 3.0
-AT_75 = 0.75
 HEADINGS = (
     "spread, dB",
     "reversals",
@@ -38,8 +36,6 @@ HEADINGS = (
     "sd",
     "covers",
     "reversals: bias",
-    "sd",
-    "ML at 75 %: bias",
     "sd",
 )
 NOTES = (
@@ -76,23 +72,21 @@ def run(
 
 
 def _row(design: Staircase, spread: float, observers: int, rng: np.random.Generator) -> dict[str, Any]:
-    errors: dict[str, list[float]] = {"fit": [], "mean_of_reversals": [], "ml_at_75": []}
+    errors: dict[str, list[float]] = {"fit": [], "mean_of_reversals": []}
     trials, covered = [], []
     lapse = SimulatedEffect().lapse
     for _ in range(observers):
         place = PLACE_DB + PLACE_SD_DB * rng.standard_normal()
         x, right, turned = staircase_of(design, place, spread, lapse, rng)
         trials.append(len(x))
-        settled, at_75 = (place + spread * ndtri((p - 0.5) / (0.5 - lapse)) for p in (SETTLED_3_DOWN, AT_75))
+        settled = place + spread * ndtri((SETTLED_3_DOWN - 0.5) / (0.5 - lapse))
         if (mean := reversal_threshold(x, turned.tolist())) is not None:
             errors["mean_of_reversals"].append(mean - settled)
         try:
             found = estimate_threshold(x, right)
-            most_likely = fit_logistic(x, right, target=AT_75)
         except DataError:
             continue
         errors["fit"].append(found.threshold - settled)
-        errors["ml_at_75"].append(most_likely.threshold - at_75)
         covered.append(found.low <= settled <= found.high)
     return {
         "spread_db": spread,
@@ -135,4 +129,4 @@ def _cells(row: Mapping[str, Any]) -> list[str]:
         return [f"{row[name]['bias']:+.2f} ± {row[name]['se']:.2f}", f"{row[name]['sd']:.1f}"]
 
     start = [f"{row['spread_db']:g}", str(row["reversals"]), f"{row['trials']:.0f}"]
-    return [*start, *bias("fit"), f"{row['covered']:.3f}", *bias("mean_of_reversals"), *bias("ml_at_75")]
+    return [*start, *bias("fit"), f"{row['covered']:.3f}", *bias("mean_of_reversals")]

@@ -102,16 +102,6 @@ def shifted(name: str, scale: Callable[[float], float] = float) -> Truth:
     return lambda effect, study, seed: float(scale(effect.shift.get(name, 0.0)))
 
 
-def typical_share(share: Callable[[float], float]) -> Truth:
-    """Return the truth of a share correct at the d' of a typical person."""
-    return lambda effect, study, seed: float(share(effect.d_prime))
-
-
 def half(effect: SimulatedEffect, study: Study, seed: int) -> float:
     """Return 0.5."""
     return 0.5
-
-
-def zero_without_effect(effect: SimulatedEffect, study: Study, seed: int) -> float:
-    """Return 0 without an effect, else NaN: its value on this scale is not derived."""
-    return math.nan if effect.shift else 0.0

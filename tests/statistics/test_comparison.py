@@ -62,9 +62,10 @@ def test_student_t_is_uncorrected_and_pooled():
 
 
 def test_holm_multiplies_the_smallest_p_by_the_number_of_pairs():
-    raw, holm = mann_whitney(AOKI, correction="none"), mann_whitney(AOKI)
-    smallest = min(raw.pairs, key=lambda pair: pair.p)
-    assert holm.pair(smallest.first, smallest.second).p == pytest.approx(6 * smallest.p)
+    holm = mann_whitney(AOKI)
+    smallest = min(holm.pairs, key=lambda pair: pair.p)
+    raw = stats.mannwhitneyu(AOKI[smallest.first], AOKI[smallest.second]).pvalue
+    assert smallest.p == pytest.approx(6 * raw)
     assert holm.correction == "holm"
 
 
@@ -130,7 +131,6 @@ def test_summary_gives_students_interval():
         (lambda: paired_t({"a": [1.0, 2.0], "b": [1.0]}), "every person .* a 2, b 1"),
         (lambda: paired_t({"a": [1.0, np.nan], "b": [1.0, 2.0]}), "two people .* got 1 of 2"),
         (lambda: steel_dwass(AOKI).pair("1", "9"), "two of 1, 2, 3, 4"),
-        (lambda: mann_whitney(AOKI, correction="bonferroni"), "none or holm, got 'bonferroni'"),
         (lambda: by_participant([1.0], ["a", "b"]), "one length"),
         (lambda: summary([np.nan]), "needs a value"),
     ],

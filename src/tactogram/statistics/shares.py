@@ -62,12 +62,6 @@ def exact_ps(n: int, *, chance: float = 0.5) -> NDArray[np.float64]:
     return np.asarray(np.minimum(np.cumsum(likely[order])[ends - 1], 1.0))
 
 
-def exact_power(n: int, truth: float, *, alpha: float = 0.05) -> float:
-    """Return how often the two-sided exact binomial test of n independent answers shows a share of ``truth``."""
-    rejected = exact_ps(n) < alpha
-    return float(stats.binom.pmf(np.arange(n + 1), n, truth)[rejected].sum())
-
-
 def d_prime_2afc(share: float) -> float:
     """Return d' of a share correct with two intervals or places: sqrt(2) z(share); infinite at 0 and 1."""
     return float(np.sqrt(2) * stats.norm.ppf(share))

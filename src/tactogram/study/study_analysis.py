@@ -33,7 +33,7 @@ class AnalysisPlan:
     reference : str, optional
         Condition whose mean scores are the targets instead.
     draws : int
-        Of a bootstrap; a tenth of it where each draw is a fit.
+        Of a bootstrap.
     alpha : float
         A difference is shown if p is below. Intervals are always of 95 %.
     planned : PlannedAnalysis, optional
@@ -95,11 +95,6 @@ class AnalysisPlan:
     def generator(self) -> np.random.Generator:
         """Return the generator of a section's bootstraps, the same for each section."""
         return np.random.default_rng(self.seed)
-
-    @property
-    def fits(self) -> int:
-        """Draws of a bootstrap in which each draw is a fit."""
-        return max(100, self.draws // 10)
 
     def __post_init__(self) -> None:
         scales = margin_scales()

@@ -36,17 +36,9 @@ def test_every_design_has_a_table_in_which_nothing_is_shown_too_often(design):
     assert row["power"] > 2 * row["type_1"]
 
 
-def test_ten_trials_of_one_texture_cannot_show_that_two_are_equal():
-    [row] = power_table("evoked", participants=[10], simulations=100).rows
-    assert (row["exact_smallest_significant"], row["exact_equivalence"]) == (9, 0.0)
-
-
-def test_where_people_differ_the_test_of_all_answers_errs_and_that_by_participant_does_not():
+def test_where_people_differ_the_test_by_participant_does_not_err():
     [row] = power_table("two_area", participants=[10], trials=[90], simulations=500).rows
-    assert row["printed_type_1"] > 0.2
     assert row["type_1"] < 0.08
-    [alike] = power_table("two_area", participants=[10], trials=[90], person_sd=0, simulations=500).rows
-    assert alike["printed_type_1"] < 0.08
 
 
 def test_a_table_says_how_many_people_equivalence_takes():

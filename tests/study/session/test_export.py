@@ -106,17 +106,16 @@ def test_anothers_table_is_read_by_a_mapping(tmp_path):
             "rt_ms": "rt",
         },
         constants={"design": "two_area", "question": "which"},
-        values={"condition": {"1": "generated", "0": "recorded"}, "answer": {"left": "A", "right": "B"}},
     )
     first, second = import_answers(path, mapped)
     assert (first.study, first.participant, first.condition, first.answer) == (
         "theirs",
         "s1",
-        "generated",
-        "A",
+        "1",
+        "left",
     )
     assert (first.correct, first.value, first.rt_ms, first.trial) == (True, 1.0, 512.5, 1)
-    assert (second.correct, second.value, second.trial) == (False, 0.0, 2)
+    assert (second.condition, second.correct, second.value, second.trial) == ("0", False, 0.0, 2)
     assert second.rt_ms != second.rt_ms
     assert first.more == {"trial_index": "7"}
 

@@ -14,10 +14,8 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.study.session import progress as session_standing
 from tactogram.study.session import store as session_store
 from tactogram.study.session.participants import CODE, drawn_code
-from tactogram.study.session.progress import page_row, parse_pages, with_page
 from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take
-from tactogram.study.trials import PageAnswers
 
 HASH = "0" * 64
 
@@ -186,20 +184,6 @@ def test_what_is_next_is_computed_once(store, monkeypatch):
         assert page.token == token
         store.submit(code, token, {one.key: one.question.options[0].value for one in page.questions})
     assert len(computed) == 5
-
-
-def test_a_record_of_pages_gives_them_back_whatever_was_written_in_them():
-    texts = ["", "touch \x1f and \x1e", '"}], [{"', "触感\n", "\\u001e"]
-    given = tuple(
-        PageAnswers(f"trial-{n}.1", {"comment": text}, {"fact": text}) for n, text in enumerate(texts, 1)
-    )
-    rows = [page_row(place, one) for place, one in enumerate(given, 1)]
-    record = ""
-    for row in rows:
-        record = with_page(record, row)
-    assert parse_pages(record) == given
-    assert parse_pages(with_page(with_page("", rows[3]), rows[1])) == (given[1], given[3])
-    assert parse_pages("") == ()
 
 
 def test_what_another_process_stores_is_seen_at_once(store):
@@ -372,7 +356,7 @@ def test_another_study_or_another_file_is_refused(store, make_study, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     (other / "answers.sqlite").write_text("not a database, but text that is long enough to be looked at" * 9)
-    with pytest.raises(DataError, match="file is not a database.; export the answers"):
+    with pytest.raises(DataError, match="file is not a database.; export the answers that can still be read"):
         SessionStore(other)
 
 

@@ -9,7 +9,7 @@ from tactogram.errors import ParameterError
 from tactogram.study.designs import find_design
 from tactogram.study.power.table import PowerTable
 from tactogram.study.study_file import Study
-from tactogram.workflows.study.analysis import analyse_study, margins_of, targets_of
+from tactogram.workflows.study.analysis import analyse_study, targets_of
 from tactogram.workflows.study.power import _power_text, power_options, study_power
 
 
@@ -150,9 +150,8 @@ def test_the_power_of_a_study_has_its_alpha_and_a_staircases_trials_are_not_the_
     assert power_options(few)["trials"] == (30,)
 
 
-def test_margins_are_read_once_each():
-    assert margins_of(["which=0.1", "realism=5"]) == {"which": 0.1, "realism": 5.0}
-    assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["exact_equivalence"] == 0.0
+def test_ten_votes_cannot_show_equivalence():
+    assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["equivalence"] == 0.0
 
 
 def test_a_power_table_that_is_not_there_is_named():

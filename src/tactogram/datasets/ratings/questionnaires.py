@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +16,8 @@ from tactogram.errors import DataError
 _STAMP = re.compile(
     "timestamp|zeitstempel|horodateur|marca temporal|tijdstempel|タイムスタンプ|时间戳记", re.I
 )
-_FIRST = (
-    "StartDate",
-    "EndDate",
-    "Finished",
-    "RecordedDate",
-    "ResponseId",
-    "DistributionChannel",
-    "UserLanguage",
-)
+_DATED = ("StartDate", "EndDate", "RecordedDate", "ResponseId")
+_FIRST = (*_DATED, "Finished", "DistributionChannel", "UserLanguage")
 """Columns of Qualtrics that come before those of questions."""
 _NO_QUESTION = re.compile(r".*_(TEXT|DO(_.+)?|First Click|Last Click|Page Submit|Click Count)")
 _PREVIEW = ("previews", "1|2|8|9|12|17|.*(preview|test|spam).*")
@@ -56,10 +48,10 @@ class Export:
         """Whether a row is a trial; else it is a person."""
         return self.program in ("PsychoPy", "jsPsych")
 
-    def keep(self, what: str, wanted: Callable[[list[str]], bool]) -> None:
-        """Leave out the other rows, and note ``what`` they are."""
-        self.notes += rows_left_out(what, [number for number, row in self.rows if not wanted(row)])
-        self.rows = [(number, row) for number, row in self.rows if wanted(row)]
+    def leave_out(self, what: str, numbers: Sequence[int]) -> None:
+        """Leave out rows by number, and note ``what`` they are."""
+        self.notes += rows_left_out(what, numbers)
+        self.rows = [(number, row) for number, row in self.rows if number not in set(numbers)]
 
 
 def rows_left_out(what: str, numbers: Sequence[int]) -> list[str]:
@@ -102,10 +94,8 @@ def _divide_responses(export: Export, low: float) -> None:
         raise DataError(
             f"{export.path}: jsPsych: no trial asks for ratings, as survey-likert, but {', '.join(types)}"
         )
-    export.keep(
-        f"of other plugins ({', '.join(name for name in types if name not in rated)})",
-        lambda row: row[kind] in rated,
-    )
+    others = ", ".join(name for name in types if name not in rated)
+    export.leave_out(f"of other plugins ({others})", [n for n, row in export.rows if row[kind] not in rated])
     given = [dict(_answers("", row[response])) for _, row in export.rows]
     names = [name for name in dict.fromkeys(name for answers in given for name in answers) if name]
     raised = 0
@@ -138,15 +128,12 @@ def _answers(name: str, found: Any) -> Iterator[tuple[str, str]]:
 
 def _leave_out_previews(export: Export, ignored: Sequence[str]) -> None:
     """Take the questions from the rows of Qualtrics below the headings; leave out previews and unfinished answers."""
-    first = next(n for n, name in enumerate(export.headings) if name in _FIRST[:4])
-    texts = [row for _, row in export.rows[:2] if not re.match(r"R_|\d", row[first])]
-    export.labels = next((row for row in texts if not row[first].startswith("{")), export.labels)
-    export.keep("of questions and their identifiers", lambda row: not any(row is text for text in texts))
+    first = next(n for n, name in enumerate(export.headings) if name in _DATED)
+    texts = [(number, row) for number, row in export.rows[:2] if not re.match(r"R_|\d", row[first])]
+    export.labels = next((row for _, row in texts if not row[first].startswith("{")), export.labels)
+    export.leave_out("of questions and their identifiers", [number for number, _ in texts])
     for name, (what, form) in _LEFT_OUT.items():
         if name in export.headings and name not in ignored:
-            differs = partial(_differs, export.headings.index(name), form)
-            export.keep(f"of {what} (ignore={name} keeps them)", differs)
-
-
-def _differs(place: int, form: str, row: Sequence[str]) -> bool:
-    return not re.fullmatch(form, row[place], re.I)
+            n = export.headings.index(name)
+            gone = [number for number, row in export.rows if re.fullmatch(form, row[n], re.I)]
+            export.leave_out(f"of {what} (ignore={name} keeps them)", gone)

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 from tactogram.datasets.cells import Cells
 from tactogram.datasets.ratings.columns import MISSING, NAMED, RatingColumns
-from tactogram.datasets.ratings.questionnaires import Export, rows_left_out
+from tactogram.datasets.ratings.questionnaires import Export
 from tactogram.datasets.ratings.ratings import Scale
 from tactogram.datasets.ratings.words import WORDS, names_in, words_in
 from tactogram.errors import DataError
@@ -57,16 +57,22 @@ class Questions:
             self._take("rater", form)
         given = {n: word for word, n in self.place.items() if word in columns.vocabulary}
         free = [n for n in export.asked if n in self._free()]
-        asked = {n: (given.get(n) or self._word_in(n), self._item_in(n)) for n in (*given, *free)}
+        asked = {n: self._meaning(n) for n in free} | {
+            n: (word, self._meaning(n)[1]) for n, word in given.items()
+        }
         if export.by_trial and not any(word for word, _ in asked.values()):
-            self._find("word", lambda n: all(columns.word(cell) for cell in self._cells(n)))
+            self._choose("word", lambda cells: all(map(columns.word, cells)))
         if "word" in self.place:
             asked = dict.fromkeys([self.place["score"]] if "score" in self.place else free, ("word", ""))
         if export.by_trial or not any(word and item for word, item in asked.values()):
             self._take("item", "item")
-            known = self._find("item", lambda n: n not in asked or not self._is_rated(n), self.items.values())
+            rated = [n for n in asked if self._is_rated(n)]
+            known = self._choose(
+                "item", lambda cells: {*map(self._item, cells)} <= {*self.items.values()}, rated
+            )
             if not known and not any(item for _, item in asked.values()):
-                self._find("item", lambda n: bool(re.fullmatch(_ITEM, export.headings[n], re.I)))
+                named = [n for n, name in enumerate(export.headings) if not re.fullmatch(_ITEM, name, re.I)]
+                self._choose("item", bool, named)
         itemised = "item" in self.place
         self.asked = {n: (word, item) for n, (word, item) in asked.items() if word and (itemised or item)}
         self._check(asked)
@@ -77,28 +83,22 @@ class Questions:
         unclear = [n for n in asked if n not in self.asked and self._is_rated(n)]
         twice = [n for n, each in self.asked.items() if [*self.asked.values()].count(each) > 1]
         if (unclear and "*" not in self.columns.ignored) or twice or not self.asked:
-            listed = ", ".join(map(self._quoted, [*twice, *unclear][:6]))
+            names = ((self.export.headings[n], self.labels[n]) for n in [*twice, *unclear][:6])
+            listed = ", ".join(f"{name!r}" + f" ({label})" * (label != name) for name, label in names)
             raise DataError(
                 f"{self.where}: of which item and word are the numbers in {listed or 'it'}? column.item=HEADING is the "
                 "column of items, if the questions do not name them; words=A,B are other words, column.WORD=HEADING is "
                 f"the column of one; ignore=HEADING (or *) leaves a column out; has {headings}"
             )
-        if "rater" in self.place:
-            return
+        several = "item" in self.place and not self.export.by_trial
         if "trial_index" in self.export.headings:
             index = self.export.headings.index("trial_index")
             trials = [int(row[index]) for _, row in self.export.rows if row[index].isdecimal()]
             several = any(after <= before for before, after in pairwise(trials))
-        else:
-            several = "item" in self.place and not self.export.by_trial
-        if several:
+        if several and "rater" not in self.place:
             raise DataError(
                 f"{self.where}: which column names the people? column.rater=HEADING says it; has {headings}"
             )
-
-    def _quoted(self, n: int) -> str:
-        heading, label = self.export.headings[n], self.labels[n]
-        return repr(heading) if heading == label else f"{heading!r} ({label})"
 
     def _free(self) -> list[int]:
         taken = set(self.place.values())
@@ -113,11 +113,11 @@ class Questions:
                 self.place[name] = n
                 return
 
-    def _find(self, name: str, fits: Callable[[int], bool], items: Collection[str] | None = None) -> bool:
-        """Give a role to the column that fits (and holds ``items``), unless several differ; return whether one does."""
-        cells = {n: [self._item(cell) for cell in self._cells(n)] for n in self._free() if fits(n)}
-        found = {n: own for n, own in cells.items() if own and (items is None or set(own) <= set(items))}
-        if name not in self.place and len({tuple(own) for own in found.values()}) == 1:
+    def _choose(self, name: str, fits: Callable[[list[str]], bool], others: Collection[int] = ()) -> bool:
+        """Give a role to the column whose cells fit, unless several differ; return whether one does."""
+        cells = {n: self._cells(n) for n in self._free() if n not in others}
+        found = {n: own for n, own in cells.items() if own and fits(own)}
+        if name not in self.place and len({tuple(map(self._item, own)) for own in found.values()}) == 1:
             self.place[name] = min(found)
         return bool(found)
 
@@ -128,21 +128,18 @@ class Questions:
         rows = [row for row in rows if item is None or self._item(row[item])]
         return [cell for row in rows if (cell := row[n].strip()).casefold() not in MISSING]
 
-    def _word_in(self, n: int) -> str:
-        found = words_in(self.labels[n], self.columns.vocabulary)
-        only = self.columns.words[0] if len(self.columns.words) == 1 and self._item_in(n) else ""
-        return found.pop() if len(found) == 1 else "" if found else only
-
-    def _item_in(self, n: int) -> str:
-        parts = [
-            part.strip() for part in re.split(r"\s[-–—:|/]\s|[\[\]():]", self.labels[n]) if part.strip(" ?.")
-        ]
-        found = {name for part in parts if (name := self._item(part)) in self.items.values()}
-        found = found or names_in(self.labels[n], [name for name in self.items.values() if len(name) > 2])
+    def _meaning(self, n: int) -> tuple[str, str]:
+        """Return the word and the item that a question names, "" where it names none or several."""
+        label, words = self.labels[n], self.columns.words
+        parts = [part.strip() for part in re.split(r"\s[-–—:|/]\s|[\[\]():]", label) if part.strip(" ?.")]
+        own = {word for word in self.items.values() if len(word) > 2}
+        items = {*map(self._item, parts)} & {*self.items.values()} or names_in(label, own)
         rest = [part for part in parts if not words_in(part, self.columns.vocabulary)]
-        if not found and len(parts) == 2 and len(rest) == 1 and not self.export.by_trial:
-            return self._item(rest[0])
-        return found.pop() if len(found) == 1 else ""
+        if not items and len(parts) == 2 and len(rest) == 1 and not self.export.by_trial:
+            items = {self._item(rest[0])}
+        item = items.pop() if len(items) == 1 else ""
+        found = words_in(label, self.columns.vocabulary) or {*(words if item and len(words) == 1 else ())}
+        return found.pop() if len(found) == 1 else "", item
 
     def _item(self, cell: str) -> str:
         """Return the item that a cell means: its text without markup, or the stem of a file's name."""
@@ -175,49 +172,41 @@ class Questions:
 
     def read(self) -> tuple[Cells, RatingColumns]:
         """Return the ratings in the long form, and how to read them."""
-        export, place = self.export, self.place
+        export, place, stem = self.export, self.place, self.export.path.stem
+        used = {*place.values(), *self.asked}
+        unused = [name for n, name in enumerate(export.headings) if name and n not in used and self._cells(n)]
+        empty = [number for number, row in export.rows if not any(row[n].strip() for n in self.asked)]
+        export.leave_out("without an answer", empty)
+        if "item" in place:
+            lost = [number for number, row in export.rows if not self._item(row[place["item"]])]
+            export.leave_out("with an answer, but without an item", lost)
         rows: list[tuple[int, list[str]]] = []
-        left: dict[str, list[int]] = {"without an answer": [], "with an answer, but without an item": []}
         texts: dict[str, None] = {}
         codes: dict[str, str] = {}
         for number, row in export.rows:
             cells = {name: row[n].strip() for name, n in place.items()}
-            item = self._item(cells.get("item", ""))
-            if not any(row[n].strip() for n in self.asked):
-                left["without an answer"].append(number)
-                continue
-            if "item" in place and not item:
-                left["with an answer, but without an item"].append(number)
-                continue
-            rater = cells.get(
-                "rater", export.path.stem if export.by_trial else f"{export.path.stem}-{number}"
-            )
+            rater = cells.get("rater", stem if export.by_trial else f"{stem}-{number}")
             if "@" in rater:
-                rater = codes.setdefault(rater, f"{export.path.stem}-{len(codes) + 1}")
+                rater = codes.setdefault(rater, f"{stem}-{len(codes) + 1}")
             for n, (word, own) in self.asked.items():
-                answer = "" if (answer := row[n].strip()).casefold() in MISSING else answer
-                if answer and not self._number(answer):
+                answer = "" if row[n].strip().casefold() in MISSING else row[n].strip()
+                score = self._number(answer)
+                if answer and not score:
                     texts[answer] = None
+                item = self._item(cells["item"]) if "item" in cells else own
                 named = self.columns.word(cells["word"]) or cells["word"] if "word" in cells else word
-                score = self._number(answer) if answer else ""
-                long = [rater, item or own, named, score, cells.get("order", ""), cells.get("session", "")]
+                long = [rater, item, named, score, cells.get("order", ""), cells.get("session", "")]
                 rows.append((number, long))
         if texts:
             raise DataError(
                 f"{self.where}: answers are texts: {', '.join(map(repr, texts))}; answers=A,B,… names them "
                 "from the lowest score to the highest, ignore=HEADING leaves a question out"
             )
-        used = {*place.values(), *self.asked}
-        unused = [name for n, name in enumerate(export.headings) if name and n not in used and self._cells(n)]
         by = {name: repr(export.headings[n]) for name, n in place.items()}
-        rater, item = (
-            by.get("rater", "each file" if export.by_trial else "each row"),
-            by.get("item", "the questions"),
-        )
+        people = by.get("rater", "each file" if export.by_trial else "each row")
         notes = [
-            f"read as an export of {export.program}: rater of {rater}, item of {item}",
+            f"read as an export of {export.program}: rater of {people}, item of {by.get('item', 'the questions')}",
             *export.notes,
-            *(note for what, numbers in left.items() for note in rows_left_out(what, numbers)),
             *([f"columns left out: {', '.join(unused)}"] if unused else []),
             *(["e-mail addresses replaced by codes"] if codes else []),
         ]

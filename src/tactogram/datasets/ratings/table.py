@@ -133,7 +133,6 @@ class _Reader:
                 raise DataError(f"{path}: columns {self.place[name] + 1} and {number + 1} both are {name!r}")
             self.place[name] = number
         self.words = [word for word in columns.vocabulary if word in self.place]
-        self.wide = bool(self.words)
         for ours, heading in columns.named.items():
             if ours not in self.place:
                 raise DataError(f"{path}: has no column {heading!r}, but {self._listed()}")
@@ -149,13 +148,13 @@ class _Reader:
         return ", ".join(self.headings) or "none"
 
     def _check(self) -> None:
-        if self.wide and ("word" in self.place or "score" in self.place):
+        if self.words and ("word" in self.place or "score" in self.place):
             raise DataError(
                 f"{self.path}: must have columns word and score, or a column per word, got both: {self._listed()}"
             )
-        needed = ("rater", "item", *(self.columns.vocabulary if self.wide else ("word", "score")))
+        needed = ("rater", "item", *(self.columns.vocabulary if self.words else ("word", "score")))
         if missing := [name for name in needed if name not in self.place]:
-            hint = "words=A,B lists the words" if self.wide else "column.NAME=HEADING names it"
+            hint = "words=A,B lists the words" if self.words else "column.NAME=HEADING names it"
             raise DataError(
                 f"{self.path}: lacks the column {', '.join(missing)}, has {self._listed()}; {hint}"
             )
@@ -164,18 +163,23 @@ class _Reader:
         blank: Counter[str] = Counter()
         scored: list[tuple[int, str, str, str, float, int, str]] = []
         empty, without = [], []
-        for number, cells in self.rows:
+        for number, row in self.rows:
             where = f"{self.path}: row {number}"
-            if not self._cell("item", cells) and not self._is_scored(cells):
+            cells = {name: row[n].strip() for name, n in self.place.items()}
+            given = {w: cells[w] for w in self.words} if self.words else {cells["word"]: cells["score"]}
+            if not cells["item"] and all(cell.casefold() in MISSING for cell in given.values()):
                 empty.append(number)
                 continue
-            rater, item = self._filled(where, "rater", cells), self._filled(where, "item", cells)
-            item = self.columns.item.format(item)
+            rater, item = (
+                _filled(where, "rater", cells),
+                self.columns.item.format(_filled(where, "item", cells)),
+            )
             if item in self.columns.without:
                 without.append(number)
                 continue
-            order, session = self._order(where, cells), self._cell("session", cells)
-            for word, cell in self._scores(where, cells):
+            order, session = _order(where, cells.get("order", "")), cells.get("session", "")
+            for heading, cell in given.items():
+                word = heading if self.words else self._word(where, _filled(where, "word", cells))
                 text = YES_NO.get(cell.casefold(), cell) if self.scale.high == 1 else cell
                 if text.casefold() in MISSING:
                     blank[rater] += 1
@@ -188,7 +192,7 @@ class _Reader:
             raise DataError(f"{self.path}: holds no {rest}")
         numbers, raters, items, words, scores, orders, sessions = zip(*scored, strict=True)
         vocabulary = self.columns.words or (
-            self.columns.vocabulary if self.wide else tuple(word for word in WORDS if word in set(words))
+            self.columns.vocabulary if self.words else tuple(word for word in WORDS if word in set(words))
         )
         table = f"{self.path}: "
         check_rows(raters, items, words, scores, sessions, vocabulary, self.scale, rows=numbers, table=table)
@@ -199,40 +203,26 @@ class _Reader:
         self.notes += rows_left_out(f"of {', '.join(self.columns.without)}", sorted(set(without)))
         return RatingsTable(ratings, dict(sorted(blank.items())), tuple(self.notes))
 
-    def _is_scored(self, cells: Sequence[str]) -> bool:
-        names = self.words if self.wide else ("score",)
-        return any(self._cell(name, cells).casefold() not in MISSING for name in names)
+    def _word(self, where: str, text: str) -> str:
+        if (word := self.columns.word(text)) is None:
+            known = ", ".join(self.columns.vocabulary)
+            raise DataError(f"{where}: word must be one of {known}, got {text!r}")
+        return word
 
-    def _scores(self, where: str, cells: Sequence[str]) -> Iterator[tuple[str, str]]:
-        if self.wide:
-            for word in self.words:
-                yield word, cells[self.place[word]].strip()
-            return
-        text = self._filled(where, "word", cells)
-        named = self.columns.word(text)
-        if named is None:
-            raise DataError(
-                f"{where}: word must be one of {', '.join(self.columns.vocabulary)}, got {text!r}"
-            )
-        yield named, self._cell("score", cells)
 
-    def _cell(self, name: str, cells: Sequence[str]) -> str:
-        return cells[self.place[name]].strip() if name in self.place else ""
+def _filled(where: str, name: str, cells: Mapping[str, str]) -> str:
+    if not cells[name]:
+        raise DataError(f"{where}: {name} must not be empty")
+    return cells[name]
 
-    def _filled(self, where: str, name: str, cells: Sequence[str]) -> str:
-        text = self._cell(name, cells)
-        if not text:
-            raise DataError(f"{where}: {name} must not be empty")
-        return text
 
-    def _order(self, where: str, cells: Sequence[str]) -> int:
-        text = self._cell("order", cells)
-        if not text:
-            return -1
-        order = finite_number(where, "order", text)
-        if order < 1 or order != int(order):
-            raise DataError(f"{where}: order must be a whole number from 1, got {text!r}")
-        return int(order)
+def _order(where: str, text: str) -> int:
+    if not text:
+        return -1
+    order = finite_number(where, "order", text)
+    if order < 1 or order != int(order):
+        raise DataError(f"{where}: order must be a whole number from 1, got {text!r}")
+    return int(order)
 
 
 def _long(ratings: Ratings) -> Iterator[list[Any]]:

@@ -121,7 +121,7 @@ def compare_cross_modal(
     people = {name: nan_mean(errors, (1, 2)) for name, errors in every.items()}
     means = {name: _given(values) for name, values in people.items()}
     pairs = [(condition, other) for condition in later for other in earlier]
-    ps = [mann_whitney({a: means[a], b: means[b]}, correction="none").pair(a, b).p for a, b in pairs]
+    ps = [mann_whitney({a: means[a], b: means[b]}).pair(a, b).p for a, b in pairs]
     corrected = dict(zip(pairs, holm(ps), strict=True))
     return CrossModalResult(
         {name: summary(values) for name, values in flat.items()},

@@ -14,15 +14,12 @@ from scipy import stats
 
 from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.equivalence import share_equivalence
-from tactogram.statistics.mixed_share import mixed_share
 from tactogram.statistics.multiplicity import holm
 from tactogram.statistics.shares import corrected, share_of, smallest_significant
 from tactogram.study.analysis.exact import exact_finding, share_columns
 from tactogram.study.analysis.findings import (
     ALPHA,
     BY_P,
-    NOT_SHOWN,
-    SHOWN,
     AnalysisSection,
     Finding,
     Role,
@@ -78,7 +75,6 @@ def analyse_discrimination(
             participants=kept.people,
             note="the publication printed no test: p is that of the exact binomial" if printed else "",
         ),
-        *_mixed(kept),
     ]
     per_texture, rows = _textures(kept, margin, d_prime, alpha)
     findings += per_texture + _sides(kept)
@@ -137,26 +133,6 @@ def _pooled(
         effect={"d'": d_prime(corrected(round(found.estimate * n), n))},
         margin=margin,
     )
-
-
-def _mixed(kept: Answers) -> list[Finding]:
-    hits, people, textures = kept.numbers(), kept.column("participant"), kept.column("stimulus")
-    if kept.people < 2 or hits.min() == hits.max():
-        return []
-    found = mixed_share(hits, {"participant": people, "texture": textures})
-    note = "of a typical participant and texture"
-    return [
-        estimate_finding(
-            "all",
-            "binomial mixed model, participants and textures at random",
-            CORRECT,
-            found,
-            n=len(hits),
-            participants=kept.people,
-            verdict=NOT_SHOWN if found.low <= 0.5 <= found.high else SHOWN,
-            note=f"{note}; {found.note}" if found.note else note,
-        )
-    ]
 
 
 def _textures(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.statistics.summary import nan_mean
 from tactogram.study.analysis.findings import Finding
 from tactogram.study.analysis.paired import holm_paired
 from tactogram.study.answers import Answers
@@ -25,7 +26,8 @@ def item_contrasts(
     items, words = answers.unique("stimulus"), answers.unique("question")
     gaps = gaps_to_the_rest(answers)
     counts = {item: len(answers.where(stimulus=item)) for item in items}
-    whole = {item: _row_means(gaps[:, k]) for k, item in enumerate(items)}
+    means = nan_mean(gaps, 2)
+    whole = {item: means[~np.isnan(means[:, k]), k] for k, item in enumerate(items)}
     found = holm_paired(
         {
             f"{item} {REST}, {WHOLE}": (people, counts[item])
@@ -66,11 +68,3 @@ def gaps_to_the_rest(answers: Answers) -> Numbers:
         gaps: Numbers = means - rest
     gaps[~np.isfinite(gaps)] = np.nan
     return gaps
-
-
-def _row_means(table: Numbers) -> Numbers:
-    """Return the mean of each row with a number."""
-    present = ~np.isnan(table)
-    kept = present.any(1)
-    means: Numbers = np.where(present, table, 0)[kept].sum(1) / present[kept].sum(1)
-    return means

@@ -11,14 +11,14 @@ intensities that follow the answers do not bias a likelihood. Measured bias and 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from tactogram.errors import ParameterError
-from tactogram.study.analysis.psychometric import count_by_level
+from tactogram.errors import DataError, ParameterError
 
 Numbers = NDArray[np.float64]
 SETTLED_3_DOWN = 0.5 ** (1 / 3)
@@ -70,7 +70,7 @@ def estimate_threshold(
     """
     if not 0 <= guess < share < 1 - max(LAPSES):
         raise ParameterError(f"must be 0 <= guess < share < {1 - max(LAPSES):g}, got {guess:g} and {share:g}")
-    levels, n, k = count_by_level(intensity, correct, needed_by="a threshold")
+    levels, n, k = _count_by_level(intensity, correct)
     step = float(np.diff(levels).min())
     places = _places(levels, step)
     slopes = np.exp(np.linspace(-2.5, 2.5, 15) * SLOPE_SD) / step
@@ -105,6 +105,35 @@ def settled_share(intensity: ArrayLike, correct: ArrayLike) -> float | None:
     n = int(np.median(fell)) if len(fell) and y.any() else 0
     share = 0.5 ** (1 / n) if n > 1 else None
     return share if share is not None and share < 1 - max(LAPSES) else None
+
+
+def reversal_threshold(intensity: ArrayLike, reversal: Sequence[bool], *, leave_out: int = 2) -> float | None:
+    """Return the mean intensity of a staircase's reversals, without the first ones; None if none is left.
+
+    The first ``leave_out`` still depend on the starting intensity. If an odd number is left, one more is dropped, so
+    that peaks and valleys count alike. Both arrays have shape (trial,).
+    """
+    turned = np.asarray(intensity, np.float64)[np.asarray(reversal, bool)][leave_out:]
+    turned = turned[len(turned) % 2 :]
+    return float(turned.mean()) if len(turned) else None
+
+
+def _count_by_level(intensity: ArrayLike, correct: ArrayLike) -> tuple[Numbers, Numbers, Numbers]:
+    """Return the distinct intensities, their numbers of trials, and of right answers."""
+    x, y = np.asarray(intensity, np.float64), np.asarray(correct, np.float64)
+    if x.ndim != 1 or x.shape != y.shape or not np.isfinite(x).all():
+        raise ParameterError(
+            f"intensity and correct must be finite, of one length, got {x.shape} and {y.shape}"
+        )
+    levels, place = np.unique(x, return_inverse=True)
+    n = np.bincount(place).astype(np.float64)
+    k = np.bincount(place, y).astype(np.float64)
+    if len(levels) < 2 or k.sum() in (0, n.sum()):
+        raise DataError(
+            "a threshold needs two intensities and both right and wrong answers, "
+            f"got {len(levels)} intensities and {int(k.sum())} of {int(n.sum())} right"
+        )
+    return levels, n, k
 
 
 def _places(levels: Numbers, step: float) -> Numbers:

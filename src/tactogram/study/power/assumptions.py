@@ -21,10 +21,8 @@ class PowerAssumptions:
         Margin of equivalence of the table; a study has its own.
     trials_text : str
         Description of a trial.
-    test, printed : str
-        Confirmatory test, and that of the publication ("" if there is none).
-    level_sd : float
-        Spread of people's levels in all conditions; relevant to the publication's test only.
+    test : str
+        Confirmatory test.
     items : int
         Number of items compared with each other, or 0.
     """
@@ -39,10 +37,7 @@ class PowerAssumptions:
     trials: tuple[int, ...]
     trials_text: str
     test: str
-    printed: str = ""
-    level_sd: float = 0.0
     items: int = 0
 
 
-GEE, EXACT = "GEE by participant", "exact binomial of all answers"
-"""Names of tests that several designs share."""
+GEE = "GEE by participant"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from scipy import special, stats
 
 from tactogram.errors import ParameterError
 from tactogram.statistics.equivalence import share_equivalence_power
-from tactogram.statistics.shares import exact_power, exact_ps, share_of, smallest_significant
+from tactogram.statistics.shares import exact_ps
 from tactogram.study.power.assumptions import PowerAssumptions
 
 Numbers = NDArray[np.float64]
@@ -47,19 +46,13 @@ class PowerMethod:
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
         """Return, for each of ``truths``, the share of studies in which the test shows a difference.
 
-        With ``type_1`` also ``equivalence``, and with a publication's test ``printed_power`` and ``printed_type_1``.
+        With ``type_1`` also ``equivalence``.
         """
         raise NotImplementedError
 
-    def row(self, rng: np.random.Generator, batch: StudyBatch) -> dict[str, Any]:
-        """Return the results of studies of one size, as shares of studies."""
-        truths = {"power": batch.assumed.effect, "type_1": self.null}
-        return {**self.shares(rng, batch, truths)}
-
     def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
         """Return how often studies of one size show equivalence when there is no difference."""
-        alone = replace(batch, assumed=replace(batch.assumed, printed=""))
-        return float(self.shares(rng, alone, {"type_1": self.null})["equivalence"])
+        return float(self.shares(rng, batch, {"type_1": self.null})["equivalence"])
 
     def check(self, assumed: PowerAssumptions) -> None:
         """Raise `ParameterError` for assumptions that the method cannot simulate."""
@@ -74,29 +67,20 @@ class PowerMethod:
 
 
 class Shares(PowerMethod):
-    """Shares correct of two alternatives, tested by participant; as printed, by the exact test of all answers."""
+    """Shares correct of two alternatives, tested by participant."""
 
     null = 0.5
 
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of the share by participant, and of the exact test that takes all answers as independent."""
+        """Return power of the share by participant."""
         found: dict[str, float] = {}
-        assumed, alpha = batch.assumed, batch.alpha
-        printed = exact_ps(batch.people * batch.trials) if assumed.printed else np.zeros(0)
         for name, truth in truths.items():
             hits = rng.binomial(batch.trials, _personal_shares(rng, truth, batch))
-            p, equal = clustered_ps(hits, batch.trials, margin=assumed.margin)
-            found[name] = float((p < alpha).mean())
+            p, equal = clustered_ps(hits, batch.trials, margin=batch.assumed.margin)
+            found[name] = float((p < batch.alpha).mean())
             if name == "type_1":
-                found["equivalence"] = float((equal < alpha).mean())
-            if assumed.printed:
-                found[f"printed_{name}"] = float((printed[hits.sum(1)] < alpha).mean())
+                found["equivalence"] = float((equal < batch.alpha).mean())
         return found
-
-    def row(self, rng: np.random.Generator, batch: StudyBatch) -> dict[str, Any]:
-        """Return what studies of one size show, with what independent answers could."""
-        exact = _exact(self._answers(batch), batch.assumed, batch.alpha)
-        return super().row(rng, batch) | {f"exact_{name}": value for name, value in exact.items()}
 
     def check(self, assumed: PowerAssumptions) -> None:
         """Raise `ParameterError` for an effect that is no share."""
@@ -108,15 +92,6 @@ class Shares(PowerMethod):
                 f"got {assumed.effect:g} and {assumed.margin:g}"
             )
 
-    def notes(self) -> list[str]:
-        """Return the meaning of the exact columns."""
-        return [
-            "exact_…: exact binomial if answers were independent; equivalence 0.000 where it is impossible."
-        ]
-
-    def _answers(self, batch: StudyBatch) -> int:
-        return batch.people * batch.trials
-
 
 class Votes(Shares):
     """One yes or no of each person: the exact binomial test."""
@@ -124,25 +99,21 @@ class Votes(Shares):
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
         """Return power of the exact test of one answer per person, where people differ in their tendency to say yes."""
         ps = exact_ps(batch.people)
-        found = {}
+        found: dict[str, float] = {}
         for name, truth in truths.items():
             yes = rng.binomial(1, _personal_shares(rng, truth, batch)).sum(1)
             found[name] = float((ps[yes] < batch.alpha).mean())
+        if "type_1" in truths:  # exact, without simulation
+            margin = batch.assumed.margin
+            found["equivalence"] = share_equivalence_power(batch.people, margin=margin, alpha=batch.alpha)
         return found
-
-    def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
-        """Return the exact power, without simulation."""
-        return share_equivalence_power(batch.people, margin=batch.assumed.margin, alpha=batch.alpha)
-
-    def _answers(self, batch: StudyBatch) -> int:
-        return batch.people
 
 
 class Means(PowerMethod):
-    """Paired differences of means by Student's t; as printed, Student's t over all answers."""
+    """Paired differences of means by Student's t."""
 
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of paired differences; as printed, of Student's t over all answers."""
+        """Return power of paired differences."""
         found: dict[str, float] = {}
         assumed, alpha = batch.assumed, batch.alpha
         for name, truth in truths.items():
@@ -151,8 +122,6 @@ class Means(PowerMethod):
             if name == "type_1":
                 found["equivalence"] = float((within_ps(gaps, assumed.margin) < alpha).mean())
                 found |= columns
-            if assumed.printed:
-                found[f"printed_{name}"] = float((_student_ps(rng, gaps, batch) < alpha).mean())
         return found
 
     def gaps(
@@ -232,35 +201,3 @@ def _personal_shares(rng: np.random.Generator, truth: float, batch: StudyBatch) 
     """Return each participant's true share, with normal logits."""
     logits = special.logit(truth) + rng.normal(0, batch.assumed.person_sd, batch.shape)
     return np.asarray(special.expit(logits))
-
-
-def _exact(n: int, assumed: PowerAssumptions, alpha: float) -> dict[str, Any]:
-    """Return the exact results of n independent answers, without simulation."""
-    low, high = share_of(n // 2, n, confidence=1 - alpha).wilson
-    return {
-        "answers": n,
-        "smallest_significant": smallest_significant(n, alpha=alpha),
-        "wilson_half_width": (high - low) / 2,
-        "power": exact_power(n, assumed.effect, alpha=alpha),
-        "type_1": exact_power(n, 0.5, alpha=alpha),
-        "equivalence": share_equivalence_power(n, margin=assumed.margin, alpha=alpha),
-    }
-
-
-def _student_ps(rng: np.random.Generator, gaps: Numbers, batch: StudyBatch) -> Numbers:
-    """Return p of Student's t over all answers of two conditions; people's levels differ by ``level_sd``.
-
-    The less they differ, the more false alarms; the more they differ, the less the test shows at all.
-    """
-    trials, trial_sd, level_sd = batch.trials, batch.assumed.trial_sd, batch.assumed.level_sd
-    n = gaps.shape[1] * trials
-    middle = rng.normal(0, np.sqrt(level_sd**2 + trial_sd**2 / (2 * trials)), gaps.shape)
-    between = trials * (_squares(middle + gaps / 2) + _squares(middle - gaps / 2))
-    within = trial_sd**2 * rng.chisquare(max(1, 2 * (n - gaps.shape[1])), len(gaps))
-    variance = (between + within) / (2 * n - 2)
-    return np.asarray(2 * stats.t.sf(np.abs(gaps.mean(1)) / np.sqrt(2 * variance / n), 2 * n - 2))
-
-
-def _squares(values: Numbers) -> Numbers:
-    """Return the sum of squares around each row's mean."""
-    return np.asarray(((values - values.mean(1, keepdims=True)) ** 2).sum(1))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,8 +38,7 @@ class PowerTable:
     ----------
     rows : tuple of mapping
         ``participants``, ``trials``, and shares from 0 to 1: ``power`` and ``type_1`` of the confirmatory test,
-        ``equivalence`` (shown without a true difference), ``printed_power`` and ``printed_type_1`` of the
-        publication's; further ones of the design's power method.
+        ``equivalence`` (shown without a true difference); further ones of the design's power method.
     equivalence_from : mapping from int to int or None
         By trials, the number of `TRIED` participants from which `ENOUGH` of the studies show equivalence without a true
         difference; None if the largest is too small.
@@ -56,13 +55,8 @@ class PowerTable:
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
-            "design": self.design,
-            "assumed": {**vars(self.assumed)},
-            "simulations": self.simulations,
-            "seed": self.seed,
-            "alpha": self.alpha,
+            **asdict(self),
             "simulated": True,
-            "rows": [dict(row) for row in self.rows],
             "equivalence_from": {str(trials): people for trials, people in self.equivalence_from.items()},
         }
 
@@ -110,8 +104,9 @@ def power_table(
     progress(TAKING, done, whole)
     for people in assumed.participants:
         for count in assumed.trials:
-            row = method.row(rng, StudyBatch(people, count, assumed, simulations, alpha))
-            rows.append({"participants": people, "trials": count, **row})
+            batch = StudyBatch(people, count, assumed, simulations, alpha)
+            found = method.shares(rng, batch, {"power": assumed.effect, "type_1": method.null})
+            rows.append({"participants": people, "trials": count, **found})
             done += simulations * people
             progress(TAKING, done, whole)
     equivalence_from = _equivalence_from(method, assumed, alpha, seed, progress)

@@ -28,17 +28,16 @@ class TableMapping:
     """Mapping from another program's table to answers.
 
     ``columns`` are the table's headings by our columns, as ``{"participant": "subject"}``, where they differ;
-    ``constants`` are values of a column in every row, as ``{"question": "which"}``; ``values`` are meanings of cells by
-    column, as ``{"condition": {"0": "recorded"}}``. The encoding is detected if it is empty.
+    ``constants`` are values of a column in every row, as ``{"question": "which"}``. The encoding is detected if it is
+    empty.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
     constants: Mapping[str, str] = field(default_factory=dict)
-    values: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     encoding: str = ""
 
     def __post_init__(self) -> None:
-        for name in (*self.columns, *self.constants, *self.values):
+        for name in (*self.columns, *self.constants):
             if name not in COLUMNS:
                 raise ParameterError(f"a column must be one of {', '.join(COLUMNS)}, got {name!r}")
         if both := set(self.columns) & set(self.constants):
@@ -79,9 +78,6 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
     rows = [(number, row) for number, row in rows if number not in empty]
     for number, row in rows:
         row.update(mapped.constants)
-        for name, meanings in mapped.values.items():
-            if row.get(name, "") in meanings:
-                row[name] = meanings[row[name]]
         _complete(row, path, number)
     _count_trials([row for _, row in rows])
     full = list(dict.fromkeys(name for _, row in rows for name in row))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,10 +14,6 @@ from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, PageAnswers, Participant
 
 State = Literal["going", "done", "declined", "aborted"]
-PageRow = tuple[int, str, str, str]
-"""An answered page as stored: position from 1, token, responses and facts, both as JSON."""
-FIELD, PAGE = "\x1f", "\x1e"
-"""Separators of a record of pages; JSON escapes both."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +26,10 @@ class ParticipantProgress:
 
 @dataclass(frozen=True)
 class ParticipantState:
-    """State of a participant: as stored, with the answered pages as one text and the resulting progress."""
+    """State of a participant as stored, with the progress that follows from the answered pages."""
 
     stored: ParticipantRecord
     study_ended: bool
-    page_record: str
     progress: ParticipantProgress
 
     @property
@@ -76,42 +70,22 @@ def progress_after(
         ) from error
 
 
-def page_row(position: int, answers: PageAnswers) -> PageRow:
-    """Return an answered page as it is stored."""
-    return position, answers.token, _json(answers.responses), _json(answers.facts)
-
-
 def stored_pages(rows: sqlite3.Connection, participant: Participant) -> str:
-    """Return the pages that a participant answered, as a record.
+    """Return the pages that a participant answered, as JSON.
 
     As one text: SQLite makes it in one step, while each step of a query releases the interpreter's lock and waits for
     it again.
     """
     [record] = rows.execute(
-        "SELECT group_concat(position || char(31) || token || char(31) || responses || char(31) || facts, char(30)) "
-        "FROM (SELECT * FROM pages WHERE participant = ? ORDER BY position)",
+        "SELECT json_group_array(json_array(position, token, responses, facts)) FROM pages WHERE participant = ?",
         (participant.number,),
     ).fetchone()
-    return record or ""
-
-
-def with_page(record: str, row: PageRow) -> str:
-    """Return a record with one more page."""
-    page = FIELD.join(map(str, row))
-    return f"{record}{PAGE}{page}" if record else page
+    return str(record)
 
 
 def parse_pages(record: str) -> tuple[PageAnswers, ...]:
-    """Return the pages of a record in order; raise `UnreadableRowError` for one that is not readable."""
-    pages = [page.split(FIELD) for page in record.split(PAGE)] if record else []
-    if not all(len(page) == 4 and page[0].isdecimal() for page in pages):
-        raise UnreadableRowError("a row of pages is not readable")
-    pages.sort(key=lambda page: int(page[0]))
+    """Return the pages of `stored_pages` in order; raise `UnreadableRowError` for one that is not readable."""
     return tuple(
         PageAnswers(token, parse_object(responses), parse_object(facts))
-        for _, token, responses, facts in pages
+        for _, token, responses, facts in sorted(json.loads(record))
     )
-
-
-def _json(values: Mapping[str, str]) -> str:
-    return json.dumps(dict(values), ensure_ascii=False)

@@ -28,15 +28,12 @@ from tactogram.study.session.participants import (
     participant_records,
 )
 from tactogram.study.session.progress import (
-    PageRow,
     ParticipantProgress,
     ParticipantState,
     State,
-    page_row,
     parse_pages,
     progress_after,
     stored_pages,
-    with_page,
 )
 from tactogram.study.session.salvage import parse_answer
 from tactogram.study.session.sitting import answer_rows, declined
@@ -142,13 +139,12 @@ class SessionStore(SessionLogs):
                 is_simulated=self.is_simulated,
             )
             submitted = PageAnswers(token, accepted, page.more)
-            row = page_row(len(state.progress.history) + 1, submitted)
-            _insert(rows, participant, row, answers)
-            add_device(rows, participant.number, token, facts)
             history = (*state.progress.history, submitted)
-            record = with_page(state.page_record, row)
+            _insert(rows, participant, len(history), submitted, answers)
+            add_device(rows, participant.number, token, facts)
+            record = stored_pages(rows, participant)
             progress = self._cached(participant, record, progress_after(self.study, participant, history))
-            return SubmissionResult(True, replace(state, page_record=record, progress=progress))
+            return SubmissionResult(True, replace(state, progress=progress))
 
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
@@ -219,7 +215,7 @@ class SessionStore(SessionLogs):
         else:
             computed = progress_after(self.study, participant, parse_pages(record))
             progress = self._cached(participant, record, computed)
-        return ParticipantState(stored, ended_at(rows) is not None, record, progress)
+        return ParticipantState(stored, ended_at(rows) is not None, progress)
 
     def _cached(
         self, participant: Participant, record: str, progress: ParticipantProgress
@@ -261,12 +257,17 @@ def _valid_times(rt_ms: Mapping[str, float], accepted: Mapping[str, str]) -> dic
 
 
 def _insert(
-    rows: sqlite3.Connection, participant: Participant, row: PageRow, answers: Sequence[Answer]
+    rows: sqlite3.Connection,
+    participant: Participant,
+    position: int,
+    page: PageAnswers,
+    answers: Sequence[Answer],
 ) -> None:
-    number, position = participant.number, row[0]
+    number = participant.number
+    written = (json.dumps(dict(values), ensure_ascii=False) for values in (page.responses, page.facts))
     rows.execute(
         "INSERT INTO pages (participant, position, token, responses, facts) VALUES (?,?,?,?,?)",
-        (number, *row),
+        (number, position, page.token, *written),
     )
     rows.executemany(
         "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",

@@ -6,7 +6,7 @@ import io
 import json
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +24,6 @@ from tactogram.study.analysis.findings import ALPHA, AnalysisSection
 from tactogram.study.analysis.naming import named_answers, named_section
 from tactogram.study.answers import Answers, Targets
 from tactogram.study.designs import designs, find_design
-from tactogram.study.designs.catalogue import margin_scales
 from tactogram.study.practice import MARK
 from tactogram.study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
 from tactogram.study.study_file import Study
@@ -162,23 +161,6 @@ def _figures(
 
 def _named(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
     return named_section(section, names, columns=find_design(section.design).key_columns)
-
-
-def margins_of(texts: Sequence[str]) -> dict[str, float]:
-    """Return margins from texts ``QUESTION=VALUE``; `ParameterError` for another form."""
-    found = {}
-    for text in texts:
-        name, sign, amount = text.partition("=")
-        try:
-            if not sign or name in found or not math.isfinite(float(amount)):
-                raise ValueError(text)  # noqa: TRY301
-            found[name] = float(amount)
-        except ValueError:
-            raise ParameterError(
-                f"a margin must be QUESTION=VALUE, each question once, of {', '.join(margin_scales())} "
-                f"(as in which=0.1), got {text!r}"
-            ) from None
-    return found
 
 
 def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:

@@ -60,8 +60,6 @@ def _power_text(found: PowerTable, method: PowerMethod) -> str:
         f"{f', {assumed.items} items' if assumed.items else ''}; a trial: {assumed.trials_text}.",
         f"power, type_1, equivalence: {assumed.test}, the last where there is no difference.",
     ]
-    if assumed.printed:
-        lines.append(f"printed_…: {assumed.printed}, which takes answers as independent.")
     lines += method.notes()
     return "\n".join(
         [*lines, *_errs(found), *_reached(found, of_pairs=method.of_pairs), "", *table_lines(found.rows)]

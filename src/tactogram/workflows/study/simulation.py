@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.atomic import atomic_write
 from tactogram.study.session.store import SessionStore
 from tactogram.study.simulated_participants import SimulatedEffect, simulate
 from tactogram.study.study_file import Study
 from tactogram.study.trials import Page, Participant
+from tactogram.text_files import read_json
 from tactogram.validation import validated
 from tactogram.workflows.request import takes
 from tactogram.workflows.study.requests import ParticipantsRequest
@@ -35,26 +35,15 @@ def simulate_study(request: ParticipantsRequest) -> dict[str, Any]:
     DataError
         If people took the study in that folder: real and simulated answers are kept apart.
     """
-    out = request.out
-    effect = effect_of(request.effect or {})
-    study = Study.load(request.study, changes=request.changes)
-    with SessionStore(Path(out), study) as store:
-        if any(not known.simulated for known in store.participants()):
-            raise DataError(f"{out}: people took this study; give simulated participants another folder")
-        keep_origin(store.path.parent, request.study)
-        stimuli = StudyStimuli(study, study_folder(request.study))
-        store.is_simulated = stimuli.is_simulated
-        play = _logger(store, stimuli) if request.play else None
-        participants = simulate(
-            store,
-            request.participants,
-            effect=effect,
-            seed=request.seed,
-            play=play,
-            progress=lambda done: request.progress("participants", done, request.participants),
-        )
-        rows = len(store.answers())
-    return _simulated_facts(out, study, participants, effect, rows)
+    study, count = Study.load(request.study, changes=request.changes), request.participants
+    session = Path(request.out), study, request.study, study_folder(request.study)
+
+    def progress(done: int) -> None:
+        request.progress("participants", done, count)
+
+    return _simulated(
+        *session, count, request.effect, play=request.play, seed=request.seed, progress=progress
+    )
 
 
 def simulate_session(
@@ -72,37 +61,49 @@ def simulate_session(
     """
     if participants < 1:
         raise ParameterError(f"participants must be at least 1, got {participants}")
-    simulated_effect = effect_of(effect or {})
     folder = Path(session)
     with SessionStore(folder) as store:
-        study, own = store.study, bool(store.participants())
-        own = own and all(known.simulated for known in store.participants())
+        study, who = store.study, store.participants()
+    own = bool(who) and all(known.simulated for known in who)
     out = folder if own else folder.with_name(f"{folder.name}{SIMULATED}")
+    origin = read_json(folder / ORIGIN)["study"] if (folder / ORIGIN).is_file() else None
+    place = origin_folder(folder)
+    return _simulated(out, study, origin, place, participants, effect, seed=seed, progress=progress)
+
+
+def _simulated(
+    out: Path,
+    study: Study,
+    origin: Path | str | None,
+    place: Path,
+    count: int,
+    effect: Mapping[str, Any] | None,
+    *,
+    play: bool = False,
+    **options: Any,
+) -> dict[str, Any]:
+    """Let simulated participants take a study into a folder.
+
+    ``origin`` is the study's file, None if unknown; the paths of stimuli are relative to ``place``.
+    """
+    true_effect = effect_of(effect or {})
     with SessionStore(out, study) as store:
         if any(not known.simulated for known in store.participants()):
-            raise DataError(
-                f"{out}: people took this study; simulated participants need that folder to themselves"
-            )
-        if (folder / ORIGIN).is_file() and not own:
-            with atomic_write(out / ORIGIN) as part:
-                part.write_bytes((folder / ORIGIN).read_bytes())
-        store.is_simulated = StudyStimuli(study, origin_folder(folder)).is_simulated
-        who = simulate(store, participants, effect=simulated_effect, seed=seed, progress=progress)
-        rows = len(store.answers())
-    return _simulated_facts(out, study, who, simulated_effect, rows)
-
-
-def _simulated_facts(
-    out: Path | str, study: Study, who: list[Participant], effect: SimulatedEffect, rows: int
-) -> dict[str, Any]:
-    return {
-        "folder": str(out),
-        "study": study.name,
-        "simulated_participants": [participant.code for participant in who],
-        "effect": effect.model_dump(),
-        "answers": rows,
-        "simulated": True,
-    }
+            raise DataError(f"{out}: people took this study; give simulated participants another folder")
+        if origin is not None:
+            keep_origin(out, origin)
+        stimuli = StudyStimuli(study, place)
+        store.is_simulated = stimuli.is_simulated
+        log = _logger(store, stimuli) if play else None
+        who = simulate(store, count, effect=true_effect, play=log, **options)
+        return {
+            "folder": str(out),
+            "study": study.name,
+            "simulated_participants": [participant.code for participant in who],
+            "effect": true_effect.model_dump(),
+            "answers": store.count,
+            "simulated": True,
+        }
 
 
 def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:

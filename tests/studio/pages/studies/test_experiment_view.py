@@ -189,7 +189,9 @@ def test_forms_are_read_in_a_line():
         counts_of("ten", "participants")
     with pytest.raises(ParameterError, match="headings must be name=value"):
         pairs_of("participant", "headings")
-    assert power_rows([{"participants": 10, "power": 0.5, "exact_power": 0.7}]) == (
+    with pytest.raises(ParameterError, match="margins must be name=value, each once"):
+        pairs_of("which=0.1, which=0.2", "margins")
+    assert power_rows([{"participants": 10, "power": 0.5}]) == (
         ["participants", "shows the effect"],
         [["10", "0.50"]],
     )

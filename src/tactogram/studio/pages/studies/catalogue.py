@@ -27,8 +27,6 @@ HEADINGS: Mapping[str, str] = {
     "power": "shows the effect",
     "type_1": "false positive",
     "equivalence": "shows equivalence",
-    "printed_power": "publication's test: shows the effect",
-    "printed_type_1": "publication's test: false positive",
     "threshold_error_db": "threshold error, dB",
 }
 """Headings of a power table, by column."""
@@ -144,20 +142,20 @@ def pairs_of(text: str, name: str) -> dict[str, str]:
     pairs = {}
     for part in split_commas(text):
         key, sign, value = (piece.strip() for piece in part.partition("="))
-        if not (key and sign and value):
-            raise ParameterError(f"{name} must be name=value, separated by commas, got {part[:60]!r}")
+        if not (key and sign and value) or key in pairs:
+            raise ParameterError(
+                f"{name} must be name=value, each once, separated by commas, got {part[:60]!r}"
+            )
         pairs[key] = value
     return pairs
 
 
 def power_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:
-    """Return headings and cells of a power table, without the columns that assume independent answers."""
-    columns = [name for name in rows[0] if not name.startswith("exact_")]
+    """Return headings and cells of a power table."""
     cells = [
-        [f"{row[name]:.2f}" if isinstance(row[name], float) else str(row[name]) for name in columns]
-        for row in rows
+        [f"{value:.2f}" if isinstance(value, float) else str(value) for value in row.values()] for row in rows
     ]
-    return [HEADINGS.get(name, name.replace("_", " ")) for name in columns], cells
+    return [HEADINGS.get(name, name.replace("_", " ")) for name in rows[0]], cells
 
 
 def _study_entry(name: str, source: Path | str, *, shipped: bool) -> StudyEntry:

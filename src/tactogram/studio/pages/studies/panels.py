@@ -7,6 +7,7 @@ from urllib.parse import quote
 
 from nicegui import ui
 
+from tactogram.datasets.cells import finite_number
 from tactogram.errors import ParameterError
 from tactogram.studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram.studio.pages.studies.catalogue import (
@@ -15,7 +16,6 @@ from tactogram.studio.pages.studies.catalogue import (
     counts_of,
     pairs_of,
     power_rows,
-    split_commas,
 )
 from tactogram.studio.pages.studies.experiment_view import participant_count
 from tactogram.studio.workspace.folder import RUN, STORE, Workspace
@@ -110,7 +110,7 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
 
         @report_errors
         async def analyse() -> None:
-            from tactogram.workflows.study.analysis import analyse_study, margins_of
+            from tactogram.workflows.study.analysis import analyse_study
 
             if not source.value:
                 raise ParameterError("choose the answers first: a session or a table")
@@ -124,7 +124,10 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                     design=(design.value or "").strip() or None,
                     columns=pairs_of(columns.value or "", "headings"),
                     constants=pairs_of(constants.value or "", "columns"),
-                    margins=margins_of(split_commas(margins.value)),
+                    margins={
+                        name: finite_number("margin", name, text)
+                        for name, text in pairs_of(margins.value or "", "margins").items()
+                    },
                 )
             shown.clear()
             with shown:

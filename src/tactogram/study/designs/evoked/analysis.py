@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -25,7 +24,6 @@ from tactogram.study.analysis.findings import (
     verdict_of,
 )
 from tactogram.study.analysis.item_contrasts import item_contrasts
-from tactogram.study.analysis.paired import paired_findings
 from tactogram.study.answers import Answers
 
 EVOKED = "share of participants in whom it was evoked"
@@ -81,8 +79,10 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
         f"with {smallest} participants an interval at one half is ±{(high - low) / 2:.2f}: "
         "labels are that far from certain",
     )
+    if len(kept.unique("condition")) > 1:
+        notes += ("the conditions of an image are taken together",)
     contrasts = item_contrasts(kept, "difference of the share evoked", margin=margin)
-    findings += [*words, *_conditions(kept), *contrasts]
+    findings += [*words, *contrasts]
     tables = {"per word": per_word, "per image and word": rows}
     return section_of(kept, "Evoked or not", findings, tables, notes, question="evoked")
 
@@ -128,28 +128,6 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
             )
         )
     return findings, rows
-
-
-def _conditions(kept: Answers) -> list[Finding]:
-    """Return the differences between conditions by participant."""
-    groups = kept.by("condition")
-    cells = kept.values_by("condition", "participant")
-    means = {
-        name: np.array([np.mean(cells.get((name, person), np.nan)) for person in kept.unique("participant")])
-        for name in groups
-    }
-    if len(means) < 2 or (~np.isnan(np.stack(list(means.values()))).any(0)).sum() < 2:
-        return []
-    findings = []
-    for first, second in combinations(means, 2):
-        gaps = means[first] - means[second]
-        findings += paired_findings(
-            gaps[~np.isnan(gaps)],
-            f"{first} minus {second}",
-            "difference of the share evoked",
-            n=len(groups[first]) + len(groups[second]),
-        )
-    return findings
 
 
 def evoked_figure(section: AnalysisSection) -> Figure:

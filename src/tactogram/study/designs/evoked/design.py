@@ -16,7 +16,7 @@ from tactogram.study.designs.design import MarginScale
 from tactogram.study.designs.word_scales import WordScales
 from tactogram.study.language_files import text_field
 from tactogram.study.orders import generator
-from tactogram.study.power.assumptions import EXACT, PowerAssumptions
+from tactogram.study.power.assumptions import PowerAssumptions
 from tactogram.study.questions import AnswerOption, Question
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import DesignContext, PageQuestion, Participant
@@ -39,7 +39,7 @@ class EvokedWords(WordScales):
     power: ClassVar[Mapping[str, PowerAssumptions]] = {
         "evoked": PowerAssumptions(
             "votes", 0.7, "share of people in whom it is evoked", 0.5, 0.0, 0.2,
-            (10, 20, 30, 60), (1,), "answers of each participant to an image and word", EXACT,
+            (10, 20, 30, 60), (1,), "answers of each participant to an image and word", "exact binomial",
         )
     }  # fmt: skip
 

@@ -73,10 +73,7 @@ def analyse_preference(answers: Answers, *, margin: float | None = None) -> Anal
         notes += (
             "some items were never compared, not even through others: their strengths rest on the prior",
         )
-    notes += (
-        f"strengths have a weak prior (SD {PRIOR_SD:g}), so that what always wins stays finite",
-        f"{_circular_triads(table)} circular triads in participants' own choices: what no order of strengths explains",
-    )
+    notes += (f"strengths have a weak prior (SD {PRIOR_SD:g}), so that what always wins stays finite",)
     return section_of(kept, "Preference", findings, {"strengths (log, mean 0)": rows}, notes)
 
 
@@ -183,12 +180,6 @@ def _components(wins: Numbers) -> NDArray[np.int64]:
     from scipy.sparse.csgraph import connected_components
 
     return np.asarray(connected_components(wins + wins.T, directed=False)[1], np.int64)
-
-
-def _circular_triads(table: Numbers) -> int:
-    """Return the circular triads (a over b over c over a) among each participant's majorities."""
-    beats = (table > table.transpose(0, 2, 1)).astype(np.float64)
-    return round(float(np.einsum("pij,pjk,pki->", beats, beats, beats)) / 3)
 
 
 def preference_figure(section: AnalysisSection) -> Figure:

@@ -29,9 +29,9 @@ from tactogram.statistics.comparison import (
     student_t,
 )
 from tactogram.statistics.multiplicity import holm
+from tactogram.statistics.summary import nan_mean
 from tactogram.study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram.study.analysis.item_contrasts import item_contrasts
-from tactogram.study.analysis.ordinal import ordinal_findings
 from tactogram.study.analysis.paired import holm_paired
 from tactogram.study.answers import Answer, Answers, Targets
 
@@ -90,11 +90,9 @@ def analyse_words(
     if reference is not None:
         kept, targets = _reference_targets(kept, reference)
     errors = errors_of(kept, targets)
-    rows, overall = _table(kept, errors, rng, draws)
+    rows, overall = _table(errors, rng, draws)
     findings = _by_participant(errors, margin) + _printed(errors) + _per_word(errors, margin)
     if len(errors.conditions) > 1:
-        findings += ordinal_findings(kept, errors.conditions)
-        notes += ("the ordinal check is of the scores themselves, not of their errors",) if targets else ()
         notes += (f"what was printed {INDEPENDENT}",)
     else:
         notes += ("one condition: items are held against each other, and nothing is confirmatory",)
@@ -179,7 +177,7 @@ def _by_participant(errors: AnswerErrors, margin: float | None) -> list[Finding]
     """Return the tests between conditions on each participant's mean over words."""
     if len(errors.conditions) < 2 or len(errors.participants) < 2:
         return []
-    means = dict(zip(errors.conditions, _nanmean(errors.people, 2).T, strict=True))
+    means = dict(zip(errors.conditions, nan_mean(errors.people, 2).T, strict=True))
     found = friedman_wilcoxon(means)
     findings = [_friedman(found, "all words", "confirmatory", errors)] if found.overall else []
     gaps = {}
@@ -272,13 +270,12 @@ def _per_word(errors: AnswerErrors, margin: float | None) -> list[Finding]:
 
 
 def _table(
-    kept: Answers, errors: AnswerErrors, rng: np.random.Generator, draws: int
+    errors: AnswerErrors, rng: np.random.Generator, draws: int
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    words = bootstrap_by_participant(errors.people, lambda t: _nanmean(t, 0), rng=rng, draws=draws)
+    words = bootstrap_by_participant(errors.people, lambda t: nan_mean(t, 0), rng=rng, draws=draws)
     whole = bootstrap_by_participant(
-        errors.people, lambda t: _nanmean(_nanmean(t, 2), 0), rng=rng, draws=draws
+        errors.people, lambda t: nan_mean(nan_mean(t, 2), 0), rng=rng, draws=draws
     )
-    one_rater, retest = _one_rater(kept), _retest(kept)
     rows, overall = [], []
     for c, condition in enumerate(errors.conditions):
         values = errors.of(condition)
@@ -304,8 +301,6 @@ def _table(
                     "low": float(words[1][c, w]),
                     "high": float(words[2][c, w]),
                     "se_as_printed": _printed_se(values),
-                    "one_rater": one_rater.get((condition, word)),
-                    "retest": retest.get((condition, word)),
                 }
             )
     return rows, overall
@@ -313,32 +308,3 @@ def _table(
 
 def _printed_se(values: Numbers) -> float | None:
     return float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
-
-
-def _one_rater(kept: Answers) -> dict[tuple[str, str], float]:
-    """Return the mean absolute error of one participant to the mean of the others about the same item."""
-    errors: dict[tuple[str, str], list[float]] = {}
-    for (condition, word, _), means in kept.participant_means("condition", "question", "stimulus").items():
-        people = np.array(means)
-        if len(people) > 1:
-            gaps = np.abs(people - (people.sum() - people) / (len(people) - 1))
-            errors.setdefault((condition, word), []).append(float(gaps.mean()))
-    return {key: float(np.mean(values)) for key, values in errors.items()}
-
-
-def _retest(kept: Answers) -> dict[tuple[str, str], float]:
-    """Return the mean absolute difference of a participant's repeated answers about the same item."""
-    differences: dict[tuple[str, str], list[float]] = {}
-    cells = kept.values_by("condition", "question", "stimulus", "participant")
-    for (condition, word, *_), values in cells.items():
-        if len(values) > 1:
-            gaps = [abs(a - b) for a, b in combinations(values, 2)]
-            differences.setdefault((condition, word), []).append(float(np.mean(gaps)))
-    return {key: float(np.mean(values)) for key, values in differences.items()}
-
-
-def _nanmean(table: Numbers, axis: int) -> Numbers:
-    present = ~np.isnan(table)
-    with np.errstate(invalid="ignore"):
-        means: Numbers = np.where(present, table, 0).sum(axis) / present.sum(axis)
-    return means

@@ -39,7 +39,6 @@ class WordRating(WordScales):
         "rating": PowerAssumptions(
             "ranks", 0.2, "points of mean absolute error between conditions", 0.2, 0.9, 0.2,
             (10, 20), (12, 120), "scores of each participant and condition", "Wilcoxon signed ranks",
-            "Student's t of all scores", level_sd=0.3,
         )
     }  # fmt: skip
 

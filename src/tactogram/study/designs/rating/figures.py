@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tactogram.signal.figure import AXIS_COLOURS
-from tactogram.statistics.figures import GRAY, INK, error_figure
+from tactogram.statistics.figures import GRAY, error_figure
 from tactogram.study.analysis.figures import title_of
 from tactogram.study.analysis.findings import SHOWN, AnalysisSection
 
@@ -57,15 +57,6 @@ def words_figure(section: AnalysisSection) -> Figure:
             at, table[:, 0], 0.92 * width, yerr=away, color=colours[k % len(colours)], label=condition,
             error_kw={"lw": 0.8}, capsize=1.5,
         )  # fmt: skip
-    if "error" in name:
-        one_rater = {
-            w: [row["one_rater"] for row in rows if row["word"] == w and row["one_rater"] is not None]
-            for w in words
-        }
-        raters = [np.mean(values) if values else np.nan for values in one_rater.values()]
-        axes.plot(
-            range(len(words)), raters, "_", color=INK, ms=28, mew=1.5, label="one rater and the others' mean"
-        )
     axes.set_xticks(range(len(words)), words, rotation=25)
     axes.set_ylabel(f"{name.removesuffix(', per word')}\n(95 % by participant)")
     axes.set_ylim(bottom=0)

@@ -16,8 +16,13 @@ from tactogram.statistics.summary import summary
 from tactogram.study.analysis.figures import title_of
 from tactogram.study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram.study.analysis.paired import paired_findings
-from tactogram.study.analysis.psychometric import LogisticFit, fit_logistic, reversal_threshold
-from tactogram.study.analysis.threshold import SETTLED_3_DOWN, Threshold, estimate_threshold, settled_share
+from tactogram.study.analysis.threshold import (
+    SETTLED_3_DOWN,
+    Threshold,
+    estimate_threshold,
+    reversal_threshold,
+    settled_share,
+)
 from tactogram.study.answers import Answers
 from tactogram.study.designs.staircase.reversals import in_order, reversals_of
 
@@ -29,11 +34,9 @@ FITTED = "logistic fits of each participant, Student's t"
 def analyse_staircases(
     answers: Answers,
     *,
-    rng: np.random.Generator,
     margin: float | None = None,
     guess: float = 0.5,
     share: float | None = None,
-    draws: int = 200,
 ) -> AnalysisSection:
     """Return thresholds of two-alternative staircases, by participant and over all.
 
@@ -76,8 +79,6 @@ def analyse_staircases(
             if len(values):
                 findings.append(_mean(values, name, role, test, measure, kept))
         findings += _between(thresholds, names, role, margin, len(kept))
-    for name in names:
-        findings += _pooled(name, kept, guess, share, rng, draws, at)
     return section_of(
         kept,
         "Staircases",
@@ -182,43 +183,6 @@ def _between(
     return paired_findings(
         gaps, "all", f"{names[0]} minus {names[1]}, dB", margin=margin, n=n, roles=(role, "check")
     )
-
-
-def _pooled(
-    name: str, kept: Answers, guess: float, share: float, rng: np.random.Generator, draws: int, at: str
-) -> list[Finding]:
-    """Return the threshold of all answers together, with a bootstrap interval by participant."""
-    groups = [in_order(own) for own in kept.where(condition=name).by("participant").values()]
-    data = [(own.numbers("value"), own.numbers("correct")) for own in groups]
-
-    def fitted(which: NDArray[np.int64], start: LogisticFit | None = None) -> LogisticFit:
-        x, y = (np.concatenate([data[k][part] for k in which]) for part in (0, 1))
-        return fit_logistic(x, y, guess=guess, target=share, start=start)
-
-    try:
-        whole = fitted(np.arange(len(data)))
-    except DataError:
-        return []
-    drawn = []
-    for _ in range(draws if len(data) > 1 else 0):
-        try:
-            drawn.append(fitted(rng.integers(0, len(data), len(data)), whole).threshold)
-        except DataError:
-            continue
-    low, high = np.quantile(drawn, [0.025, 0.975]) if drawn else (np.nan, np.nan)
-    finding = Finding(
-        name,
-        "one logistic function of all answers, bootstrap by participant",
-        "check",
-        at,
-        whole.threshold,
-        float(low) if drawn else None,
-        float(high) if drawn else None,
-        n=sum(len(x) for x, _ in data),
-        participants=len(data),
-        note="flatter than one person's where thresholds of people differ, and then higher than their mean",
-    )
-    return [finding]
 
 
 def staircase_figure(section: AnalysisSection, answers: Answers) -> Figure:

@@ -159,8 +159,7 @@ class Staircase(Design):
         """Return the thresholds of each participant and over all."""
         from tactogram.study.designs.staircase.analysis import analyse_staircases
 
-        margin = plan.margins.get("staircase")
-        return [analyse_staircases(answers, rng=plan.generator(), margin=margin, draws=plan.fits)]
+        return [analyse_staircases(answers, margin=plan.margins.get("staircase"))]
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:

@@ -11,11 +11,9 @@ from tactogram.study.answers import Answers
 def reversals_of(own: Answers) -> NDArray[np.bool_]:
     """Return which trials of one staircase are reversals: bool, shape (trial,).
 
-    From the column ``reversal`` (true), else from ``reversals`` (their number before the trial), else from the steps of
-    the intensity. For the latter two, whether the last trial is one follows from the rule of the earlier ones.
+    From the column ``reversals`` (their number before the trial), else from the steps of the intensity. Whether the
+    last trial is one follows from the rule of the earlier ones.
     """
-    if "reversal" in own.extra_columns:
-        return np.array([text.casefold() in ("true", "1") for text in own.column("reversal")])
     values = own.numbers("value")
     last = _ends_turning(values, own.numbers("correct"))
     if "reversals" in own.extra_columns and all(own.column("reversals")):

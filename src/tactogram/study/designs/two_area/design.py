@@ -21,7 +21,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.study.designs.design import Design, MarginScale, ab_question, pairs_by_item
 from tactogram.study.language_files import text_field
 from tactogram.study.orders import balanced_sides, generator, ordered
-from tactogram.study.power.assumptions import EXACT, GEE, PowerAssumptions
+from tactogram.study.power.assumptions import GEE, PowerAssumptions
 from tactogram.study.questions import Question
 from tactogram.study.stimuli import Stimulus
 from tactogram.study.trials import DesignContext, Page, PageAnswers, PageQuestion, Participant, Slot
@@ -50,12 +50,11 @@ class TwoArea(Design):
     power: ClassVar[Mapping[str, PowerAssumptions]] = {
         "two_area": PowerAssumptions(
             "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
-            (10, 20), (10, 30, 90), "answers of each participant", GEE, EXACT,
+            (10, 20), (10, 30, 90), "answers of each participant", GEE,
         ),
         REALISM: PowerAssumptions(
             "means", 5.0, "mm between conditions", 5.0, 15.0, 5.0,
             (10, 20), (10, 90), "marks of each participant and condition", "paired t",
-            "Student's t of all marks", level_sd=10.0,
         ),
     }  # fmt: skip
 
