@@ -23,6 +23,7 @@ from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.mapping import read_mapping, write_mapping
 from tactogram.datasets.preview import preview_dataset, proposed_layouts
 from tactogram.datasets.rates import CommonRates
+from tactogram.datasets.reading import Reader, read_all
 from tactogram.datasets.recording import FileReading
 from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import is_remote
@@ -30,6 +31,7 @@ from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
 from tactogram.signal.io.writable import check_writable
+from tactogram.workflows.data.cluster_reading import read_on
 from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
@@ -80,13 +82,18 @@ def import_store(request: ImportRequest) -> dict[str, Any]:
 
 
 def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
+    path = Path(request.path)
+    read: Reader = read_all
+    if request.on:
+        path, read = path.absolute(), partial(read_on, request.on, Path(f"{out}-workers.html"))
     return import_dataset(
         request.set_name,
-        Path(request.path),
+        path,
         out,
         options=_options(request),
         skip_bad=request.skip_bad,
         workers=request.workers,
+        read=read,
         progress=partial(request.progress, "reading"),
     )
 
@@ -99,6 +106,8 @@ def _options(request: ImportRequest) -> dict[str, Any]:
 
 
 def _preview(request: ImportRequest) -> dict[str, Any]:
+    if request.on:
+        raise ParameterError("on must be omitted with `preview`, which reads on this machine")
     saved = None if request.save_mapping is None else Path(request.save_mapping)
     if saved is not None:
         if saved.exists():
