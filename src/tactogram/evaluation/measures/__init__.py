@@ -1,7 +1,7 @@
 """Measures of how similar generated signals are to real ones: one function each, with its formula and source.
 
-`signal_measures` returns the measures of two sets of signals; the others are of points in an embedding, of copies
-and of labels. ``docs/measures.md`` lists what each one detects and what it is blind to.
+`signal_measures` returns the measures of two sets of signals; the others are of points in an embedding, of copies and of
+labels. ``docs/measures.md`` lists what each one detects and what it is blind to.
 """
 
 from tactogram.evaluation.measures.distances.amplitude_distance import (
