@@ -1,7 +1,7 @@
 """Measures of how similar generated signals are to real ones: one function each, with its formula and source.
 
-`signal_measures` returns the measures of two sets of signals; the others are of points in an embedding, of copies and of
-labels. ``docs/measures.md`` lists what each one detects and what it is blind to.
+`signal_measures` returns the measures of two sets of signals; the others are of points in an embedding, of copies, of
+labels and of pairs. ``docs/measures.md`` lists what each one detects and what it is blind to.
 """
 
 from tactogram.evaluation.measures.distances.amplitude_distance import (
@@ -47,4 +47,8 @@ from tactogram.evaluation.measures.measure import signal_measures as signal_meas
 from tactogram.evaluation.measures.memorisation import Memorisation as Memorisation
 from tactogram.evaluation.measures.memorisation import memorisation as memorisation
 from tactogram.evaluation.measures.memorisation import nearness as nearness
+from tactogram.evaluation.measures.paired import align as align
+from tactogram.evaluation.measures.paired import signal_to_noise_ratio_db as signal_to_noise_ratio_db
+from tactogram.evaluation.measures.paired import spqi as spqi
+from tactogram.evaluation.measures.paired import st_sim as st_sim
 from tactogram.evaluation.measures.sets import segments as segments
