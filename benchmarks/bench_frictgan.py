@@ -91,14 +91,17 @@ def plain_step(learner, stage, batch):
     for first in range(0, len(photos), size):
         part = slice(first, first + size)
         made = learner._make(photos[part])
-        scores = learner.critic(photos[part], real[part]), learner.critic(photos[part], made)
-        learner._descend(1, scores[1].mean() - scores[0].mean())
+        scores = learner.discriminator(photos[part], real[part]), learner.discriminator(photos[part], made)
+        learner.descend(1, scores[1].mean() - scores[0].mean())
         with torch.no_grad():
-            for weight in learner.critic.parameters():
+            for weight in learner.discriminator.parameters():
                 weight.clamp_(-learner.config.clip, learner.config.clip)
     made = learner._make(photos[part])
-    loss = learner.config.l1 * (made - real[part]).abs().mean() - learner.critic(photos[part], made).mean()
-    learner._descend(0, loss)
+    loss = (
+        learner.config.l1 * (made - real[part]).abs().mean()
+        - learner.discriminator(photos[part], made).mean()
+    )
+    learner.descend(0, loss)
 
 
 def loading(learner, data, step_s):
@@ -180,7 +183,7 @@ def work(learner):
     totals = []
     for network, given in (
         (learner.generator, (photo, torch.zeros(1, config.noise))),
-        (learner.critic, (photo, spectrogram)),
+        (learner.discriminator, (photo, spectrogram)),
     ):
         hooks = [
             layer.register_forward_hook(count)

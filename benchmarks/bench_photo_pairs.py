@@ -26,7 +26,7 @@ from PIL import Image as Pillow
 
 from tactogram.datasets import Examples, Recording, Segment, create_store, open_store, whole_photographs
 from tactogram.features.photo_crops import PhotoCrops
-from tactogram.features.photo_pairs import WeakPairs, weak_pairs
+from tactogram.features.photo_pairs import WeakPairs, shuffled, weak_pairs
 from tactogram.features.spectrogram_picture import SpectrogramPicture
 from tactogram.nn.unet import UNet
 from tactogram.nn.vision_import import vision_module
@@ -124,7 +124,7 @@ def rate(pairs: WeakPairs, count: int) -> float:
     """Return pairs per second of ``count`` batches."""
     begun = time.perf_counter()
     for number in range(count):
-        pairs.batch(pairs.places(number, BATCH))
+        pairs.batch(shuffled(len(pairs), BATCH, number, seed=0))
     return count * BATCH / (time.perf_counter() - begun)
 
 
@@ -197,7 +197,7 @@ def memory(path: Path) -> dict[str, Any]:
     pairs = loader(path, cache_mib=64.0)
     most = 0
     for number in range(60):
-        pairs.batch(pairs.places(number, BATCH))
+        pairs.batch(shuffled(len(pairs), BATCH, number, seed=0))
         most = max(most, process.memory_info().rss)
     return {
         "photographs": len(pairs.photo_sources),

@@ -53,8 +53,8 @@ def test_each_network_descends_by_adam_along_its_own_loss():
     plain = [nn.Parameter(network.weight.detach().clone()) for network in (gan.generator, gan.discriminator)]
     adams = [torch.optim.Adam([weight], lr=0.1, betas=(0.3, 0.4)) for weight in plain]
     for target in (1.0, -3.0):
-        gan.descend_generator((gan.generator.weight - target).square().sum())
-        gan.descend_discriminator((gan.discriminator.weight + target).square().sum())
+        gan.descend(0, (gan.generator.weight - target).square().sum())
+        gan.descend(1, (gan.discriminator.weight + target).square().sum())
         for weight, adam, aim in zip(plain, adams, (target, -target), strict=True):
             adam.zero_grad()
             (weight - aim).square().sum().backward()
@@ -66,7 +66,7 @@ def test_the_generators_loss_leaves_the_discriminator_without_gradients():
     gan = pair()
     with gan.fixed_discriminator():
         loss = gan.discriminator(gan.generator(torch.ones(1, 1))).sum()
-    gan.descend_generator(loss)
+    gan.descend(0, loss)
     assert gan.discriminator.weight.grad is None
     assert gan.discriminator.weight.requires_grad
 

@@ -10,7 +10,7 @@ from tactogram.statistics.comparison import (
     steel_dwass,
     student_t,
 )
-from tactogram.statistics.summary import by_participant, summary
+from tactogram.statistics.summary import summary
 
 # S. Aoki's worked example of the Steel-Dwass test, with the t and p that he prints.
 AOKI = {
@@ -107,12 +107,6 @@ def test_groups_without_spread_differ_without_doubt():
     assert paired_t({"a": [1.0, 2.0, 3.0], "b": [2.0, 3.0, 4.0]}).pair("a", "b").p == 0.0
 
 
-def test_participants_have_one_mean_each():
-    people, means = by_participant([1.0, 3.0, 5.0, np.nan, np.nan], ["b", "a", "b", "b", "c"])
-    assert people == ("a", "b", "c")
-    np.testing.assert_array_equal(means, [3.0, 3.0, np.nan])
-
-
 def test_summary_gives_students_interval():
     found = summary([1.0, 2.0, 3.0, np.nan])
     assert (found.n, found.mean, found.sd) == (3, 2.0, 1.0)
@@ -131,7 +125,6 @@ def test_summary_gives_students_interval():
         (lambda: paired_t({"a": [1.0, 2.0], "b": [1.0]}), "every person .* a 2, b 1"),
         (lambda: paired_t({"a": [1.0, np.nan], "b": [1.0, 2.0]}), "two people .* got 1 of 2"),
         (lambda: steel_dwass(AOKI).pair("1", "9"), "two of 1, 2, 3, 4"),
-        (lambda: by_participant([1.0], ["a", "b"]), "one length"),
         (lambda: summary([np.nan]), "needs a value"),
     ],
 )

@@ -123,14 +123,6 @@ def _check(request: _StoreRequest, show: Printer) -> int:
     return 0 if facts["ok"] else 1
 
 
-def _compact(request: _StoreRequest, show: Printer) -> None:
-    from tactogram.workflows.data.stores import compact_store
-
-    with show.progress() as progress:
-        facts = compact_store(request.path, progress=progress)
-    show(facts, lines_of(facts))
-
-
 def _copy(request: _CopyRequest, show: Printer) -> None:
     from tactogram.workflows.data.stores import copy
 
@@ -178,7 +170,6 @@ VERBS = {
     "data export": Verb(DataExportRequest, _export),
     "data info": Verb(_StoreRequest, _info),
     "data check": Verb(_StoreRequest, _check),
-    "data compact": Verb(_StoreRequest, _compact),
     "data copy": Verb(_CopyRequest, _copy),
     "data add": Verb(AdditionRequest, _add),
     "data like": Verb(_LikeRequest, _like),

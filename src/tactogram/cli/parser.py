@@ -27,7 +27,6 @@ VERBS = {
         "data info": "Describe what a store holds.",
         "data export": "Write a store in the layout of the Hugging Face Hub or of LeRobot.",
         "data check": "Check every shard of a store against its hash.",
-        "data compact": "Merge the small shards of a store, one per take of a session, into few large ones.",
         "data copy": "Copy a store to an object store such as S3, back, or to another folder, and check it on the way.",
         "data add": "Add a recording to a store.",
         "data like": "Find the recordings of a store whose spectra are nearest to a file's, without a trained run.",

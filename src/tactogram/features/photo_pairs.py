@@ -19,8 +19,8 @@ from __future__ import annotations
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal, Self
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -74,19 +74,6 @@ class PairBatch:
     """float32, shape (pair, 1, rows, columns), in [-1, 1]."""
     label: Tensor
     """int64, shape (pair,): index in `WeakPairs.materials`; -1 for other materials."""
-    ids: tuple[str, ...]
-    """The recording of each pair."""
-    photos: tuple[str, ...]
-    """The key of each pair's photograph."""
-
-    def __len__(self) -> int:
-        """Return the number of pairs."""
-        return len(self.label)
-
-    def to(self, device: torch.device | str) -> Self:
-        """Return the same pairs on ``device``."""
-        moved = {name: getattr(self, name).to(device) for name in ("photo", "picture", "label")}
-        return replace(self, **moved)
 
 
 class WeakPairs:
@@ -134,23 +121,12 @@ class WeakPairs:
         """Return the pairs at ``places``, shape (pair,), from 0; a pair is the same in any batch."""
         places = np.asarray(places, np.int64)
         chosen = self.pairs[places]
-        photos = [self.photo_sources[crop // self.crops.per_photo] for crop in chosen[:, 0]]
-        recordings = [self.recording_sources[crop // self.crops.per_recording] for crop in chosen[:, 1]]
         pixels = np.stack([self.photo_crop(int(crop)) for crop in chosen[:, 0]])
         return PairBatch(
             photo=to_network(pixels),
             picture=torch.from_numpy(np.stack([self.picture_crop(int(crop)) for crop in chosen[:, 1]])),
             label=torch.from_numpy(self._labels[chosen[:, 0] // self.crops.per_photo]),
-            ids=tuple(recording.id for recording in recordings),
-            photos=tuple(photo.key for photo in photos),
         )
-
-    def places(self, number: int, size: int) -> NDArray[np.int64]:
-        """Return the places of batch ``number``, int64, shape (size,).
-
-        As `shuffled`: depends on the seed, ``number`` and ``size`` alone.
-        """
-        return shuffled(len(self), size, number, seed=self.seed)
 
     def photo_place(self, crop: int) -> tuple[int, int]:
         """Return top and left of crop ``crop`` in its source, pixels."""

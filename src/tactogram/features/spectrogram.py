@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 from tactogram.errors import ParameterError, UnitError
@@ -16,8 +14,6 @@ from tactogram.features.phase import ITERATIONS, STARTS, Iteration, Start, recov
 from tactogram.features.stft import STFT, Window, check_precision
 from tactogram.signal import UNITS, Signal
 from tactogram.signal.signal import Domain
-
-Scaling = Literal["db", "linear", "power"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,22 +31,14 @@ class Spectrogram:
     unit : str
         Unit of a sample, one of `tactogram.signal.UNITS`.
     domain : {"time", "displacement"}
-    scaling : {"db", "linear", "power"}
-        Quantity proportional to the values: logarithm of the amplitude, amplitude, or its square.
-    floor_db, ceil_db : float, dB re ``ref``
-        With ``"db"``, amplitudes at or below the floor become ``low`` and are inverted to 0. Amplitudes above the
-        ceiling become ``high`` and are inverted to the ceiling. ``"linear"`` and ``"power"`` have no floor: amplitude 0
-        is ``low``.
-    ref : float, ``unit``
-        The amplitude of 0 dB. A sinusoid of 1 m/s^2 in the middle of a bin has an amplitude of 1 m/s^2.
-    low, high : float
-        The range of values.
+    floor_db, ceil_db : float, dB re 1 ``unit``
+        Values are proportional to decibels. Amplitudes at or below the floor become -1 and are inverted to 0.
+        Amplitudes above the ceiling become 1 and are inverted to the ceiling. A sinusoid of 1 m/s^2 in the middle of a
+        bin has an amplitude of 1 m/s^2.
     n_fft, hop : int, samples
         Length of the window, and the step between windows.
     window : str or (str, float)
         Name for `scipy.signal.get_window`.
-    bins : int, optional
-        Number of frequency bins, from 0 Hz up; all ``n_fft // 2 + 1`` by default.
     start, iteration, iterations
         Phase recovery of `decode`; see `tactogram.features.recover`.
 
@@ -66,51 +54,33 @@ class Spectrogram:
     * exact: ``istft(stft(x), length) == x`` to rounding, for every length >= 1;
     * stable: ``encode(decode(z))`` is close to ``z``, for every ``z`` of a signal;
     * absolute: a signal times 0.01 is inverted to the signal times 0.01, between floor and ceiling;
-    * lost are only phase, bins from ``bins`` up, and amplitudes beyond the two limits.
-
-    Published conventions, as fields: ``window="hamming"`` with ``n_fft=256, hop=128`` (generation of unrecorded
-    tactile information, Sec. III-B) or ``n_fft=512, hop=128`` (visual-tactile cGAN, Sec. 4.1; FrictGAN, Sec. 4,
-    with ``domain="displacement", unit="1", scaling="linear"``); and ``n_fft=2048, hop=204, bins=48``.
+    * lost are only phase and amplitudes beyond the two limits.
     """
 
     rate: float
     unit: str = "m/s^2"
     domain: Domain = "time"
-    scaling: Scaling = "db"
     floor_db: float = -80.0
     ceil_db: float = 0.0
-    ref: float = 1.0
-    low: float = -1.0
-    high: float = 1.0
     n_fft: int = 256
     hop: int = 64
     window: Window = "hann"
-    bins: int | None = None
     start: Start = "gradient"
     iteration: Iteration = "admm+fast_griffin_lim"
     iterations: int = 64
 
     def __post_init__(self) -> None:
-        for name in ("rate", "ref"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise ParameterError(f"{name} must be > 0 and finite, got {value}")
-        for below, above in (("floor_db", "ceil_db"), ("low", "high")):
-            least, most = getattr(self, below), getattr(self, above)
-            if not (math.isfinite(least) and math.isfinite(most) and least < most):
-                raise ParameterError(f"{below} must be < {above}, both finite, got {least} and {most}")
+        if not (math.isfinite(self.rate) and self.rate > 0):
+            raise ParameterError(f"rate must be > 0 and finite, got {self.rate}")
+        if not -math.inf < self.floor_db < self.ceil_db < math.inf:
+            raise ParameterError(
+                f"floor_db must be < ceil_db, both finite, got {self.floor_db} and {self.ceil_db}"
+            )
         if self.unit not in UNITS:
             raise ParameterError(f"unit must be one of {', '.join(UNITS)}, got {self.unit!r}")
         if self.domain not in ("time", "displacement"):
             raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
-        if self.scaling not in ("db", "linear", "power"):
-            raise ParameterError(f"scaling must be 'db', 'linear' or 'power', got {self.scaling!r}")
         object.__setattr__(self, "window", self.transform.window)
-        every = self.transform.bins
-        bins = every if self.bins is None else self.bins
-        if not (isinstance(bins, int) and 1 <= bins <= every):
-            raise ParameterError(f"bins must be a whole number in 1..{every}, got {self.bins}")
-        object.__setattr__(self, "bins", bins)
         if self.start not in STARTS:
             raise ParameterError(f"start must be 'gradient' or 'random', got {self.start!r}")
         if self.iteration not in ITERATIONS:
@@ -140,45 +110,32 @@ class Spectrogram:
         return self.transform.inverse(s, length)
 
     def value(self, amplitude: Tensor) -> Tensor:
-        """Return amplitudes (>= 0, in ``unit``) as values in ``low..high``; any shape. Differentiable."""
-        if self.scaling == "db":
-            least = self.ref * 10 ** (self.floor_db / 20)
-            db = 20 * torch.log10(amplitude.clamp_min(least) / self.ref)
-            share = (db - self.floor_db) / (self.ceil_db - self.floor_db)
-        else:
-            share = amplitude / (self.ref * 10 ** (self.ceil_db / 20))
-            share = share.square() if self.scaling == "power" else share
-        return self.low + (self.high - self.low) * share.clamp(0, 1)
+        """Return amplitudes (>= 0, in ``unit``) as values in -1..1; any shape. Differentiable."""
+        db = 20 * torch.log10(amplitude.clamp_min(10 ** (self.floor_db / 20)))
+        share = (db - self.floor_db) / (self.ceil_db - self.floor_db)
+        return 2 * share.clamp(0, 1) - 1
 
     def amplitude(self, value: Tensor) -> Tensor:
-        """Return values, of any shape, limited to ``low..high``, as amplitudes in ``unit``.
+        """Return values, of any shape, limited to -1..1, as amplitudes in ``unit``.
 
         A value that is not finite raises `ParameterError`.
         """
         if not torch.compiler.is_compiling() and not bool(torch.isfinite(value).all()):
             raise ParameterError("values must be finite, got NaN or infinity")
-        share = ((value - self.low) / (self.high - self.low)).clamp(0, 1)
-        if self.scaling == "db":
-            db = self.floor_db + (self.ceil_db - self.floor_db) * share
-            return torch.where(share > 0, self.ref * 10 ** (db / 20), torch.zeros_like(db))
-        share = share.sqrt() if self.scaling == "power" else share
-        return share * (self.ref * 10 ** (self.ceil_db / 20))
+        share = ((value + 1) / 2).clamp(0, 1)
+        db = self.floor_db + (self.ceil_db - self.floor_db) * share
+        return torch.where(share > 0, 10 ** (db / 20), torch.zeros_like(db))
 
     def encode(self, x: Tensor) -> Tensor:
-        """Return the picture of ``x``, (..., time) -> (..., bin, frame) in ``low..high``. Differentiable."""
+        """Return the picture of ``x``, (..., time) -> (..., bin, frame) in -1..1. Differentiable."""
         return self.value(self.amplitudes(self.stft(x)))
 
     def amplitudes(self, s: Tensor) -> Tensor:
-        """Return the amplitudes (of a sinusoid, ``unit``) in a result of `stft`. Differentiable.
-
-        Complex (..., n_fft // 2 + 1, frame) -> (..., bin, frame), the first ``bins``.
-        """
-        return s[..., : self.bins, :].abs() / self.gain(s)[: self.bins]
+        """Return the amplitudes (of a sinusoid, ``unit``) in a result of `stft`; same shape. Differentiable."""
+        return s.abs() / self.gain(s)
 
     def magnitude(self, z: Tensor) -> Tensor:
-        """Return the magnitude of `stft` of a picture, (..., bin, frame) -> (..., n_fft // 2 + 1, frame).
-
-        Bins from ``bins`` up, and with ``"db"`` values at the floor, are 0.
+        """Return the magnitude of `stft` of a picture, (..., bin, frame); 0 at the floor.
 
         Raises
         ------
@@ -186,10 +143,10 @@ class Spectrogram:
             For another shape or dtype, or values that are not finite.
         """
         check_precision("z", z)
-        if z.ndim < 2 or z.shape[-2] != self.bins or z.shape[-1] == 0:
-            raise ParameterError(f"z must be (..., {self.bins} bins, frame), got {tuple(z.shape)}")
-        magnitude = self.amplitude(z) * self.gain(z)[: self.bins]
-        return F.pad(magnitude, (0, 0, 0, self.transform.bins - z.shape[-2]))
+        bins = self.transform.bins
+        if z.ndim < 2 or z.shape[-2] != bins or z.shape[-1] == 0:
+            raise ParameterError(f"z must be (..., {bins} bins, frame), got {tuple(z.shape)}")
+        return self.amplitude(z) * self.gain(z)
 
     def decode(self, z: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
         """Return a signal whose picture is close to ``z``, by phase recovery: (..., bin, frame) -> (..., time).

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal
 
 import torch
 import torch.nn.functional as F
@@ -17,8 +16,6 @@ from tactogram.features.spectrogram import Spectrogram
 from tactogram.features.stft import Window, check_precision
 from tactogram.signal import Signal
 from tactogram.signal.signal import Domain
-
-Resize = Literal["bilinear", "crop"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,11 +43,7 @@ class SpectrogramPicture:
     frames : int
         Frames of a picture: 256 at 10 kHz are 3.28 s.
     rows, columns : int
-        Size of the picture; row 0 is 0 Hz.
-    resize : {"bilinear", "crop"}
-        From ``n_fft // 2 + 1`` bins to rows. ``bilinear`` is the paper's "resized" (linear amplitudes, before the
-        logarithm); ``crop`` keeps the lowest ``rows`` bins and loses the rest. From frames to columns it is always
-        ``bilinear``, which changes nothing if their numbers are equal.
+        Size of the picture; row 0 is 0 Hz. Amplitudes are resized bilinearly, before the logarithm.
     start, iteration, iterations
         Phase recovery of `signal`; see `tactogram.features.recover`. The paper names Griffin-Lim.
 
@@ -65,10 +58,8 @@ class SpectrogramPicture:
 
     * phase, which `signal` recovers;
     * amplitudes at or below the floor, which become 0, and above the ceiling, which become the ceiling;
-    * by ``bilinear``, of 257 bins in 256 rows, one pattern per column: alternate bins up and down around the middle
-      row. The inverse takes the smoothest column that fits, and is otherwise exact. With fewer rows, all detail finer
-      than a row is lost;
-    * by ``crop``, of 257 bins in 256 rows, the bin at half the rate.
+    * of 257 bins in 256 rows, one pattern per column: alternate bins up and down around the middle row. The inverse
+      takes the smoothest column that fits, and is otherwise exact. With fewer rows, detail finer than a row is lost.
 
     Levels are absolute: samples times 0.01 are inverted to samples times 0.01 if they stay above the floor.
     """
@@ -84,7 +75,6 @@ class SpectrogramPicture:
     frames: int = 256
     rows: int = 256
     columns: int = 256
-    resize: Resize = "bilinear"
     start: Start = "gradient"
     iteration: Iteration = "admm+fast_griffin_lim"
     iterations: int = 64
@@ -95,10 +85,6 @@ class SpectrogramPicture:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 2):
                 raise ParameterError(f"{name} must be a whole number >= 2, got {value}")
-        if self.resize not in ("bilinear", "crop"):
-            raise ParameterError(f"resize must be 'bilinear' or 'crop', got {self.resize!r}")
-        if self.resize == "crop" and self.rows > self.bins:
-            raise ParameterError(f"rows must be <= {self.bins} bins with resize 'crop', got {self.rows}")
 
     @cached_property
     def spectrogram(self) -> Spectrogram:
@@ -206,9 +192,9 @@ class SpectrogramPicture:
             raise ParameterError(
                 f"amplitudes must be (..., {self.bins} bins, {self.frames} frames), got {tuple(amplitudes.shape)}"
             )
-        resized = _matrix(self.bins, self.rows, self.resize).to(amplitudes) @ amplitudes  # ..., row, frame
+        resized = _matrix(self.bins, self.rows).to(amplitudes) @ amplitudes  # ..., row, frame
         if self.columns != self.frames:
-            resized = resized @ _matrix(self.frames, self.columns, "bilinear").to(amplitudes).mT
+            resized = resized @ _matrix(self.frames, self.columns).to(amplitudes).mT
         return self.spectrogram.value(resized).unsqueeze(-3)
 
     def decode(self, pictures: Tensor) -> Tensor:
@@ -226,9 +212,9 @@ class SpectrogramPicture:
             raise ParameterError(f"pictures must be (..., {self.shape}), got {tuple(pictures.shape)}")
         # The inverse amplifies rounding where rows share bins, hence double precision.
         resized = self.spectrogram.amplitude(pictures.squeeze(-3).double())
-        spread = _inverse(self.bins, self.rows, self.resize).to(resized) @ resized
+        spread = _inverse(self.bins, self.rows).to(resized) @ resized
         if self.columns != self.frames:
-            spread = spread @ _inverse(self.frames, self.columns, "bilinear").to(resized).mT
+            spread = spread @ _inverse(self.frames, self.columns).to(resized).mT
         return spread.clamp_min(0).to(pictures.dtype)
 
     def signal(self, pictures: Tensor, *, seed: int) -> Tensor:
@@ -324,26 +310,25 @@ def _smoothed(pictures: Tensor, columns: int) -> Tensor:
 
 
 @lru_cache(maxsize=64)
-def _matrix(size: int, new_size: int, resize: Resize) -> Tensor:
+def _matrix(size: int, new_size: int) -> Tensor:
     """Return the matrix that resizes a column, float64, shape (new_size, size), >= 0; its rows sum to 1."""
     eye = torch.eye(size, dtype=torch.float64)
-    if resize == "crop" or size == new_size:
-        return eye[:new_size]
+    if size == new_size:
+        return eye
     resized = F.interpolate(eye[None, None], (new_size, size), mode="bilinear", antialias=True)
     return resized[0, 0]
 
 
 @lru_cache(maxsize=64)
-def _inverse(size: int, new_size: int, resize: Resize) -> Tensor:
+def _inverse(size: int, new_size: int) -> Tensor:
     """Return an inverse of `_matrix`, float64, shape (size, new_size).
 
-    Of all columns that resize to a given one: with ``crop`` the one that is 0 elsewhere, with ``bilinear`` the
-    smoothest, of least summed squared difference between neighbours. With more rows than bins at most one column fits,
-    found by least squares.
+    Of all columns that resize to a given one the smoothest, of least summed squared difference between neighbours. With
+    more rows than bins at most one column fits, found by least squares.
     """
-    matrix = _matrix(size, new_size, resize)
+    matrix = _matrix(size, new_size)
     inverse: Tensor
-    if resize == "crop" or new_size >= size:
+    if new_size >= size:
         inverse = torch.linalg.pinv(matrix)
     else:
         difference = torch.diff(torch.eye(size, dtype=torch.float64), dim=0)

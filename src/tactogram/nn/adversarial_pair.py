@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from copy import deepcopy
-from functools import cached_property
+from functools import partial
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 
 from tactogram.features.photo_pairs import WeakPairs
+from tactogram.nn.adversarial_networks import AdversarialNetworks
 from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.nn.photo_translation import row_statistics_distance
 
@@ -19,7 +20,7 @@ EVALUATED = 256
 """Maximum number of validation pairs used to choose weights."""
 
 
-class AdversarialPair:
+class AdversarialPair(AdversarialNetworks):
     """Generator and discriminator, each with Adam; the generator's best weights if there is a validation part.
 
     ``constant`` is the share of the training after which the learning rate falls linearly, to 0 at its end; 1 keeps it.
@@ -36,31 +37,15 @@ class AdversarialPair:
         device: torch.device,
         constant: float = 1.0,
     ) -> None:
-        self.generator: Any = generator.to(device)
-        self.discriminator: Any = discriminator.to(device)
-        self.learning_rate, self.betas, self.epsilon = learning_rate, betas, epsilon
-        self.constant, self.device = constant, device
-        self.backward: Callable[[Tensor], None] = Tensor.backward
-        self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
+        adam = partial(torch.optim.Adam, betas=betas, eps=epsilon)
+        rates = (learning_rate, learning_rate)
+        super().__init__(generator, discriminator, rates=rates, optimiser=adam, device=device)
+        self.constant = constant
         self.chosen_by = "row_statistics"
         self.distance: Callable[[Tensor, Tensor], Tensor] = row_statistics_distance
         self.chosen = "last step"
         """Distance by which the stored weights were chosen; ``chosen_by`` names the current ``distance``."""
         self.best, self.best_weights = float("inf"), dict[str, Tensor]()
-
-    @cached_property
-    def optimisers(self) -> list[Any]:
-        """Adam for each network. Made for training only: a process's first optimiser imports torch's compiler."""
-        return [
-            torch.optim.Adam(network.parameters(), lr=self.learning_rate, betas=self.betas, eps=self.epsilon)
-            for network in (self.generator, self.discriminator)
-        ]
-
-    def setup(self, fabric: Any) -> None:
-        """Hand networks and optimisers to Lightning Fabric."""
-        self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
-        self.discriminator, self.optimisers[1] = fabric.setup(self.discriminator, self.optimisers[1])
-        self.backward, self.autocast, self.device = fabric.backward, fabric.autocast, fabric.device
 
     @property
     def bare_generator(self) -> nn.Module:
@@ -70,24 +55,8 @@ class AdversarialPair:
 
     def train(self, done: float) -> None:
         """Set both networks to training mode, and the learning rates after a share ``done`` of the training."""
-        falling = 1 - max(0.0, done - self.constant) / (1 - self.constant) if self.constant < 1 else 1.0
-        for network, optimiser in zip((self.generator, self.discriminator), self.optimisers, strict=True):
-            network.train()
-            for group in optimiser.param_groups:
-                group["lr"] = self.learning_rate * falling
-
-    def descend_generator(self, loss: Tensor) -> None:
-        """Update the generator."""
-        self._descend(0, loss)
-
-    def descend_discriminator(self, loss: Tensor) -> None:
-        """Update the discriminator."""
-        self._descend(1, loss)
-
-    def _descend(self, which: int, loss: Tensor) -> None:
-        self.optimisers[which].zero_grad()
-        self.backward(loss)
-        self.optimisers[which].step()
+        self.generator.train(), self.discriminator.train()
+        self.lower_rates(done, constant=self.constant)
 
     def fixed_discriminator(self) -> AbstractContextManager[None]:
         """Skip the gradients of the discriminator's weights, which the generator's loss does not need."""
@@ -135,10 +104,6 @@ class AdversarialPair:
             "best_weights": dict(self.best_weights),
         }
 
-    def optimiser_state(self) -> list[Any]:
-        """Return the state of both optimisers."""
-        return [optimiser.state_dict() for optimiser in self.optimisers]
-
     def load_state(self, state: Mapping[str, Any], optimisers: list[Any] | None = None) -> None:
         """Continue from `state` and `optimiser_state`."""
         self.bare_generator.load_state_dict(state["generator"])
@@ -146,6 +111,4 @@ class AdversarialPair:
         self.best = float("inf") if state["best"] is None else state["best"]
         self.chosen = state["chosen_by"]
         self.best_weights = dict(state["best_weights"])
-        if optimisers:
-            for optimiser, values in zip(self.optimisers, optimisers, strict=True):
-                optimiser.load_state_dict(values)
+        self.load_optimisers(optimisers)

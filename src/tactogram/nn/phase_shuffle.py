@@ -7,11 +7,9 @@ References
 
 from __future__ import annotations
 
-from typing import Any
-
 import torch
+import torch.nn.functional as F
 from torch import Tensor, nn
-from torch.autograd import Function
 
 from tactogram.errors import ParameterError
 
@@ -40,51 +38,10 @@ def shift(x: Tensor, shifts: Tensor) -> Tensor:
     ``y[t] = x[r(t - shift)]`` with ``r`` the reflection about the first and the last sample. ``shifts``, int64,
     (item,), are on the CPU and shorter than ``time``.
     """
-    if int(shifts.abs().max()) >= x.shape[-1]:
-        raise ParameterError(
-            f"phase shuffle moves by up to {int(shifts.abs().max())} samples, of {x.shape[-1]}; shorten it"
-        )
-    moved: Tensor = _Shift.apply(x, tuple(shifts.tolist()))  # type: ignore[no-untyped-call]
-    return moved
-
-
-class _Shift(Function):
-    @staticmethod
-    def forward(ctx: Any, x: Tensor, shifts: tuple[int, ...]) -> Tensor:
-        ctx.shifts = shifts
-        y = torch.empty_like(x)
-        time = x.shape[-1]
-        for to, by, k in zip(y, x, shifts, strict=True):
-            if k >= 0:
-                to[..., k:] = by[..., : time - k]
-                to[..., :k] = by[..., 1 : k + 1].flip(-1)
-            else:
-                to[..., :k] = by[..., -k:]
-                to[..., k:] = by[..., k - 1 : -1].flip(-1)
-        return y
-
-    @staticmethod
-    def backward(ctx: Any, grad: Tensor) -> tuple[Tensor, None]:
-        return _Adjoint.apply(grad, ctx.shifts), None  # type: ignore[no-untyped-call]
-
-
-class _Adjoint(Function):
-    @staticmethod
-    def forward(ctx: Any, grad: Tensor, shifts: tuple[int, ...]) -> Tensor:
-        ctx.shifts = shifts
-        x = torch.empty_like(grad)
-        time = grad.shape[-1]
-        for to, by, k in zip(x, grad, shifts, strict=True):
-            if k >= 0:
-                to[..., : time - k] = by[..., k:]
-                to[..., time - k :] = 0
-                to[..., 1 : k + 1] += by[..., :k].flip(-1)
-            else:
-                to[..., -k:] = by[..., :k]
-                to[..., :-k] = 0
-                to[..., k - 1 : -1] += by[..., k:].flip(-1)
-        return x
-
-    @staticmethod
-    def backward(ctx: Any, grad: Tensor) -> tuple[Tensor, None]:
-        return _Shift.apply(grad, ctx.shifts), None  # type: ignore[no-untyped-call]
+    time, most = x.shape[-1], int(shifts.abs().max())
+    if most >= time:
+        raise ParameterError(f"phase shuffle moves by up to {most} samples, of {time}; shorten it")
+    padded = F.pad(x.flatten(1, 2), (most, most), mode="reflect").view(*x.shape[:-1], time + 2 * most)
+    return torch.stack(
+        [item[..., most - k : most - k + time] for item, k in zip(padded, shifts.tolist(), strict=True)]
+    )

@@ -2,7 +2,7 @@
 
 Answers of one person are not independent. `steel_dwass` and `student_t` take every value as independent, as the
 publications did with n = 2,400; `paired_t` and `friedman_wilcoxon` compare the same people, `mann_whitney` the
-means of different people (from `summary.by_participant`).
+means of different people.
 """
 
 from __future__ import annotations

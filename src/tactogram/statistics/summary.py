@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,25 +49,3 @@ def nan_mean(
     present = ~np.isnan(answers)
     total, count = (x.sum(axis, keepdims=keepdims) for x in (np.where(present, answers, 0), present))
     return np.asarray(np.divide(total, count, out=np.full(np.shape(total), np.nan), where=count > 0))
-
-
-def by_participant(
-    values: ArrayLike, participants: Sequence[Hashable]
-) -> tuple[tuple[Hashable, ...], NDArray[np.float64]]:
-    """Return the participants, sorted as text, and the mean of each one's answers; values have shape (answer,).
-
-    Means count as independent where answers repeat. NaN are ignored; the mean of missing answers alone is NaN. Raises
-    `ParameterError` if the lengths differ or are 0.
-    """
-    answers = np.asarray(values, np.float64)
-    if answers.ndim != 1 or len(answers) != len(participants) or not len(answers):
-        raise ParameterError(
-            f"values and participants must be of one length >= 1, got shape {answers.shape} and {len(participants)}"
-        )
-    people = tuple(sorted(set(participants), key=str))
-    place = {name: number for number, name in enumerate(people)}
-    who = np.array([place[name] for name in participants])
-    present = ~np.isnan(answers)
-    total = np.bincount(who[present], answers[present], minlength=len(people))
-    count = np.bincount(who[present], minlength=len(people))
-    return people, np.divide(total, count, out=np.full(len(people), np.nan), where=count > 0)

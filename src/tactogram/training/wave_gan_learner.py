@@ -10,9 +10,8 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from functools import cached_property, partial
+from collections.abc import Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, Generic, Self, TypeVar
 
@@ -25,6 +24,7 @@ from torch import Tensor, nn
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import WHOLE_BATCH, BatchShare, Example, SignalKind, check_state
 from tactogram.nn import WaveDiscriminator, gradient_penalty
+from tactogram.nn.adversarial_networks import AdversarialNetworks
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.latent_pieces import crossfaded_pieces, uniform_latents
 from tactogram.training.seeds import child_rng, torch_seeded
@@ -105,7 +105,7 @@ LabelledCrops = tuple[NDArray[np.float32], NDArray[np.float32]]
 NO_LATENTS: Mapping[int, Tensor] = MappingProxyType({})
 
 
-class WaveGANLearner(Generic[ConfigT]):
+class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
     """Networks, critic updates, validation and signals; a model adds its generator, crops and generator updates.
 
     ``rates`` are the learning rates of generator and discriminator.
@@ -121,13 +121,11 @@ class WaveGANLearner(Generic[ConfigT]):
         device: str | torch.device = "cpu",
     ) -> None:
         self.config, self.kind, self.materials = config, kind, kind.materials
-        self.device, self.rates, self.share = torch.device(device), rates, WHOLE_BATCH
+        self.share = WHOLE_BATCH
         with torch_seeded(seed, "weights"):
             networks = self.networks()
-        self.generator: Any = networks[0].to(self.device)
-        self.discriminator: Any = networks[1].to(self.device)
-        self.backward: Callable[[Tensor], None] = Tensor.backward
-        self.autocast: Callable[[], AbstractContextManager[Any]] = nullcontext
+        adam = partial(torch.optim.Adam, betas=config.betas)
+        super().__init__(*networks, rates=rates, optimiser=adam, device=device)
 
     # -- the model's own part ----------------------------------------------------------------------------------
 
@@ -158,20 +156,10 @@ class WaveGANLearner(Generic[ConfigT]):
 
     # -- training ----------------------------------------------------------------------------------------------
 
-    @cached_property
-    def optimisers(self) -> list[Any]:
-        """Adam for each network. Made for training only: a process's first optimiser imports torch's compiler."""
-        return [
-            torch.optim.Adam(network.parameters(), lr=rate, betas=self.config.betas)
-            for network, rate in zip((self.generator, self.discriminator), self.rates, strict=True)
-        ]
-
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
-        self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
-        self.discriminator, self.optimisers[1] = fabric.setup(self.discriminator, self.optimisers[1])
-        self.backward, self.autocast = fabric.backward, fabric.autocast
-        self.device, self.share = fabric.device, BatchShare.of_process(fabric)
+        super().setup(fabric)
+        self.share = BatchShare.of_process(fabric)
 
     def batch_of_step(self, crops: SignalCrops, step: int, *, seed: int, updates: int = 1) -> LabelledCrops:
         """Return this process's share of the batches of a step, one for each of ``updates``, prepared."""
@@ -201,12 +189,6 @@ class WaveGANLearner(Generic[ConfigT]):
         made: Tensor = self.generator(latent.to(self.device), label, *self.noise(len(label)))
         return made.float()
 
-    def descend(self, which: int, loss: Tensor) -> None:
-        """Update the generator (0) or the discriminator (1)."""
-        self.optimisers[which].zero_grad()
-        self.backward(loss)
-        self.optimisers[which].step()
-
     @torch.no_grad()
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return the critic's estimate of the Wasserstein distance from generated to unseen crops.
@@ -228,7 +210,7 @@ class WaveGANLearner(Generic[ConfigT]):
             "materials": list(self.materials),
             "generator": self.generator.state_dict(),
             "discriminator": self.discriminator.state_dict(),
-            "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
+            "optimisers": self.optimiser_state(),
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
@@ -236,9 +218,7 @@ class WaveGANLearner(Generic[ConfigT]):
         check_state(state["materials"], self.materials)
         self.generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
-        if saved := state.get("optimisers"):
-            for optimiser, values in zip(self.optimisers, saved, strict=True):
-                optimiser.load_state_dict(values)
+        self.load_optimisers(state.get("optimisers"))
 
     # -- use ---------------------------------------------------------------------------------------------------
 

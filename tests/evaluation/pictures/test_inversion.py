@@ -20,7 +20,6 @@ PICTURE = SpectrogramPicture(
     frames=64,
     rows=32,
     columns=64,
-    resize="crop",
 )
 
 

@@ -255,7 +255,6 @@ def test_what_is_wrong_is_said_in_one_line(held, remote, tmp_path, capsys, monke
     assert "there is no such bucket (none)" in shown(capsys, "data", "info", "s3://none/x")
     assert "there is no such bucket" in shown(capsys, "data", "copy", held.path, "s3://none/x")
     assert "s3://bucket/x is not a store" in shown(capsys, "data", "info", "s3://bucket/x")
-    assert "stores are not changed" in shown(capsys, "data", "compact", "s3://bucket/held")
     with pytest.raises(ParameterError, match="stores are not changed: `tactogram data copy` it to a folder"):
         add_recordings(remote, [])
     with pytest.raises(ParameterError, match="a URL must hold no credentials"):

@@ -3,7 +3,7 @@
 ``catalogue-*.parquet`` has a row group per shard of the store, in that order, and a row per recording: the columns of a
 shard without its samples, and ``acceleration_x_begin``: the byte of the shard at which the samples of the recording
 begin. A store with a catalogue is opened, searched and split without its shards, and a window of an axis is read as one
-range of bytes. Stores get one when they are copied (`copying`); adding recordings, or `compacting`, drops it.
+range of bytes. Stores get one when they are copied (`copying`); adding recordings drops it.
 """
 
 from __future__ import annotations

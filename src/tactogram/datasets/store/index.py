@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from bisect import bisect_left
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
@@ -20,7 +20,7 @@ from tactogram.errors import DataError
 
 @dataclass(frozen=True, eq=False)
 class ShardIndex:
-    """Shards, and the place of each recording in them; replaced as a whole, so that no thread mixes two.
+    """Shards, and the place of each recording in them.
 
     ``ids`` is an array of `tactogram.datasets.store.layout.ID_TABLE`, sorted by id; ``opened`` caches shards by number.
     """
@@ -49,11 +49,6 @@ class ShardIndex:
         """Return shard and row of a recording, None if missing."""
         place = self.rank(id)
         return None if place is None else (int(self.ids["shard"][place]), int(self.ids["row"][place]))
-
-    def first(self, count: int) -> ShardIndex:
-        """Return the index of the first ``count`` recordings alone, in the order in which they were added."""
-        order = np.array(self.begins)[self.ids["shard"]] + self.ids["row"]
-        return self if count >= self.begins[-1] else replace(self, ids=self.ids[order < count])
 
 
 def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:

@@ -14,7 +14,7 @@ from tactogram.errors import DataError
 
 
 class MissingFileError(DataError):
-    """A file in ``dataset.json`` is missing: removed by hand, or replaced (`compacting`)."""
+    """A file in ``dataset.json`` is missing: removed by hand, or replaced."""
 
 
 def plain_parquet(path: Path, columns: pa.Schema) -> pq.ParquetWriter:

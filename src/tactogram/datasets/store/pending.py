@@ -6,21 +6,14 @@ import os
 import re
 import shutil
 import socket
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
-from typing import Literal
 
 import psutil
 
 from tactogram.datasets.store.layout import FACTS, StoreInfo
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import to_disk
-
-Purpose = Literal["adding", "compacting"]
-REPLACED_S = 2.0
-"""Longest wait of an adding process while another replaces shards, which takes milliseconds."""
 
 
 def part_folder(path: Path) -> Path:
@@ -75,9 +68,9 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
     process's number unless they are its ``own``, left by an earlier process of that number.
     """
     removed = []
-    for noted in sorted(path.glob(f"*-{host_name()}-*.txt")):
-        kind, process = noted.stem.partition("-")[0], noted.stem.rpartition("-")[2]
-        if kind not in ("adding", "compacting", "replacing") or not process.isdigit():
+    for noted in sorted(path.glob(f"adding-{host_name()}-*.txt")):
+        process = noted.stem.rpartition("-")[2]
+        if not process.isdigit():
             continue
         if not own if int(process) == os.getpid() else psutil.pid_exists(int(process)):
             continue
@@ -93,46 +86,6 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
     return removed
 
 
-@contextmanager
-def replacing(path: Path) -> Iterator[None]:
-    """Allow the block to replace ``dataset.json`` by one with other files of the same content, while no process adds.
-
-    Each side announces itself before it looks for the other: an adding process notes its files and then waits for a
-    replacing one (`await_replaced`); a replacing process marks the store and then gives way to an adding one with a
-    `DataError`.
-    """
-    mark = path / f"replacing-{host_name()}-{os.getpid()}.txt"
-    mark.touch()
-    try:
-        if busy := _at_work(path, "adding"):
-            raise DataError(
-                f"{path}: something is being added to it ({busy}); nothing was changed, retry when that is done"
-            )
-        yield
-    finally:
-        mark.unlink(missing_ok=True)
-
-
-def await_replaced(path: Path) -> None:
-    """Return when no process replaces the shards of ``path`` any more; `DataError` after `REPLACED_S`."""
-    until = time.monotonic() + REPLACED_S
-    while mark := _at_work(path, "replacing"):
-        if time.monotonic() > until:
-            raise DataError(
-                f"{path}: its shards are being replaced ({mark}); retry, or remove that file if no process does it"
-            )
-        time.sleep(0.01)
-
-
-def _at_work(path: Path, kind: str) -> str | None:
-    """Return the note of a process that is, as far as this machine can tell, working on a store."""
-    for noted in sorted(path.glob(f"{kind}-*.txt")):
-        host, _, process = noted.stem.removeprefix(f"{kind}-").rpartition("-")
-        if host != host_name() or not process.isdigit() or psutil.pid_exists(int(process)):
-            return noted.name
-    return None
-
-
 class StagedFiles:
     """Files that one process writes into a store's folder.
 
@@ -140,11 +93,9 @@ class StagedFiles:
     a power cut: each name is then on the disk before its file is begun (`clear_unfinished`).
     """
 
-    def __init__(
-        self, folder: Path, *, adding: bool, durable: bool = False, purpose: Purpose = "adding"
-    ) -> None:
+    def __init__(self, folder: Path, *, adding: bool, durable: bool = False) -> None:
         self.folder, self.adding, self.durable = folder, adding, durable
-        self._noted = folder / f"{purpose}-{host_name()}-{os.getpid()}.txt"
+        self._noted = folder / f"adding-{host_name()}-{os.getpid()}.txt"
         self._written: list[Path] = []
 
     def parquet(self, kind: str, number: int) -> Path:

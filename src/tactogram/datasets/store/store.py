@@ -5,10 +5,10 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
-from functools import cached_property, wraps
+from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import Concatenate, ParamSpec, TypeVar, overload
+from typing import overload
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
 from tactogram.datasets.store.arrays import StoreArrays, store_arrays
 from tactogram.datasets.store.catalogue import Catalogue
-from tactogram.datasets.store.index import ShardIndex, places_of
+from tactogram.datasets.store.index import places_of
 from tactogram.datasets.store.layout import (
     StoreInfo,
     StoreStreamInfo,
@@ -34,9 +34,6 @@ from tactogram.datasets.store.shard_reading import Shard
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 
-P = ParamSpec("P")
-T = TypeVar("T")
-
 
 def open_store(path: Path | str) -> Store:
     """Open the store in folder ``path``, or at a URL such as ``s3://bucket/path``; reads none of its shards.
@@ -52,25 +49,10 @@ def open_store(path: Path | str) -> Store:
     return store
 
 
-def _following(read: Callable[Concatenate[Store, P], T]) -> Callable[Concatenate[Store, P], T]:
-    """Let a method of a store retry after its shards were replaced by others of the same content (`compacting`)."""
-
-    @wraps(read)
-    def again(self: Store, /, *args: P.args, **kwargs: P.kwargs) -> T:
-        try:
-            return read(self, *args, **kwargs)
-        except MissingFileError:
-            if not self._follow():
-                raise
-            return read(self, *args, **kwargs)
-
-    return again
-
-
 class Store:
     """Recordings on disk, created by `create_store` or an import and opened by `open_store`.
 
-    An open store keeps its content, even if recordings are added or its shards are replaced meanwhile.
+    An open store keeps its content, even if recordings are added meanwhile.
 
     Attributes
     ----------
@@ -79,17 +61,11 @@ class Store:
         Content of ``dataset.json``: name, licence, shards, duplicates, skipped files.
     index : sequence of RecordingInfo
         Metadata of each recording, read lazily, in the order in which they were added.
-
-    Parameters
-    ----------
-    folder : Path or RemotePath
-    facts : StoreInfo, optional
-        Content that ``dataset.json`` is about to get (`compacting`), instead of its current one.
     """
 
-    def __init__(self, folder: Path | RemotePath, facts: StoreInfo | None = None) -> None:
+    def __init__(self, folder: Path | RemotePath) -> None:
         self.folder = folder
-        self.facts = StoreInfo.load(folder) if facts is None else facts
+        self.facts = StoreInfo.load(folder)
         self.index: Sequence[RecordingInfo] = _Index(self)
         try:
             self._places = places_of(folder, self.facts)
@@ -180,35 +156,29 @@ class Store:
 
     def place(self, id: str) -> int:
         """Return the place of one recording in the order in which they are stored."""
-        places = self._places
-        number, row = self._found(places, id)
-        return places.begins[number] + row
+        number, row = self._found(id)
+        return self._places.begins[number] + row
 
-    @_following
     def info(self, id: str) -> RecordingInfo:
         """Return the metadata of one recording."""
         shard, row = self._locate(id)
         return shard.infos[row]
 
-    @_following
     def streams_of(self, id: str) -> tuple[str, ...]:
         """Return the names of one recording's streams."""
         shard, row = self._locate(id)
         return tuple(name for name in self.streams if shard.has(name, row))
 
-    @_following
     def length(self, id: str, stream: str) -> int:
         """Return the number of samples per axis."""
         shard, row = self._stream(id, stream)
         return int(shard.lengths[stream][row])
 
-    @_following
     def rate(self, id: str, stream: str) -> float:
         """Return the rate in Hz, or samples per mm for a stream over displacement."""
         shard, row = self._stream(id, stream)
         return float(shard.rates[stream][row])
 
-    @_following
     def signal(self, id: str, stream: str, *, start: int = 0, stop: int | None = None) -> Signal:
         """Return samples ``start`` to ``stop`` (as in a slice) of one stream; nothing else is read.
 
@@ -267,14 +237,12 @@ class Store:
         """
         return store_arrays(self, stream, seconds=seconds, by=by)
 
-    @_following
     def image(self, id: str) -> Image | None:
         """Return the photograph of one recording, or None."""
         shard, row = self._locate(id)
         key = shard.images[row]
         return None if key is None else self.photograph(key)
 
-    @_following
     def image_id(self, id: str) -> str | None:
         """Return the key of the photograph of one recording: the same key, the same picture."""
         shard, row = self._locate(id)
@@ -297,12 +265,10 @@ class Store:
         return self.photographs_by_material.get(material, ())
 
     @cached_property
-    @_following
     def photographs_by_material(self) -> Mapping[str, tuple[str, ...]]:
         """Keys of all photographs of each material that has any, sorted: its own and those of its recordings."""
         keys: dict[str, set[str]] = {material: set(held) for material, held in self.facts.photographs.items()}
-        places = self._places
-        shards = (self._shard(places, number) for number in range(len(places.shards)))
+        shards = (self._shard(number) for number in range(len(self._places.shards)))
         rows = (row for shard in shards for row in zip(shard.infos, shard.images, strict=True))
         for info, key in islice(rows, len(self)):
             if info.material is not None and key is not None:
@@ -319,12 +285,11 @@ class Store:
         return place is not None and bool(self._ids["facts"][place] == facts_hash(recording, key))
 
     def _locate(self, id: str) -> tuple[Shard, int]:
-        places = self._places
-        number, row = self._found(places, id)
-        return self._shard(places, number), row
+        number, row = self._found(id)
+        return self._shard(number), row
 
-    def _found(self, places: ShardIndex, id: str) -> tuple[int, int]:
-        found = places.find(id)
+    def _found(self, id: str) -> tuple[int, int]:
+        found = self._places.find(id)
         if found is None:
             raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
         return found
@@ -337,32 +302,19 @@ class Store:
             )
         return shard, row
 
-    @_following
     def _info_at(self, place: int) -> RecordingInfo:
-        places = self._places
-        number = bisect_right(places.ends, place)
-        return self._shard(places, number).infos[place - places.begins[number]]
+        number = bisect_right(self._places.ends, place)
+        return self._shard(number).infos[place - self._places.begins[number]]
 
-    def _shard(self, places: ShardIndex, number: int) -> Shard:
+    def _shard(self, number: int) -> Shard:
+        places = self._places
         if number not in places.opened:
             stored = places.shards[number]
-            catalogue = self._catalogue if places.shards == self.facts.shards else None
-            rows = None if catalogue is None else catalogue.table(number)
+            rows = None if self._catalogue is None else self._catalogue.table(number)
             places.opened[number] = Shard(
                 self.folder / stored.file, stored, self.streams, catalogued=rows, ranges=self._ranges
             )
         return places.opened[number]
-
-    def _follow(self) -> bool:
-        """Switch to the shards that ``dataset.json`` names now; return whether they are others.
-
-        Recordings stay in order, and later ones come after them; those do not belong to this store.
-        """
-        facts, count = StoreInfo.load(self.folder), len(self)
-        if facts.shards == self._places.shards or facts.rows < count:
-            return False
-        self._places = places_of(self.folder, facts).first(count)
-        return True
 
 
 class _Index(Sequence[RecordingInfo]):
@@ -390,15 +342,6 @@ class _Index(Sequence[RecordingInfo]):
             yield self._store._info_at(place)
 
 
-def ids_problem(store: Store) -> str | None:
-    """Return what is wrong with the list of ids and of photographs of a store, None if it is intact."""
-    facts = store.facts
-    whole = len(store._ids) == facts.rows
-    if whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256:
-        return None
-    return f"{store.folder / facts.ids}: is not the list of ids, or of photographs, that was written"
-
-
 def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:
     """Return what is wrong with a store, one line each; empty if every byte is as it was written.
 
@@ -412,8 +355,12 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
             found.append(f"{path}: missing; import the data again")
         elif file_size(path) != stored.bytes or file_hash(path) != stored.sha256:
             found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
-    if problem := ids_problem(store):
-        found.append(problem)
+    facts = store.facts
+    whole = len(store._ids) == facts.rows
+    if not (whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256):
+        found.append(
+            f"{store.folder / facts.ids}: is not the list of ids, or of photographs, that was written"
+        )
     if found:
         return found
     pictures: set[str | None] = {key for held in store.facts.photographs.values() for key in held}

@@ -24,7 +24,7 @@ from tactogram.datasets.store.layout import (
     store_hash,
 )
 from tactogram.datasets.store.parquet import stored_file
-from tactogram.datasets.store.pending import StagedFiles, await_replaced, clear_unfinished
+from tactogram.datasets.store.pending import StagedFiles, clear_unfinished
 from tactogram.datasets.store.photographs import Photograph, PhotographWriter, image_key, photograph_of
 from tactogram.datasets.store.remote import RemotePath, local
 from tactogram.datasets.store.shard_writing import ShardWriter
@@ -206,8 +206,6 @@ class StoreWriter:
             catalogue=None,
             unfinished=unfinished,
         )
-        if self._store is not None:
-            await_replaced(self.folder)
         if self._store is not None and StoreInfo.load(self.folder) != self.facts:
             raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
         with atomic_write(self.folder / FACTS) as part:

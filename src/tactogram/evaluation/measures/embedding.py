@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gammaln
+from scipy.stats import hypergeom
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures.intervals import Accuracy, wilson
@@ -161,18 +161,9 @@ def _nearest_is_own(own: NDArray[np.float64], other: NDArray[np.float64]) -> flo
     a, b = own.shape[1] - 1, other.shape[1]
     if a <= b:
         nearer = np.sum(other < own.min(axis=1, keepdims=True), axis=1)
-        return float(np.sum(_none_drawn(nearer, b, a)))
+        return float(np.sum(hypergeom.pmf(0, b, nearer, a)))
     nearer = np.sum(own < other.min(axis=1, keepdims=True), axis=1)
-    return float(np.sum(1 - _none_drawn(nearer, a, b)))
-
-
-def _none_drawn(marked: NDArray[np.int64], count: int, drawn: int) -> NDArray[np.float64]:
-    """Return C(count - marked, drawn) / C(count, drawn), the probability that no marked one is drawn."""
-    left = count - marked
-    possible = np.maximum(left, drawn)
-    logarithm = gammaln(possible + 1) - gammaln(possible - drawn + 1)
-    logarithm -= gammaln(count + 1) - gammaln(count - drawn + 1)
-    return np.where(left >= drawn, np.exp(logarithm), 0.0)
+    return float(np.sum(1 - hypergeom.pmf(0, a, nearer, b)))
 
 
 def _points(

@@ -151,9 +151,4 @@ def _overlay(place: Axes, attention: Tensor, picture: SpectrogramPicture) -> Non
 
 
 def _extent(picture: SpectrogramPicture) -> tuple[float, float, float, float]:
-    top = (
-        picture.rate / 2
-        if picture.resize == "bilinear"
-        else picture.rate * (picture.rows - 1) / picture.n_fft
-    )
-    return (0.0, picture.length / picture.rate, 0.0, top)
+    return (0.0, picture.length / picture.rate, 0.0, picture.rate / 2)

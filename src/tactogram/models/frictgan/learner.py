@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from functools import cached_property
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from tactogram.models.frictgan.config import Config
 from tactogram.models.frictgan.fabric_evaluation import evaluate_fabrics, summary
 from tactogram.models.frictgan.journey import journey, spliced
 from tactogram.models.frictgan.networks import LEAST, Critic, Generator, magnitudes_of
+from tactogram.nn.adversarial_networks import AdversarialNetworks
 from tactogram.nn.bare_and_fixed import bare, fixed
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
@@ -42,41 +43,28 @@ AT_ONCE = 4
 """Windows that are generated at once."""
 
 
-class FrictGANLearner:
+class FrictGANLearner(AdversarialNetworks):
     """Generator and critic of FrictGAN, Sec. 3; a photograph gives one spectrogram per axis."""
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
         self.config, self.kind = config, kind
-        self.rates = (config.learning_rate, config.critic_learning_rate or config.learning_rate)
-        self.device, self.share = torch.device(device), WHOLE_BATCH
+        self.share = WHOLE_BATCH
         self.windows, self.spectrogram = config.photo_windows(), config.spectrogram()
         self.scale = torch.ones(len(kind.axes), config.bins, 1)
         self.mm_per_pixel: float | None = None
         self.training_examples: Sequence[Example] = ()
         with torch_seeded(seed, "weights"):
             generator, critic = (net(config, axes=len(kind.axes)) for net in (Generator, Critic))
-        self.generator: Any = generator.to(self.device)
-        self.critic: Any = critic.to(self.device)
-        self.backward: Callable[[Tensor], None] = Tensor.backward
-
-    @cached_property
-    def optimisers(self) -> list[Any]:
-        """RMSprop for each network, Sec. 4; alpha and eps as TensorFlow's, which the authors used.
-
-        Made for training only: the first optimiser of a process imports torch's compiler.
-        """
-        return [
-            torch.optim.RMSprop(network.parameters(), lr=rate, alpha=0.9, eps=1e-7)
-            for network, rate in zip((self.generator, self.critic), self.rates, strict=True)
-        ]
+        rates = (config.learning_rate, config.critic_learning_rate or config.learning_rate)
+        # RMSprop: Sec. 4; alpha and eps as TensorFlow's, which the authors used.
+        optimiser = partial(torch.optim.RMSprop, alpha=0.9, eps=1e-7)
+        super().__init__(generator, critic, rates=rates, optimiser=optimiser, device=device)
 
     def setup(self, fabric: Any) -> None:
-        self.generator, self.optimisers[0] = fabric.setup(self.generator, self.optimisers[0])
-        self.critic, self.optimisers[1] = fabric.setup(self.critic, self.optimisers[1])
-        self.backward = fabric.backward
-        self.device, self.share = fabric.device, BatchShare.of_process(fabric)
+        super().setup(fabric)
+        self.share = BatchShare.of_process(fabric)
 
     # -- training ----------------------------------------------------------------------------------------
 
@@ -117,8 +105,8 @@ class FrictGANLearner:
             return self._fit(batch[0])
         photos, frictions = (part.to(self.device) for part in batch[:2])
         real = self.as_learned(frictions)
-        self.generator.train(), self.critic.train()
-        self._schedule(batch[2])
+        self.generator.train(), self.discriminator.train()
+        self.lower_rates(batch[2], constant=self.config.constant)
         figures: dict[str, Tensor] = {}
         size = self.share.size(self.config.batch_size)
         for first in range(0, len(photos), size):
@@ -128,27 +116,20 @@ class FrictGANLearner:
         figures |= self._update_generator(photos[part], real[part])
         return {name: float(value) for name, value in figures.items()}
 
-    def _schedule(self, done: float) -> None:
-        """Set the learning rates after a share ``done`` of the updates."""
-        falling = min(1.0, (1 - done) / (1 - self.config.constant)) if self.config.constant < 1 else 1.0
-        for optimiser, rate in zip(self.optimisers, self.rates, strict=True):
-            for group in optimiser.param_groups:
-                group["lr"] = rate * falling
-
     def _update_critic(self, photo: Tensor, real: Tensor) -> dict[str, Tensor]:
         """Arjovsky et al. 2017, Algorithm 1, lines 3 to 7; or the code's cross-entropy, also clipped."""
         with torch.no_grad():
             made = self._make(photo)
-        scores = self.critic(photo, real).float(), self.critic(photo, made).float()
+        scores = self.discriminator(photo, real).float(), self.discriminator(photo, made).float()
         if self.config.loss == "wasserstein":
             loss = scores[1].mean() - scores[0].mean()  # eq. (2)
             figures = {"wasserstein": -loss.detach()}
         else:
             loss = _cross_entropy(scores[0], 1.0) + _cross_entropy(scores[1], 0.0)
             figures = {"critic_loss": loss.detach()}
-        self._descend(1, loss)
+        self.descend(1, loss)
         with torch.no_grad():
-            for weight in self.critic.parameters():
+            for weight in self.discriminator.parameters():
                 weight.clamp_(-self.config.clip, self.config.clip)
         return figures
 
@@ -158,12 +139,12 @@ class FrictGANLearner:
         distance = (made - real).abs().mean()
         loss, figures = self.config.l1 * distance, {"l1": distance.detach()}
         if self.config.adversarial:
-            with fixed(self.critic):
-                score = self.critic(photo, made).float()
+            with fixed(self.discriminator):
+                score = self.discriminator(photo, made).float()
             verdict = -score.mean() if self.config.loss == "wasserstein" else _cross_entropy(score, 1.0)
             loss = loss + self.config.adversarial * verdict
             figures["adversarial"] = verdict.detach()
-        self._descend(0, loss)
+        self.descend(0, loss)
         return figures
 
     def _make(self, photo: Tensor) -> Tensor:
@@ -171,11 +152,6 @@ class FrictGANLearner:
         noise = torch.randn(len(photo), self.config.noise).to(photo) if self.config.noise else None
         made: Tensor = self.generator(photo, noise).float()
         return made
-
-    def _descend(self, which: int, loss: Tensor) -> None:
-        self.optimisers[which].zero_grad()
-        self.backward(loss)
-        self.optimisers[which].step()
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Store the scale of the photographs, and measure that of the magnitudes."""
@@ -258,8 +234,8 @@ class FrictGANLearner:
             "scale": self.scale,
             "mm_per_pixel": self.mm_per_pixel,
             "generator": self.generator.state_dict(),
-            "critic": self.critic.state_dict(),
-            "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
+            "critic": self.discriminator.state_dict(),
+            "optimisers": self.optimiser_state(),
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
@@ -267,10 +243,8 @@ class FrictGANLearner:
         scale = state["mm_per_pixel"]
         self.mm_per_pixel = None if scale is None else float(scale)
         self.generator.load_state_dict(state["generator"])
-        self.critic.load_state_dict(state["critic"])
-        if saved := state.get("optimisers"):
-            for optimiser, values in zip(self.optimisers, saved, strict=True):
-                optimiser.load_state_dict(values)
+        self.discriminator.load_state_dict(state["critic"])
+        self.load_optimisers(state.get("optimisers"))
 
     # -- use ---------------------------------------------------------------------------------------------
 

@@ -34,11 +34,11 @@ class Pix2PixLearner(PictureLearner[Config]):
         real = self.gan.discriminator(torch.cat((photo, picture), 1))[-1:]
         fake = self.gan.discriminator(torch.cat((photo, made.detach()), 1))[-1:]
         loss_d = (adversarial_loss(real, real=True) + adversarial_loss(fake, real=False)) / 2
-        self.gan.descend_discriminator(loss_d)
+        self.gan.descend(1, loss_d)
         with self.gan.fixed_discriminator():
             outputs = self.gan.discriminator(torch.cat((photo, made), 1))[-1:]
             adversarial, l1 = adversarial_loss(outputs, real=True), F.l1_loss(made, picture)
-        self.gan.descend_generator(adversarial + self.config.l1 * l1)
+        self.gan.descend(0, adversarial + self.config.l1 * l1)
         return {"discriminator": loss_d.item(), "adversarial": adversarial.item(), "l1": l1.item()}
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:

@@ -54,8 +54,8 @@ class Pix2PixHDLearner(PictureLearner[Config]):
         if self.perceptual:
             figures["perceptual"] = self.perceptual.to(made.device)(made, picture)
             loss_g = loss_g + self.config.perceptual * figures["perceptual"]
-        self.gan.descend_generator(loss_g)
-        self.gan.descend_discriminator(loss_d)
+        self.gan.descend(0, loss_g)
+        self.gan.descend(1, loss_d)
         return {name: value.item() for name, value in figures.items()}
 
 

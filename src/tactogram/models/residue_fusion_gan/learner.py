@@ -71,7 +71,7 @@ class ResidueFusionLearner(PictureLearner[Config]):
             penalty = gradient_penalty(
                 lambda x: critic(torch.cat((photo, x), 1))[-1].float().mean((1, 2, 3)), picture, made.float()
             )
-        self.gan.descend_discriminator(fake - real + self.config.penalty * penalty)
+        self.gan.descend(1, fake - real + self.config.penalty * penalty)
         return {"wasserstein": real - fake, "penalty": penalty}
 
     def _update_generator(self, photo: Tensor, picture: Tensor) -> dict[str, Tensor]:
@@ -88,7 +88,7 @@ class ResidueFusionLearner(PictureLearner[Config]):
         if self.perceptual:
             figures["perceptual"] = self.perceptual.to(made.device)(made, picture)
             loss = loss + self.config.perceptual * figures["perceptual"]
-        self.gan.descend_generator(loss)
+        self.gan.descend(0, loss)
         return figures
 
     @torch.no_grad()

@@ -113,12 +113,12 @@ class TactileImageLearner:
         fake, _ = gan.discriminator(made.detach(), scores)  # B
         loss_d = _cross_entropy(real, 1.0) + _cross_entropy(fake, 0.0)
         words_d = self._regression(predicted, labels)
-        gan.descend_discriminator(loss_d + words_d)
+        gan.descend(1, loss_d + words_d)
         with gan.fixed_discriminator():
             outputs, predicted = gan.discriminator(made, scores)  # B; B, W
             loss_g = _cross_entropy(outputs, 1.0)
             words_g = self._regression(predicted, scores)
-        gan.descend_generator(loss_g + words_g)
+        gan.descend(0, loss_g + words_g)
         right = ((real > 0).float().mean() + (fake < 0).float().mean()) / 2
         losses = {"generator": loss_g.item(), "discriminator": loss_d.item(), "correct": right.item()}
         if self.config.regression_weight:

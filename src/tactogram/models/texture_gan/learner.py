@@ -121,7 +121,7 @@ class TextureGANLearner(WaveGANLearner[Config]):
         if stage.name == "match" and self.band_levels:
             return self._match(batch, self.band_levels)
         number, *arrays = batch
-        self.schedule(number / stage.steps)
+        self.scale_rates((1 + math.cos(math.pi * number / stage.steps)) / 2)
         real, label = (torch.from_numpy(array).to(self.device) for array in arrays)
         figures = self.update_discriminator(real, label) if self.config.adversarial else {}
         figures |= self.update_generator(real, label)
@@ -145,12 +145,6 @@ class TextureGANLearner(WaveGANLearner[Config]):
             loss = loss + config.statistics * figures["statistics"]
         self.descend(0, loss)
         return figures
-
-    def schedule(self, done: float) -> None:
-        """Set the learning rates after a share ``done`` of the training."""
-        for optimiser, rate in zip(self.optimisers, self.rates, strict=True):
-            for group in optimiser.param_groups:
-                group["lr"] = rate * (1 + math.cos(math.pi * done)) / 2
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Measure filters, numeric conditions, and the spread of the statistics within a material."""

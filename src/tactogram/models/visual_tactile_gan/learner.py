@@ -68,8 +68,8 @@ class VisualTactileLearner(PictureLearner[Config]):
             adversarial = adversarial_loss(scores(outputs), real=True)
             matching = feature_matching_loss(outputs, real)
             l1 = F.l1_loss(made, picture)
-        self.gan.descend_generator(adversarial + config.l1 * l1 + config.feature_matching * matching)
-        self.gan.descend_discriminator(loss_d)
+        self.gan.descend(0, adversarial + config.l1 * l1 + config.feature_matching * matching)
+        self.gan.descend(1, loss_d)
         figures = {"discriminator": loss_d, "adversarial": adversarial, "l1": l1, "matching": matching}
         return {name: value.item() for name, value in figures.items()}
 

@@ -25,7 +25,6 @@ from tactogram.datasets.preview import preview_dataset, proposed_layouts
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.reading import Reader, read_all
 from tactogram.datasets.recording import FileReading
-from tactogram.datasets.store.compacting import compact
 from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import is_remote
 from tactogram.datasets.store.store import problems
@@ -205,20 +204,6 @@ def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dic
         "ok": not found,
         "problems": found,
     }
-
-
-def compact_store(path: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
-    """Write the small shards of a store anew, as few large ones; see `tactogram.datasets.store.compacting`.
-
-    Returns
-    -------
-    dict
-        ``path``, ``recordings``, ``sha256`` (it stays as it was), ``shards_before``, ``shards``, ``bytes_before``,
-        ``bytes`` (of the shards), ``rewritten`` (old shards merged into new ones) and ``cleared`` (files left by a
-        killed process).
-    """
-    found = compact(path, progress=partial(progress, "checking"))
-    return {"path": str(path), "sha256": open_store(path).sha256, **asdict(found)}
 
 
 @takes(AdditionRequest)

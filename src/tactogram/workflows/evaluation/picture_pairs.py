@@ -89,7 +89,7 @@ def generated_pairs(
             made.append(model.make(batch.photo).float().cpu())
             if model.predictor is not None:
                 correct.append(model.predictor.probabilities(batch.photo).argmax(1).cpu() == batch.label)
-            progress("make pictures", begin + len(batch), len(places))
+            progress("make pictures", begin + len(batch.photo), len(places))
     sources = [pairs.photo_sources[crop // pairs.crops.per_photo] for crop in pairs.pairs[places, 0]]
     return PicturePairs(
         torch.cat([batch.photo for batch in batches]),

@@ -215,7 +215,7 @@ def test_eval_does_not_depend_on_what_stands_beside(model):
 def test_learning_rates_fall_to_0_after_their_constant_share():
     made = learner(constant=0.5, learning_rate=4e-4, critic_learning_rate=2e-4)
     for done, factor in ((0.0, 1.0), (0.5, 1.0), (0.75, 0.5), (0.95, 0.1)):
-        made._schedule(done)
+        made.lower_rates(done, constant=made.config.constant)
         rates = [optimiser.param_groups[0]["lr"] for optimiser in made.optimisers]
         assert rates == pytest.approx([4e-4 * factor, 2e-4 * factor])
 

@@ -78,7 +78,7 @@ class Plain:
 @pytest.mark.parametrize("loss", ["wasserstein", "cross-entropy"])
 def test_a_step_is_five_clipped_critic_updates_and_one_of_the_generator_with_lambda_100(loss):
     ours = learner(loss=loss)
-    plain = Plain(deepcopy(ours.critic), deepcopy(ours.generator), wasserstein=loss == "wasserstein")
+    plain = Plain(deepcopy(ours.discriminator), deepcopy(ours.generator), wasserstein=loss == "wasserstein")
     for number in range(STEPS):
         photo, real = batch(number)
         torch.manual_seed(number)  # of noise and dropout
@@ -90,5 +90,5 @@ def test_a_step_is_five_clipped_critic_updates_and_one_of_the_generator_with_lam
         losses, slopes = plain.update_generator(photo[8:], real[8:])
         assert figures == pytest.approx(expected | losses)
         assert_close([p.grad for p in ours.generator.parameters()], slopes)
-    for mine, theirs in ((ours.generator, plain.g), (ours.critic, plain.d)):
+    for mine, theirs in ((ours.generator, plain.g), (ours.discriminator, plain.d)):
         assert_close(list(mine.parameters()), list(theirs.parameters()), rtol=0, atol=1e-8)
