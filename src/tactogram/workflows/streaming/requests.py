@@ -24,11 +24,11 @@ class StreamRequest(SignalOptions):
         Argument("generators and signals, streamed at the same time", "RUN|FILE"),
     ]
     _: KW_ONLY
-    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|udp|mouse|FILE")] = (
+    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|udp|FILE")] = (
         "simulated"
     )
     backend: Annotated[
-        Literal["null", "file", "clock", "audio", "osc", "udp", "digilent"], Option("where the blocks go")
+        Literal["null", "file", "audio", "osc", "udp", "digilent"], Option("where the blocks go")
     ] = "null"
     display: Annotated[str | None, Option("one of `displays`, or a TOML file", "NAME|FILE")] = None
     level: Annotated[
@@ -111,7 +111,7 @@ class StreamRequest(SignalOptions):
             )
         if self.track is not None and self.backend != "digilent":
             raise ParameterError(f"the carrier of a Digilent is tracked, got the backend {self.backend}")
-        if self.backend == "file" and self.motion in (*NETWORK, "mouse"):
+        if self.backend == "file" and self.motion in NETWORK:
             raise ParameterError(
-                f"backend file is not in real time, so motion cannot come from {self.motion}: use clock"
+                f"backend file is not in real time, so motion cannot come from {self.motion}: use null"
             )
