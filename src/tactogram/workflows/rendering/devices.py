@@ -75,7 +75,7 @@ PATHS: tuple[DevicePath, ...] = (
     ),
     DevicePath(
         "",
-        "game engines over OSC and plain UDP packets",
+        "game engines over OSC",
         "in and out",
         "devices",
         "a sender in Python over loopback; no game engine",

@@ -12,8 +12,6 @@ from tactogram.workflows.signal_options import SignalOptions
 if TYPE_CHECKING:
     from tactogram.rendering.transducer.digilent import AnalogDiscovery
 
-NETWORK = ("osc", "udp")
-
 
 @dataclass(frozen=True)
 class StreamRequest(SignalOptions):
@@ -24,12 +22,10 @@ class StreamRequest(SignalOptions):
         Argument("generators and signals, streamed at the same time", "RUN|FILE"),
     ]
     _: KW_ONLY
-    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|udp|FILE")] = (
-        "simulated"
+    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|FILE")] = "simulated"
+    backend: Annotated[Literal["null", "file", "audio", "osc", "digilent"], Option("where the blocks go")] = (
+        "null"
     )
-    backend: Annotated[
-        Literal["null", "file", "audio", "osc", "udp", "digilent"], Option("where the blocks go")
-    ] = "null"
     display: Annotated[str | None, Option("one of `displays`, or a TOML file", "NAME|FILE")] = None
     level: Annotated[
         str | None, Option("as of `render`; found under a simulated hand before the stream begins", "LEVEL")
@@ -111,7 +107,5 @@ class StreamRequest(SignalOptions):
             )
         if self.track is not None and self.backend != "digilent":
             raise ParameterError(f"the carrier of a Digilent is tracked, got the backend {self.backend}")
-        if self.backend == "file" and self.motion in NETWORK:
-            raise ParameterError(
-                f"backend file is not in real time, so motion cannot come from {self.motion}: use null"
-            )
+        if self.backend == "file" and self.motion == "osc":
+            raise ParameterError("backend file is not in real time, so motion cannot come from osc: use null")
