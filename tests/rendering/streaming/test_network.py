@@ -16,7 +16,7 @@ from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
-from tactogram.rendering.streaming.packets import BlockPacket, ReceivedPacket
+from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, ReceivedPacket
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
