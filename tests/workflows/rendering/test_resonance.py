@@ -125,7 +125,6 @@ def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_
     ("options", "says"),
     [
         ({"generator": "voice"}, "generator must be digilent"),
-        ({"source": "ni:Dev1/ai0:1"}, "has its own converter"),
         ({"share": 1.5}, "share must be"),
         ({"steps": 0}, "steps must be"),
         ({"seed": -1}, "seed must be"),

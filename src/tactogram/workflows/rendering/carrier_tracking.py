@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.capture.catalogue import open_source
-from tactogram.capture.stream.axis_pair import PairRecorder
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.transducer.admittance import (
@@ -52,8 +50,6 @@ class FollowingSettings(BaseModel):
     """1 over the resistance of the shunt in ohm; known of the simulated generator."""
     volts_per_volt: float = Field(default=1.0, gt=0)
     skew_s: float = 0.0
-    source: str = "scope"
-    """``scope`` is the generator's own inputs; else an address of `capture`."""
     share: float = Field(default=0.25, gt=0, le=1)
     """Of the largest voltage, for the lock."""
     every_s: float = Field(default=0.25, ge=0.05, le=3600)
@@ -136,10 +132,7 @@ class CarrierTracking:
                 device = recorder = stack.enter_context(self._simulated)
             else:
                 device = stack.enter_context(self._opened(generator(self._known, serial=self._serial)))
-                if self.settings.source == "scope":
-                    recorder = DigilentRecorder(*device.opened_device, self._scope, name=device.name)
-                else:
-                    recorder = PairRecorder(stack.enter_context(open_source(self.settings.source)), None)
+                recorder = DigilentRecorder(*device.opened_device, self._scope, name=device.name)
             self._measure = MeasuredAdmittance(
                 device,
                 recorder,

@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.capture.catalogue import open_source
-from tactogram.capture.stream.axis_pair import PairRecorder
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.catalogue import open_display
@@ -50,7 +48,7 @@ def track(request: TrackRequest) -> dict[str, Any]:
     Raises
     ------
     ParameterError
-        If the display, the source or the changes do not fit.
+        If the display or the changes do not fit.
     TrackingError, DeviceError, MissingExtraError
         If there is no resonance, or a device fails; it is at 0 V then, and the log is written all the same.
     """
@@ -87,10 +85,7 @@ def track(request: TrackRequest) -> dict[str, Any]:
             serial = request.generator.partition(":")[2]
             opened = request.opened or AnalogDiscovery
             device = stack.enter_context(opened(generator(known, channel=request.channel, serial=serial)))
-            if request.source == "scope":
-                recorder = DigilentRecorder(*device.opened_device, inputs, name=device.name)
-            else:
-                recorder = PairRecorder(stack.enter_context(open_source(request.source)), request.axes)
+            recorder = DigilentRecorder(*device.opened_device, inputs, name=device.name)
             device.hold(request.share * known.peak_v, longest_s=_longest_s(request, tracking, timing))
             carrier = device
         measure = MeasuredAdmittance(carrier, recorder, probes, timing)
