@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactogram.capture import read_log
-from tactogram.capture.twelite.simulator import SimulatedReceiver, write_log
+from tactogram.capture.twelite.simulator import SimulatedReceiver
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
@@ -15,7 +15,7 @@ from tactogram.workflows.capture.logs import capture_log
 
 
 @pytest.fixture(name="log")
-def log_fixture(tmp_path):
+def log_fixture(tmp_path, write_log):
     path = tmp_path / "take.log"
     write_log(path, SimulatedReceiver(seconds=12, loss=0.02, seed=3))
     return path

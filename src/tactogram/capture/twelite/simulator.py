@@ -8,7 +8,6 @@ import select
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from time import monotonic
 from types import TracebackType
 from typing import Self
@@ -19,7 +18,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.capture.source import SourceEnded, SourceLost
 from tactogram.capture.stream.byte_stream import SerialPort
-from tactogram.capture.stream.raw_log import RawLog
 from tactogram.capture.twelite.messages import (
     FIFO_SAMPLES,
     MILLI_G,
@@ -298,21 +296,3 @@ class SimulatedPort:
             if handle >= 0:
                 os.close(handle)
         self._master = self._slave = -1
-
-
-def write_log(
-    path: Path | str, receiver: SimulatedReceiver, signal: Signal | None = None, *, start_s: float = 0.0
-) -> int:
-    """Write the output of a simulated receiver to a new raw log, as if read live; return the number of packets.
-
-    The receiver needs ``seconds`` unless there is a ``signal``; ``start_s`` is the arrival time at the start.
-    """
-    if receiver.seconds is None and signal is None:
-        raise ParameterError("a simulated log must end: set seconds")
-    sent = 0
-    with RawLog(path, kind="twelite", address="simulated:twelite", simulated=True) as log:
-        for one in transmissions(receiver, signal):
-            sent += 1
-            if one.data:
-                log.write(one.data, round(start_s + one.time_s, 6))
-    return sent

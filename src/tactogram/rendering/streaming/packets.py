@@ -6,7 +6,6 @@ raises: the result is None for an invalid packet.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,20 +46,6 @@ class BlockPacket:
     motion_sequence: int
 
 
-def motion_packet(
-    sequence: int,
-    time_s: float,
-    *,
-    x_mm: float = math.nan,
-    y_mm: float = math.nan,
-    speed_mm_s: float = math.nan,
-    force_n: float = math.nan,
-) -> bytes:
-    """Return a message of motion; NaN marks missing values."""
-    values = (x_mm, y_mm, speed_mm_s, force_n)
-    return _osc("motion", (("i", _signed(sequence)), ("d", time_s), *(("f", value) for value in values)))
-
-
 def block_packet(block: BlockPacket) -> bytes:
     """Return a block as a message."""
     return _osc(
@@ -75,21 +60,6 @@ def block_packet(block: BlockPacket) -> bytes:
             ("b", np.ascontiguousarray(block.samples.T, "<f4").tobytes()),
         ),
     )
-
-
-def parse_block(packet: bytes) -> BlockPacket | None:
-    """Return the block in a message, or None if it is invalid: for receivers in Python."""
-    messages = _messages(packet)
-    if not messages or messages[0][0] != f"{OSC}/block":
-        return None
-    values = messages[0][1]
-    if [type(value) for value in values] != [int, int, int, float, float, int, bytes]:
-        return None
-    sequence, motion, first, time_s, rate, channels, data = values
-    if channels < 1 or len(data) % (4 * channels):
-        return None
-    samples = np.frombuffer(data, "<f4").reshape(-1, channels).T.astype(np.float32)
-    return BlockPacket(samples, rate, sequence & NO_MOTION, first, time_s, motion & NO_MOTION)
 
 
 def parse(packet: bytes, arrival_s: float) -> list[ReceivedPacket] | None:
