@@ -26,12 +26,6 @@ def test_segments_contain_the_measured_samples_and_their_positions():
     assert pieces[1].signal.rate == 100.0
 
 
-def test_short_segments_can_be_left_out():
-    pieces = gap_free(with_gaps((20, 30), (33, 40)), 100.0, "1", ("x", "y", "z"), least_s=0.1)
-
-    assert [p.first_index for p in pieces] == [0, 40]
-
-
 def test_filling_by_lines_is_reported_and_leaves_the_measured_samples():
     x = with_gaps((20, 22), (50, 53))
     signal, report = filled(x, 100.0, "m/s^2")

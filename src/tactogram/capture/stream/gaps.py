@@ -32,23 +32,16 @@ def gaps(samples: NDArray[np.float32]) -> list[tuple[int, int]]:
 
 
 def gap_free(
-    samples: NDArray[np.float32],
-    rate: float,
-    unit: str,
-    axes: tuple[str, ...] = (),
-    *,
-    least_s: float = 0.0,
+    samples: NDArray[np.float32], rate: float, unit: str, axes: tuple[str, ...] = ()
 ) -> list[GapFreeSegment]:
-    """Return the segments between the gaps, in order; those shorter than ``least_s`` are left out.
+    """Return the segments between the gaps, in order.
 
     ``samples`` is float32, shape (axis, time), ``unit``, NaN where lost; ``rate`` is in Hz, ``unit`` and ``axes`` as in
     `Signal`.
     """
-    least = max(1, round(least_s * rate))
     return [
         GapFreeSegment(Signal(samples[:, start:stop], rate, unit, axes), start)
         for start, stop in runs(~_missing(samples))
-        if stop - start >= least
     ]
 
 

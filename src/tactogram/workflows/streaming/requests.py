@@ -68,7 +68,9 @@ class StreamRequest(SignalOptions):
         float | None,
         Option("voltage of the amplifier at the sound card's full scale, for a display driven in V", "V"),
     ] = None
-    tap_gain: Annotated[float, Option("gain of a landing's transient, 0 for none", "GAIN", "--tap")] = 4.0
+    tap_gain: Annotated[
+        float, Option("gain of a landing's transient, 0 for none", "GAIN", "--tap", least=0)
+    ] = 4.0
     realtime: Annotated[bool, Option("ask the system for real-time priority")] = False
     track: Annotated[
         Mapping[str, Any] | None,
