@@ -63,6 +63,15 @@ def test_an_option_is_added_to_the_command():
     )
 
 
+def test_an_option_replaces_the_one_in_the_command():
+    words = ["convert", "a.csv", "--time", "ticks", "--unit=g"]
+    said = "`tactogram convert a.csv --unit=g --time none`"
+    assert with_command("use `--time none`", words) == f"use {said}"
+    assert with_command("use `--unit N`", words) == "use `tactogram convert a.csv --time ticks --unit N`"
+    words = ["data", "import", "folder", "a", "--set", "rate=9"]
+    assert with_command("`--set unit=g`", words).endswith("--set rate=9 --set unit=g`")
+
+
 def test_the_answer_to_a_table_without_a_rate_can_be_pasted(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "all/cork").mkdir(parents=True)

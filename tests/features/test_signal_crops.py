@@ -3,7 +3,7 @@ import numpy as np
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import Example
 from tactogram.signal import Signal
-from tactogram.signal.joining import seam_excess_db
+from tests.signal.seams import seam_excess_db
 
 LENGTH, OVERLAP = 1024, 128
 

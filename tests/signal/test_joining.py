@@ -7,6 +7,7 @@ from scipy.signal import lfilter
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.joining import _crossfade, extend, join
+from tests.signal.seams import seam_excess_db
 
 RATE = 1000
 
@@ -97,13 +98,6 @@ def test_extending_is_joining():
 def test_a_joined_signal_is_as_long_as_its_pieces_less_the_crossfades():
     assert len(join([noise(k, 500 + k) for k in range(5)], overlap_s=0.1)) == 5 * 500 + 10 - 4 * 100
     assert len(join([noise(0, 150)] * 4, overlap_s=0.1)) == 4 * 150 - 3 * 100
-
-
-def seam_excess_db(signal, places):
-    """Return the excess of the jumps to the samples at ``places`` over those elsewhere, dB."""
-    jumps = np.diff(signal.samples[0].astype(np.float64)) ** 2
-    at = np.isin(np.arange(1, len(signal)), places)
-    return 10 * np.log10(max(jumps[at].mean() / jumps[~at].mean(), 1e-30))
 
 
 def test_repetition_shows_at_its_seams_and_crossfades_do_not():

@@ -12,10 +12,10 @@ from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind, Stage
 from tactogram.recipe import TrainingSettings
 from tactogram.signal import Signal
-from tactogram.signal.joining import seam_excess_db
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import fit
 from tactogram.training.seeds import child_rng
+from tests.signal.seams import seam_excess_db
 
 RATE = 1000.0
 AXES = ("x", "y")

@@ -218,7 +218,7 @@ def test_a_table_is_converted_by_its_columns(tmp_path, capsys):
     options = [
         "--time",
         "clock",
-        "--columns",
+        "--axes",
         "ay",
         "--unit",
         "m/s^2",

@@ -25,7 +25,7 @@ def _convert(request: _ConvertRequest, show: Printer) -> int:
     if options.pop("check"):
         if request.target:
             raise UsageError("--check takes one file and writes none; omit B")
-        reading = request.reading | {"columns": request.columns}
+        reading = request.reading
         facts = jobs.check(request.source, format=request.format, **reading)
         show(facts, _checked_text(facts))
         return 0 if facts["valid"] else 1

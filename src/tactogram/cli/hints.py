@@ -46,6 +46,17 @@ def with_nearest(message: str) -> str:
 
 
 def with_command(message: str, words: Sequence[str]) -> str:
-    """Return a message in which an option and its value in backquotes are the user's command with them."""
-    command = shlex.join(["tactogram", *words])
-    return ADDITION.sub(lambda found: f"`{command} {found[1]} {found[2]}`", message)
+    """Return a message in which an option and its value in backquotes are the user's command with them.
+
+    They replace those that the command has already, but for ``--set``, of which there may be several.
+    """
+
+    def command(found: re.Match[str]) -> str:
+        kept, last = [], ""
+        for word in words:
+            if found[1] == "--set" or found[1] not in (last, word.partition("=")[0]):
+                kept.append(word)
+            last = word
+        return f"`{shlex.join(['tactogram', *kept])} {found[1]} {found[2]}`"
+
+    return ADDITION.sub(command, message)

@@ -16,8 +16,8 @@ from tactogram.rendering.streaming.texture_table import TextureTable, summed
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
-from tactogram.signal.joining import seam_excess_db
 from tactogram.signal.texture_map import TextureMap
+from tests.signal.seams import seam_excess_db
 
 RATE, MOST = 8000.0, 40
 SILENT = ContactSettings(gain=0)

@@ -10,10 +10,10 @@ from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable, one_axis
 from tactogram.signal import Signal
-from tactogram.signal.joining import seam_excess_db
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
+from tests.signal.seams import seam_excess_db
 
 RATE, MOST, OWN = 8000.0, 40, 2000.0
 PEAK_PER_SPEED = 1.5

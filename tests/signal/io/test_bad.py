@@ -157,7 +157,7 @@ def test_a_rate_of_zero_is_refused(tmp_path):
     path.write_bytes(raw)
     assert refusal(path) == "rate must be > 0 Hz, got 0 at byte 24"
     np.savez(tmp_path / "a.npz", x=np.zeros(9), rate=0.0)
-    assert refusal(tmp_path / "a.npz", columns=["x"]) == "rate must be > 0 and finite, got 0"
+    assert refusal(tmp_path / "a.npz", axes=["x"]) == "rate must be > 0 and finite, got 0"
     (tmp_path / "a.csv").write_text("1\n2\n")
     assert refusal(tmp_path / "a.csv", rate=0) == "rate must be > 0 and finite, got 0"
 
@@ -217,9 +217,9 @@ def test_a_table_whose_columns_were_changed_is_refused(tmp_path):
 def test_a_missing_column_is_refused(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(ROWS)
-    assert refusal(path, columns=["x", "w"]) == "no column 'w', there are time [s], x, y, z"
+    assert refusal(path, axes=["x", "w"]) == "no column 'w', there are time [s], x, y, z"
     assert refusal(path, time="clock") == "no column 'clock', there are time [s], x, y, z"
-    assert refusal(path, axes=("x", "w")).startswith("expected 2 axes (x, w), got 3 (x, y, z)")
+    assert refusal(path, axes=("v", "w")).startswith("expected 2 axes (v, w), got 3 (x, y, z)")
 
 
 def test_bad_arrays_are_refused(tmp_path):
@@ -229,7 +229,7 @@ def test_bad_arrays_are_refused(tmp_path):
     np.savez(path, x=np.array(["a"]))
     assert refusal(path).startswith("must hold numbers (axis, time) with at most 64 axes, got")
     np.savez(path, left=np.zeros(3), right=np.zeros(3))
-    assert refusal(path, columns=["w"]) == "no column 'w', there are left, right"
+    assert refusal(path, axes=["left", "w"]) == "no column 'w', there are left, right"
     np.savez(path, x=np.zeros((100, 65)))
     assert refusal(path, rate=10).endswith("got x is float64 of shape (100, 65)")
     np.savez(path, x=np.array([0, np.nan, 1]))
@@ -280,7 +280,7 @@ def test_damage_anywhere_is_one_line_or_harmless(tmp_path_factory, suffix, data)
 def test_a_rate_or_time_that_is_no_number_is_refused(tmp_path, values):
     path = tmp_path / "a.npz"
     np.savez(path, x=np.zeros(9), rate=values[0])
-    assert refusal(path, columns=["x"]).startswith("no time column and no rate in the file")
+    assert refusal(path, axes=["x"]).startswith("no time column and no rate in the file")
     np.savez(path, x=np.zeros(9), time=values)
     assert refusal(path).startswith(("no time column and no rate in the file", "time stands still"))
 

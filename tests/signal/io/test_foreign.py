@@ -103,7 +103,7 @@ def test_columns_are_chosen_by_name(tmp_path):
     text = "t [s],label,force [N],speed [mm/s]\n" + "\n".join(f"{i / 100},wood,{i},{2 * i}" for i in range(9))
     path = written(tmp_path, text)
     for name in ("force", "force [N]"):
-        assert read_signal(path, columns=[name]).unit == "N"
+        assert read_signal(path, axes=[name]).unit == "N"
     speed = read_signal(path, axes=["speed"])
     assert (speed.unit, speed.axes) == ("m/s", ("speed",))
     np.testing.assert_allclose(speed.samples[0], 2e-3 * np.arange(9))
@@ -182,7 +182,7 @@ def test_columns_that_name_no_axis_keep_their_names(tmp_path):
 
 def test_chosen_columns_are_axes_by_their_names(tmp_path):
     text = "\n".join(["t [s],acc_x,acc_y", *(f"{k / 100},1,{k}" for k in range(9))])
-    for choice in ({"columns": ("acc_y",)}, {"axes": ("acc_y",)}, {"axes": ("y",)}):
+    for choice in ({"axes": ("acc_y",)}, {"axes": ("y",)}):
         assert read_signal(written(tmp_path, text), unit="g", **choice).axes == ("y",)
 
 
@@ -190,7 +190,7 @@ def test_a_table_without_heading(tmp_path):
     text = "\n".join(f"{i % 4} {i % 5} {i % 7}" for i in range(9))
     signal = read_signal(written(tmp_path, text, "a.txt"), rate=100, unit="N")
     assert (signal.rate, signal.axes) == (100, ("x", "y", "z"))
-    assert read_signal(written(tmp_path, text, "a.txt"), rate=100, columns=["2"]).samples[0, 5] == 0
+    assert read_signal(written(tmp_path, text, "a.txt"), rate=100, axes=["2"]).samples[0, 5] == 0
     one = read_signal(written(tmp_path, "1\n2\n3\n", "b.txt"), rate=10000)
     np.testing.assert_array_equal(one.samples, [[1, 2, 3]])
     assert one.axes == ("z",)
@@ -204,10 +204,10 @@ def test_a_heading_in_a_comment_as_numpy_writes_it(tmp_path):
 
 def test_npz_of_others(tmp_path):
     np.savez(tmp_path / "a.npz", pac=np.stack([X, X]), other=np.zeros(3), rate=2200.0)
-    signal = read_signal(tmp_path / "a.npz", columns=["pac"])
+    signal = read_signal(tmp_path / "a.npz", axes=["pac"])
     assert (signal.rate, len(signal.axes)) == (2200, 2)
     np.savez(tmp_path / "b.npz", t=np.arange(40) / 100, x=X, y=-X)
-    signal = read_signal(tmp_path / "b.npz", columns=["x", "y"], unit="V")
+    signal = read_signal(tmp_path / "b.npz", axes=["x", "y"], unit="V")
     assert (signal.rate, signal.axes, signal.unit) == (100, ("x", "y"), "V")
     np.savez(tmp_path / "c.npz", X)
     assert len(read_signal(tmp_path / "c.npz", rate=10)) == 40
@@ -235,8 +235,8 @@ def test_a_worksheet_of_others(tmp_path):
 
 def test_options_that_mean_nothing_are_refused(tmp_path):
     soundfile.write(tmp_path / "a.wav", X, 1000)
-    with pytest.raises(ParameterError, match="columns or time does not apply to .wav"):
-        read_signal(tmp_path / "a.wav", columns=["x"])
+    with pytest.raises(ParameterError, match="time does not apply to .wav"):
+        read_signal(tmp_path / "a.wav", time="t")
     with pytest.raises(ParameterError, match="full_scale"):
         read_signal(written(tmp_path, "1\n2\n"), full_scale=2, rate=1)
 

@@ -236,7 +236,7 @@ def test_a_worksheet_whose_last_cell_is_filled_does_not_take_all_memory(tmp_path
         ".jsonl",
         ".csv.gz",
         ".csv.xz",
-        ".csv.zip",
+        ".zip",
         ".xls",
         ".ods",
     ],
@@ -266,3 +266,23 @@ def test_a_photograph_of_a_phone_is_read(tmp_path):
     image = read_image(tmp_path / "a.heic")
     assert image.pixels.shape == (48, 64, 3)
     np.testing.assert_allclose(image.pixels.mean(axis=(0, 1)), (200, 100, 50), atol=4)
+
+
+def test_the_tables_in_a_zip_are_streams_of_one_recording(tmp_path):
+    rows = "\n".join(f"{t:.3f},{x:.5f},{y:.5f},{z:.5f}" for t, x, y, z in zip(T, X, Y, Z, strict=True))
+    with zipfile.ZipFile(tmp_path / "take.zip", "w") as archive:
+        archive.writestr("Accelerometer.csv", f"seconds_elapsed,z,y,x\n{rows}\n")
+        archive.writestr(
+            "Gyroscope.csv", f"Time (s),Gyroscope x (rad/s),Gyroscope y (rad/s),Gyroscope z (rad/s)\n{rows}\n"
+        )
+        archive.writestr("meta/device.csv", "property,value\ndeviceModel,one\n")
+    found = read_file(tmp_path / "take.zip")
+    assert (found.stream, found.signal.axes, found.signal.unit) == ("acceleration", ("x", "y", "z"), "1")
+    np.testing.assert_allclose(found.signal.samples[2], X, atol=1e-5)  # the first column is z
+    assert {name: (each.axes, each.unit) for name, each in found.others.items()} == {
+        "angular_rate": (("x", "y", "z"), "rad/s")
+    }
+    with zipfile.ZipFile(tmp_path / "none.zip", "w") as archive:
+        archive.writestr("a.pdf", "no table")
+    with pytest.raises(DataError, match="holds no .csv, .tsv or .txt"):
+        read_file(tmp_path / "none.zip")

@@ -33,7 +33,7 @@ def test_flac_is_what_its_wav_is(real_data, tmp_path):
 
 def test_worksheets_column_by_column(real_data):
     path = sorted((real_data("cdplab_friction") / "xlsx").glob("*.xlsx"))[0]
-    signal = read_signal(path, columns=["speed", "friction"], rate=1000)
+    signal = read_signal(path, axes=["speed", "friction"], rate=1000)
     assert signal.axes == ("speed", "friction")
     assert 18_000 < len(signal) < 20_000
     assert 0 < signal.axis("friction").mean() < 2
@@ -41,7 +41,7 @@ def test_worksheets_column_by_column(real_data):
 
 def test_time_stamps_of_a_finger(real_data):
     path = sorted((real_data("biotac_slide") / "raw_csv").glob("*_bio.csv"))[0]
-    file = read_file(path, columns=["pdc"])
+    file = read_file(path, axes=["pdc"])
     with path.open() as stream:
         rows = sum(1 for _ in csv.reader(stream)) - 1
     assert file.timing.samples == rows

@@ -67,7 +67,7 @@ def test_a_signal_comes_as_it_would_from_a_file(suffix, tmp_path):
 
 
 def test_options_go_to_the_reader():
-    found = read_uploaded_signal("a.csv", b"x,y\n1,2\n3,4\n", rate=10.0, unit="N", columns=["y"])
+    found = read_uploaded_signal("a.csv", b"x,y\n1,2\n3,4\n", rate=10.0, unit="N", axes=["y"])
     assert (found.rate, found.unit, found.samples.tolist()) == (10.0, "N", [[2.0, 4.0]])
 
 

@@ -372,7 +372,7 @@ def test_another_study_or_another_file_is_refused(store, make_study, tmp_path):
     other = tmp_path / "other"
     other.mkdir()
     (other / "answers.sqlite").write_text("not a database, but text that is long enough to be looked at" * 9)
-    with pytest.raises(DataError, match="file is not a database.; no answer can be read"):
+    with pytest.raises(DataError, match="file is not a database.; export the answers"):
         SessionStore(other)
 
 

@@ -79,7 +79,7 @@ def read(item: ImportItem) -> list[Recording]:
     name, rate = item.info["item"], item.info["rate"]
     plate = item.name.startswith("plates/")
     columns = [use.heading for use in read_columns(path)]
-    signal = read_signal(path, rate=rate, unit="1", columns=columns or None)
+    signal = read_signal(path, rate=rate, unit="1", axes=columns or None)
     history = ["unit not stated"]
     if len(signal.axes) == BINS:
         signal = _loops(np.asarray(signal.samples.T, np.float64), rate, seed=zlib.crc32(item.name.encode()))

@@ -7,6 +7,7 @@ import gzip
 import io
 import lzma
 import math
+import re
 import zipfile
 import zlib
 from pathlib import Path
@@ -23,6 +24,9 @@ SMALL = 256 * MIB
 """Unpacked size that any archive may have."""
 MOST_GROWTH = 100
 """Unpacked over packed size of larger ones: measured signals compress to a third at best."""
+
+
+_BESIDE = re.compile(r"__MACOSX|(^|/)meta/|(^|/)(Study)?(Metadata|Annotation)\.csv$")
 
 
 class UnpackedSizeError(DataError):
@@ -61,8 +65,11 @@ def check_size(count: int, path: Path) -> None:
         )
 
 
-def unpacked(path: Path) -> bytes:
-    """Return the content of a .gz, .bz2 or .xz file, or of the only file in a .zip."""
+def unpacked(path: Path) -> dict[str, bytes]:
+    """Return the content of a .gz, .bz2 or .xz file, or of the texts in a .zip, by the path for errors.
+
+    What phyphox and Sensor Logger write of the telephone beside the recordings is left out.
+    """
     raw, suffix = path.read_bytes(), path.suffix.lower()
     most = max(SMALL, MOST_GROWTH * len(raw))
     if not raw:
@@ -71,16 +78,15 @@ def unpacked(path: Path) -> bytes:
         if suffix == ".zip":
             check_archive(io.BytesIO(raw), path)
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-                members = [
-                    each
-                    for each in archive.infolist()
-                    if not each.is_dir() and "__MACOSX" not in each.filename
+                texts = [
+                    name for name in archive.namelist() if name.lower().endswith((".csv", ".tsv", ".txt"))
                 ]
-                if len(members) != 1:
+                texts = [name for name in texts if not _BESIDE.search(name)]
+                if not texts:
                     raise DataError(
-                        f"{path}: holds {len(members)} files; unpack it, and read them one by one"
+                        f"{path}: holds no .csv, .tsv or .txt; unpack it, and read its files one by one"
                     )
-                return archive.read(members[0])
+                return {f"{path}/{name}": archive.read(name) for name in texts}
         if suffix == ".xz":
             text = lzma.LZMADecompressor(memlimit=SMALL).decompress(raw, most + 1)
         else:
@@ -89,7 +95,7 @@ def unpacked(path: Path) -> bytes:
     except (*ZIP_ERRORS, lzma.LZMAError) as error:
         raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
     check_size(len(text), path)
-    return text
+    return {str(path): text}
 
 
 def _problem(archive: zipfile.ZipFile, most_bytes: int, most_members: int) -> str | None:

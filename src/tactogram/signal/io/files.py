@@ -39,7 +39,12 @@ MATRICES = (".mat", ".h5", ".hdf5")
 RECORDS = (".parquet", ".feather", ".arrow")
 JSON_LINES = (".jsonl", ".ndjson")
 TABLES = (*TEXTS, *ARRAYS, *WORKBOOKS, *MATRICES, ".lvm", ".tdms", *RECORDS, *JSON_LINES)
-READABLE = (*SOUND, *TABLES, *(f"{text}{packed}" for text in (".csv", ".tsv", ".txt") for packed in PACKED))
+READABLE = (
+    *SOUND,
+    *TABLES,
+    *(f"{text}{packed}" for text in (".csv", ".tsv", ".txt") for packed in PACKED[:-1]),
+    ".zip",
+)
 """Ends of the names of files that can be read, in lower case."""
 USUAL = ".wav, .flac, .csv, .txt, .xlsx, .mat, .npz, .h5, .lvm, .tdms, .parquet … (docs/data.md lists all)"
 """The ones that people are told."""
@@ -80,7 +85,6 @@ def read_file(
     unit: str | None = None,
     axes: Sequence[str] | None = None,
     rate: float | None = None,
-    columns: Sequence[str] | None = None,
     time: str | None = None,
     sheet: str | None = None,
     layouts: Sequence[TableLayout] = (),
@@ -103,17 +107,15 @@ def read_file(
     unit : str, optional
         Unit of the samples: one of `UNITS`, or one that is converted to them, such as ``"g"`` or ``"mm"``.
     axes : sequence of str, optional
-        Axes or columns to read, if the file names them; else names for all its axes.
+        Axes, columns or arrays to read, if the file names any of them; else names for all its axes.
     rate : float, Hz, optional
         Of the samples. With time stamps, of the result (by default the estimated one).
-    columns : sequence of str, optional
-        Columns of a table, or arrays, to read.
     time : str, optional
         Column of time stamps, with its unit if the file states none (``"ticks [us]"``); ``"none"`` to use none.
     sheet : str, optional
         Worksheet, if there are several.
     layouts : sequence of TableLayout, optional
-        What the columns of tables with certain headings hold; not for files of this package, or with ``columns``.
+        What the columns of tables with certain headings hold; not for files of this package.
     full_scale : float, optional
         Value of 1.0 in a sound file, in ``unit``.
     part : int, optional
@@ -129,7 +131,6 @@ def read_file(
     path = _existing(path)
     contents = _contents(
         path,
-        columns=columns,
         axes=axes,
         time=time,
         rate=rate,
@@ -198,21 +199,20 @@ def _contents(
     *,
     sheet: str | None = None,
     full_scale: float | None = None,
-    columns: Sequence[str] | None = None,
     time: str | None = None,
     **how: Any,
 ) -> tuple[FileContent, ...]:
     suffix = _suffix(path, READABLE)
     for name, useless in (
         ("full_scale", suffix not in SOUND and full_scale is not None),
-        ("columns or time", suffix in SOUND and (columns is not None or time is not None)),
+        ("time", suffix in SOUND and time is not None),
         ("sheet", suffix not in WORKBOOKS and sheet is not None),
     ):
         if useless:
             raise ParameterError(f"{name} does not apply to {suffix}; omit it")
     if suffix in SOUND:
         return (sound.read(path, full_scale=full_scale),)
-    return table_contents(_tables(path, suffix, sheet), columns=columns, time=time, **how)
+    return table_contents(_tables(path, suffix, sheet), time=time, **how)
 
 
 def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
@@ -222,7 +222,7 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
             raise DataError(f"{path}: must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
         return [table.table(path, path.read_bytes())]
     if suffix in PACKED:
-        return [table.table(path, unpacked(path))]
+        return [table.table(Path(name), raw) for name, raw in unpacked(path).items()]
     if suffix in WORKBOOKS:
         return worksheet.tables(path, sheet=sheet)
     if suffix in ARRAYS:
@@ -360,7 +360,7 @@ def _suffix(path: Path, known: Sequence[str]) -> str:
         raise ParameterError(
             f"{path}: {suffix} is not read; convert it to .wav, e.g. `ffmpeg -i {path.name} {path.stem}.wav`"
         )
-    if suffix in PACKED and Path(path.stem).suffix.lower() in TEXTS and known is READABLE:
+    if suffix in PACKED[:-1] and Path(path.stem).suffix.lower() in TEXTS and known is READABLE:
         return suffix
     if suffix not in known:
         told = USUAL if known is READABLE else ", ".join(known)

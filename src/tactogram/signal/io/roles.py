@@ -61,7 +61,6 @@ class TableRoles:
 def roles_of(
     table: RawTable,
     *,
-    columns: Sequence[str] | None = None,
     axes: Sequence[str] | None = None,
     time: str | None = None,
     rate: float | None = None,
@@ -70,15 +69,15 @@ def roles_of(
 ) -> TableRoles:
     """Return what the columns hold; a `DataError` that says what to choose where two readings are plausible.
 
-    ``columns``, or ``axes`` that are headings, choose the columns of the signal; else the one of ``layouts`` with these
-    headings; else headings, units and values decide. ``time`` names the time stamps (``none`` for none), with their
+    The one of ``layouts`` with these headings decides; else ``axes`` that are headings choose the columns of the
+    signal; else headings, units and values decide. ``time`` names the time stamps (``none`` for none), with their
     unit if need be: ``ticks [us]``. Columns of labels are found if ``labelled``.
     """
     found = [
         heading(text, unit)
         for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)
     ]
-    alike = layouts_of(table, layouts) if columns is None and table.description is None else []
+    alike = layouts_of(table, layouts) if table.description is None else []
     by_layout = [layout for layout in alike if layout.axes]
     clocks = clocks_of(table, found)
     stated = alike[0] if alike else None
@@ -88,7 +87,7 @@ def roles_of(
     clock = choose_clock(table, found, clocks, time=time, rate=rate)
     at = None if clock is None else clock.place
     labels: dict[str, int] = {}
-    if labelled and columns is None and table.description is None:
+    if labelled and table.description is None:
         named = {} if by_layout else label_columns(table, at)
         own = (
             {}
@@ -102,15 +101,13 @@ def roles_of(
         streams = tuple(_of_layout(layout, table, found) for layout in by_layout)
         reasons = {i: _no_signal(found[i], table.columns[i], table, i) for i in range(len(found))}
         others = {i: what for i, what in reasons.items() if what} | others
-    elif table.description is not None and columns is None:
+    elif table.description is not None:
         streams = (_described(table, at),)
     else:
-        chosen = columns or (
-            axes
-            if axes and all(name in table.groups or _place(name, table, found) is not None for name in axes)
-            else None
-        )
-        streams = (_chosen(chosen, table, found),) if chosen is not None else _found(table, found, at, others)
+        known = [
+            name for name in axes or () if name in table.groups or _place(name, table, found) is not None
+        ]
+        streams = (_chosen(axes, table, found),) if axes and known else _found(table, found, at, others)
     uses = _uses(table, found, streams, at, clock.unit if clock else None, others, labels)
     if not by_layout and table.description is None:
         notes += _left_out(uses, found)

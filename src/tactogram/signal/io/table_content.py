@@ -35,7 +35,6 @@ LONG_AGO_S = 1e8
 def table_contents(
     tables: Sequence[RawTable],
     *,
-    columns: Sequence[str] | None = None,
     axes: Sequence[str] | None = None,
     time: str | None = None,
     rate: float | None = None,
@@ -49,9 +48,7 @@ def table_contents(
     parts = [part for whole in tables for part in split_by_sensor(with_whole_clock(whole))]
     for table in [part for whole in parts for part in split_by_clocks(forward(whole))]:
         try:
-            roles = roles_of(
-                table, columns=columns, axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled
-            )
+            roles = roles_of(table, axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled)
         except DataError as error:
             problem = problem or error
             left_out.append(f"left out: {', '.join(table.headings)} (rows of their own)")
@@ -261,13 +258,8 @@ def _trusted(
         true = (len(times) - 1) / float(times[-1] - times[0])
         note = f"time stamps are rounded to {steps.min():.4g} s: taken as even, {true:.4g} Hz"
         return times[0] + np.arange(len(times)) / true, note
-    early, late = (float(np.median(part)) for part in (steps[: len(steps) // 4], steps[-(len(steps) // 4) :]))
-    if (
-        rate is None
-        and not 0.8 * early < late < 1.25 * early
-        and _stands(steps, early)
-        and _stands(steps[::-1], late)
-    ):
+    early, late = _usual(steps), _usual(steps[::-1])
+    if rate is None and early and late and not 0.8 * early < late < 1.25 * early:
         raise DataError(
             f"{table.path}: steps of {early:.4g} s between time stamps become {late:.4g} s: give the rate to resample "
             f"all to, `rate={1 / min(early, late):.4g}`"
@@ -299,9 +291,11 @@ def _are_rounded(steps: NDArray[np.float64]) -> bool:
     return len(apart) > 0.02 * len(steps) and np.allclose(steps, ticks * steps.min(), rtol=1e-3)
 
 
-def _stands(steps: NDArray[np.float64], usual: float) -> bool:
-    """Return whether the first quarter of the steps are nearly all as usual."""
-    return usual > 0 and float(np.mean(np.abs(steps[: len(steps) // 4] / usual - 1) < 0.1)) > 0.9
+def _usual(steps: NDArray[np.float64]) -> float | None:
+    """Return the step that nearly all in the first quarter have."""
+    first = steps[: max(1, len(steps) // 4)]
+    usual = float(np.median(first))
+    return usual if usual > 0 and len(first) > 3 and np.mean(np.abs(first / usual - 1) < 0.1) > 0.9 else None
 
 
 def _on_grid(times: NDArray[np.float64], rate: float) -> bool:

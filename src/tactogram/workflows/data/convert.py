@@ -77,7 +77,7 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
     if kind is None and request.display is not None:
         raise ParameterError(f"`display` is for patterns of on and off, {target.name} is none; omit it")
-    reading = request.reading | {"columns": request.columns}
+    reading = request.reading
     if kind is None:
         reading["full_scale"] = request.full_scale
     given = _drawn(source, request, reading) if photograph else _over_time(source, request, reading)
@@ -328,9 +328,7 @@ def _read(source: Path, options: dict[str, Any]) -> _Given:
         if timing is not None:
             metadata["timing"] = timing
         return _Given(file.signal, metadata, timing=timing, notes=_notes(file))
-    useless = [
-        name for name in ("unit", "columns", "time", "sheet", "part", "full_scale") if options.get(name)
-    ]
+    useless = [name for name in ("unit", "time", "sheet", "part", "full_scale") if options.get(name)]
     if useless:
         raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
     haptic = read_haptic(source, rate=options["rate"])

@@ -133,7 +133,7 @@ class RatingRequest(Request):
 class ConversionRequest(SignalOptions):
     """A signal to write in another format, with its metadata; ``target`` may be ``source``.
 
-    ``unit``, ``rate``, ``axes``, ``columns``, ``time``, ``sheet`` and ``part`` state what ``source`` does not; of a
+    ``unit``, ``rate``, ``axes``, ``time``, ``sheet`` and ``part`` state what ``source`` does not; of a
     haptic file ``rate`` is that of the carrier. A photograph is drawn as a relief (`tactogram.rendering.photo_relief`):
     its brightness is no prediction of how a material feels.
     """
@@ -156,7 +156,6 @@ class ConversionRequest(SignalOptions):
             "write one axis; formats that hold one take DFT321 of three, else the mean", "NAME|dft321|mean"
         ),
     ] = None
-    columns: Annotated[tuple[str, ...] | None, Option("columns to read from a table, e.g. ax,ay,az")] = None
     full_scale: Annotated[
         float | None,
         Option("value of 1 in a haptic B, or of integer full scale in A, in the signal's unit", "X"),

@@ -171,8 +171,7 @@ def _error(answer: Right | Ask | Refused, path: Path, text: str, options: Mappin
         return Verdict("refused", False, f"expected an error like {answer.error!r}, got: {said}")
     if isinstance(answer, Refused):
         return Verdict("refused", True, "")
-    names = {*answer.remedy} | ({"axes", "columns"} if {"axes", "columns"} & {*answer.remedy} else set())
-    if not any(f"{name}=" in said for name in names):
+    if not any(f"{name}=" in said for name in answer.remedy):
         return Verdict("asked", False, f"names no remedy {' or '.join(answer.remedy)}: {said}")
     try:
         differs = differences(answer.then, read_file(path, **{**options, **answer.remedy}))

@@ -102,7 +102,7 @@ CELLS = (
         ("empty_between", "terminals that get both ends", "\n\n"), ("lf_cr", "boards that print \\n\\r", "\n\r")]),
     case("decimal_comma_alone", "numbers only with a decimal comma, which might be two columns",
         rows(fixed(X, 4), decimal=","), one("vibration", "1"),
-        Ask("comma|column", {"columns": ("1",)}, one(".*", "1")), rate=100),
+        Ask("comma|column", {"axes": ("1",)}, one(".*", "1")), rate=100),
     case("decimal_comma_tabs_bare", "German LabVIEW: tabs, decimal comma, no heading",
         rows(fixed(T, 3), fixed(X, 4), fixed(Y, 4), fixed(Z, 4), sep="\t", decimal=","), plain(), file="messung.txt"),
     case("message_in_the_middle", "boards that print warnings between the rows",
@@ -190,7 +190,7 @@ CELLS = (
         rate=100),
     case("trials_side_by_side", "spreadsheets: each column is another trial, none is an axis of another",
         table("Time (s),Trial 1 (N),Trial 2 (N),Trial 3 (N)", T, X, Y, Z),
-        Ask("which|columns|axes|Trial", {"columns": ("Trial 1",)}, one("force", "N")),
+        Ask("which|columns|axes|Trial", {"axes": ("Trial 1",)}, one("force", "N")),
         measured("force", "N", X, Y, Z, axes=None)),
     case("wide_table", "research loggers: clock, counter, several quantities, battery, status and label in one row",
         table(

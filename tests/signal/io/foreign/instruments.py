@@ -29,7 +29,7 @@ INSTRUMENTS = (
     case("tektronix_tds_beside_preamble",
         "tek.com, TDS1000/2000 user manual: the preamble is in the first columns of the rows of data",
         "".join(f"{(TDS + [','] * N)[k]},,{BEFORE[k]:018.12f},{X[k]:.5f},\n" for k in K), VOLTS,
-        Ask("columns|which|axes", {"time": "4 [s]", "columns": ("5",)}, VOLTS), file="F0000CH1.CSV"),
+        Ask("columns|which|axes", {"time": "4 [s]", "axes": ("5",)}, VOLTS), file="F0000CH1.CSV"),
     case("tektronix_mso", "tek.com, MSO/DPO2000B: preamble of names and values, TIME,CH1,CH2",
         "Model,MSO2024B\nFirmware Version,1.52\n\nPoint Format,Y,\nHorizontal Units,S,\nHorizontal Scale,0.001,\n"
         "Sample Interval,0.0001,\nRecord Length,100,\nGating,0.0% to 100.0%,\nProbe Attenuation,1,1\n"

@@ -78,7 +78,7 @@ LOGGERS = (
     case("geneactiv",
         "activinsights.com, GENEActiv CSV: preamble of keys and values, no heading, :mmm stamps, lux, button, "
         "temperature", GENEACTIV + rows(stamps("%Y-%m-%d %H:%M:%S:%L"), X, Y, Z, 12 + K % 7, 0, 24.6 + 0.1 * (K % 3)),
-        Ask("columns|which|axes|heading", {"columns": ("2", "3", "4")}, plain())),
+        Ask("columns|which|axes|heading", {"axes": ("2", "3", "4")}, plain())),
     case("gcdc_x16_counts",
         "gcdataconcepts.com, X16: semicolon comments, one of which holds the headings; counts of 1/2048 g",
         X16 + rows(fixed(T, 3), *COUNTS), acceleration(2048, "1", note="unit|count"), file="DATA-001.CSV"),
@@ -113,7 +113,7 @@ LOGGERS = (
         '["nSeq", "I1", '
         '"A1", "A2", "A3"], "sampling rate": 100, "resolution": [4, 1, 10, 10, 10]}}\n# EndOfHeader\n'
         + rows(K % 16, 0, *ANALOG, sep="\t", tail="\t"), measured(".*", "1", *ANALOG), Ask("columns|which|axes|rate",
-        {"columns": ("3", "4", "5"), "rate": 100}, measured(".*", "1", *ANALOG, axes=None)), file="opensignals.txt"),
+        {"axes": ("3", "4", "5"), "rate": 100}, measured(".*", "1", *ANALOG, axes=None)), file="opensignals.txt"),
     case("openbci",
         "docs.openbci.com, recorded file: % comments with the rate, counter of 0 to 255, two clocks at the end",
         "%OpenBCI Raw EXG Data\n%Number of channels = 1\n%Sample Rate = 100 Hz\n%Board = "

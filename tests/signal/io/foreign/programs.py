@@ -139,7 +139,7 @@ PROGRAMS: tuple[Case, ...] = (
     case("ros2_topic_csv",
         "docs.ros.org, ros2 topic echo --csv: no headings; sec, nanosec, frame, quaternion, covariances, rates, "
         "accelerations", rows(EPOCH, 10**7 * K, "imu", 0.0, 0.0, 0.0, 1.0, *[0.0] * 9, *[SLOW] * 3, *[0.0] * 9, X, Y,
-        Z, *[0.0] * 9), Ask("columns|which|axes|rate", {"columns": ("29", "30", "31"), "rate": 100}, plain(note=""))),
+        Z, *[0.0] * 9), Ask("columns|which|axes|rate", {"axes": ("29", "30", "31"), "rate": 100}, plain(note=""))),
     case("ros2_topic_echo", "docs.ros.org, ros2 topic echo: YAML documents", "".join(ros2(int(k)) for k in K),
         Refused("csv|column|table|number"), file="imu.txt"),
     case("plotjuggler",

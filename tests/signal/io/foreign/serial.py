@@ -26,7 +26,7 @@ SERIAL = (
         end="\r\n"), acceleration(G), plain(), file="monitor.txt"),
     case("mpu6050_raw_counts", "electronics tutorials of the MPU-6050: a/g: and seven integers between tabs",
         rows([f"a/g:\t{a}\t{b}\t{c}\t-120\t33\t{k % 5}" for k, a, b, c in zip(K, *COUNTS, strict=True)]), Ask(
-        "rate|columns|which", {"columns": ("2", "3", "4"), "rate": 100}, measured(".*", "1", *COUNTS, axes=None)),
+        "rate|columns|which", {"axes": ("2", "3", "4"), "rate": 100}, measured(".*", "1", *COUNTS, axes=None)),
         file="mpu.txt"),
     case("micros_first_without_heading",
         "Arduino sketches: micros() and three values, no heading; 10 ms steps can only be µs",
@@ -62,8 +62,8 @@ SERIAL = (
         Ask("rate", {"rate": 100}, plain("acceleration", left_out=["cnt", "crc"]))),
     case("temperature_last_no_heading", "sketches that print ax ay az gx gy gz temp without a heading",
         rows(X, Y, Z, 10 * SLOW, 8 * SLOW, 5 * SLOW, fixed(25.1 + 0.01 * (K % 3), 2), sep="\t"),
-        Ask("rate|columns|which", {"columns": ("1", "2", "3"), "rate": 100}, plain()), file="imu.txt"),
+        Ask("rate|columns|which", {"axes": ("1", "2", "3"), "rate": 100}, plain()), file="imu.txt"),
     case("nmea_like_sentences", "boards that print $IMU sentences with a checksum",
         rows([f"$IMU,{k},{n}*{k % 256:02X}" for k, n in zip(10 * K, NUMBERS, strict=True)]), plain(),
-        Ask("rate|number|column", {"columns": ("3", "4", "5"), "time": "2 [ms]"}, plain()), file="nmea.log"),
+        Ask("rate|number|column", {"axes": ("3", "4", "5"), "time": "2 [ms]"}, plain()), file="nmea.log"),
 )
