@@ -44,17 +44,3 @@ class Played:
 @pytest.fixture(scope="session")
 def played():
     return Played
-
-
-@pytest.fixture(scope="session")
-def restored():
-    """Give a function that returns the samples of a recorded take with NaN for the lost ones."""
-
-    def samples_of(recording):
-        [name] = set(recording.streams) - {"received"}
-        samples = np.array(recording.stream(name).samples)
-        if "received" in recording.streams:
-            samples[:, recording.stream("received").samples[0] == 0] = np.nan
-        return samples
-
-    return samples_of

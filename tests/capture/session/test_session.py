@@ -16,6 +16,7 @@ from tactogram.capture.session.console import LineConsole
 from tactogram.capture.session.journal import Journal
 from tactogram.capture.session.plan import SessionPlan
 from tactogram.capture.session.session import RecordingSession, session_folder
+from tactogram.capture.session.take import restored
 from tactogram.capture.source import SourceLost
 from tactogram.datasets import open_store
 from tactogram.datasets.store.appending import append_recording, recover_store
@@ -58,7 +59,7 @@ def test_a_session_records_its_plan_in_its_order(tmp_path, played):
     assert problems(open_store(tmp_path / "s")) == []
 
 
-def test_stored_samples_equal_the_received_ones(tmp_path, played, restored):
+def test_stored_samples_equal_the_received_ones(tmp_path, played):
     source = played(lost=[3, 22, 40])
     run(tmp_path / "s", source, plan=PLAN | {"limits": {"most_lost": 1, "longest_gap_s": 9}})
     played_back = np.concatenate(source.played, axis=1)

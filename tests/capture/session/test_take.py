@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactogram.capture.session.take import Take, joined, rate_of, recording_of
+from tactogram.capture.session.take import Take, joined, rate_of, recording_of, restored
 from tactogram.capture.source import Block
 from tactogram.capture.stream.gaps import bridged
 from tactogram.errors import DataError
@@ -22,7 +22,7 @@ def noise(n=100, seed=0):
 
 
 @given(st.lists(st.booleans(), min_size=2, max_size=60).filter(any), st.integers(0, 5))
-def test_lost_samples_are_restored_as_lost_and_received_ones_exactly(restored, came, seed):
+def test_lost_samples_are_restored_as_lost_and_received_ones_exactly(came, seed):
     samples = noise(len(came), seed)
     samples[:, ~np.array(came)] = np.nan
     recording = recording_of(take(samples), what={"material": "a"}, simulated=False)

@@ -122,6 +122,15 @@ def recording_of(
     return Recording(streams=streams, history=tuple(history), simulated=simulated, **what)
 
 
+def restored(recording: Recording, *, stream: str = "") -> NDArray[np.float32]:
+    """Return the samples of a `recording_of` a take with NaN for the lost ones, float32, shape (axis, time)."""
+    name = stream or next(name for name in recording.streams if name != RECEIVED)
+    samples = np.array(recording.stream(name).samples)
+    if RECEIVED in recording.streams:
+        samples[:, recording.stream(RECEIVED).samples[0] == 0] = np.nan
+    return samples
+
+
 def rate_text(take: Take) -> str:
     """Return a line about the rate."""
     if take.measured is None:
