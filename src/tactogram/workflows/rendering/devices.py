@@ -63,7 +63,9 @@ PATHS: tuple[DevicePath, ...] = (
         "dwf",
         "a stand-in for its library",
     ),
-    DevicePath("audio", "audio inputs", "in", "devices", "a stand-in for PortAudio's library"),
+    DevicePath(
+        "audio", "audio inputs", "in", "devices", "a stand-in for its library; miniaudio's null input"
+    ),
     DevicePath(
         "audio",
         "audio displays and actuators on a sound card",
