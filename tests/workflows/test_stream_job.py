@@ -148,7 +148,7 @@ def test_the_trained_model_streams_its_materials_at_any_speed_and_force():
         textures_of(["texture_flow"], [], TextureSettings(8000.0, 40))
 
 
-@pytest.mark.parametrize("backend", ["null", "osc"])
+@pytest.mark.parametrize("backend", ["null", "clock", "osc"])
 def test_backends_without_hardware(textures, backend):
     lines = []
     result = stream(

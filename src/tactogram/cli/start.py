@@ -21,9 +21,7 @@ class _DemoRequest(Request):
 class _DoctorRequest(Request):
     device: Annotated[
         str | None,
-        Option(
-            "list the devices of a kind: serial, lsl, ni, digilent or audio, which also plays silence", "NAME"
-        ),
+        Option("test one device: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse", "NAME"),
     ] = None
 
 

@@ -2,6 +2,7 @@
 
 import gc
 import math
+import os
 import sys
 import threading
 import types
@@ -21,13 +22,14 @@ from tactogram.rendering.streaming.backends import (
     FrameReader,
     run_audio,
     run_clocked,
+    run_miniaudio,
     run_unpaced,
     uninterrupted,
 )
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.latency import Durations
 from tactogram.rendering.streaming.output import DisplayOutput
-from tactogram.rendering.streaming.recorded_motion import MotionFile
+from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
 from tactogram.rendering.streaming.simulated_hand import HandSettings, SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
@@ -238,6 +240,18 @@ def test_a_stream_plays_on_the_cards_channels_that_its_display_names(engine, out
     assert np.abs(pulled).max() > 0
 
 
+def test_the_null_device_of_miniaudio_is_played_to(engine):
+    pytest.importorskip("miniaudio")
+    stream = Stream(engine(), record_s=0.3)
+    stream.warm_up()
+    found = run_miniaudio(stream, seconds=0.3, clock=Clock(), null=True)
+    assert found["device"] == "null"
+    assert found["frames_per_call"] > 0
+    facts = stream.facts()
+    assert facts["latency"]["compute"]["count"] > 0
+    assert stream.error is None
+
+
 def test_a_sound_card_is_played_to_through_portaudio(engine, monkeypatch):
     """A simulated library requests blocks from its own thread, and reports one underflow."""
 
@@ -284,6 +298,22 @@ def test_a_sound_card_is_played_to_through_portaudio(engine, monkeypatch):
     played = np.concatenate(opened[0].played)[:, 0]
     assert np.array_equal(played, stream.recorded[0])
     assert stream.facts()["latency"]["queued_ms"] == 7.0
+
+
+def test_without_portaudio_and_without_a_card_the_line_says_both(engine, monkeypatch):
+    def imported(name, **_):
+        if name == "sounddevice":
+            raise DeviceError("sounddevice is installed, but PortAudio was not found")
+        return real(name, extra="devices", what="a test")
+
+    def nothing(*_, **__):
+        raise DeviceError("failed to init device")
+
+    real = backends.imported
+    monkeypatch.setattr(backends, "imported", imported)
+    monkeypatch.setattr(backends, "run_miniaudio", nothing)
+    with pytest.raises(DeviceError, match=r"miniaudio found no output, and sounddevice .* PortAudio"):
+        run_audio(Stream(engine()), seconds=0.1, clock=Clock())
 
 
 def test_a_clocked_stream_measures_itself(engine):
@@ -385,6 +415,30 @@ def test_a_wrong_motion_file_is_refused_by_its_line(tmp_path, text, says):
     path.write_text(text)
     with pytest.raises(DataError, match=says):
         MotionFile(path)
+
+
+def test_a_mouse_packet_is_buttons_right_and_up():
+    assert mouse_step(bytes([0x09, 5, 7])) == (True, 5, 7)
+    assert mouse_step(bytes([0x38, 0xFB, 0xF9])) == (False, -5, -7)
+
+
+def test_a_mouse_moves_the_finger(tmp_path):
+    pipe = tmp_path / "mice"
+    os.mkfifo(pipe)
+    mouse = MouseMotion(path=pipe, counts_per_mm=10.0)
+    with open(pipe, "wb", buffering=0) as device:
+        device.write(bytes([0x09, 50, 0, 0x09]))
+        (first,) = mouse.poll(0.0)
+        device.write(bytes([50, 20]))
+        (second,) = mouse.poll(0.01)
+    mouse.close()
+    assert (first.x_mm, first.y_mm, first.force_n) == (5.0, 0.0, 0.5)
+    assert (second.x_mm, second.y_mm) == (10.0, 2.0)
+
+
+def test_a_mouse_that_is_not_there_is_one_line(tmp_path):
+    with pytest.raises(DeviceError, match="cannot be read"):
+        MouseMotion(path=tmp_path / "none")
 
 
 def test_a_stream_and_its_display_have_one_rate(engine, output):

@@ -1,7 +1,9 @@
 """Stream backends, which request blocks and pace them: a file, this computer's clock, or a sound card.
 
 `run_unpaced` renders as fast as it can, on a clock of samples: the same motion gives the same samples. `run_clocked`
-sleeps from block to block. `run_audio` plays on a sound card through PortAudio, which reports the latency of the card.
+sleeps from block to block. `run_miniaudio` plays on miniaudio's null device, which has a sound card's pace without a
+card, or on a real one. `run_audio` plays on a sound card through PortAudio (sounddevice) if available, else through
+miniaudio.
 """
 
 from __future__ import annotations
@@ -19,8 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DeviceError
-from tactogram.extras import device_errors, imported
+from tactogram.errors import DeviceError, MissingExtraError, ParameterError
+from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.streaming.stream import Stream
 
 Block = NDArray[np.float32]
@@ -173,6 +175,60 @@ class FrameReader:
         return out
 
 
+def run_miniaudio(
+    stream: Stream,
+    *,
+    seconds: float,
+    clock: Clock,
+    null: bool,
+    full_scale: float = 1.0,
+    status: StatusCallback | None = None,
+    realtime: bool = False,
+) -> dict[str, Any]:
+    """Play on miniaudio's null device or on the default sound card; return facts on the device.
+
+    ``full_scale`` is the drive at the device's 1.0.
+
+    Raises `MissingExtraError` or `DeviceError` if the library or a sound card is missing.
+    """
+    miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
+    engine = stream.engine
+    if engine.rate != int(engine.rate):
+        raise ParameterError(f"an audio device needs an integral rate in Hz, got {engine.rate:g}")
+    reader = FrameReader(stream, clock, full_scale=full_scale, realtime=realtime)
+
+    def frames() -> Iterator[bytes]:
+        count = yield b""
+        while True:
+            count = yield reader.read(count).tobytes()  # type: ignore[arg-type]
+
+    with device_errors("null" if null else "audio"):
+        with silenced():
+            device = miniaudio.PlaybackDevice(
+                output_format=miniaudio.SampleFormat.FLOAT32,
+                nchannels=reader.channels,
+                sample_rate=int(engine.rate),
+                buffersize_msec=max(1, round(1e3 * engine.most / engine.rate)),
+                backends=[miniaudio.Backend.NULL] if null else None,
+            )
+        try:
+            source = frames()
+            next(source)
+            with uninterrupted():
+                clock.start()
+                device.start(source)
+                _wait(stream, seconds, clock, status, reader)
+                device.stop()
+        finally:
+            device.close()
+    return {
+        "library": "miniaudio",
+        "device": "null" if null else str(device.backend),
+        "frames_per_call": reader.frames / reader.calls if reader.calls else 0.0,
+        "realtime_priority": reader.granted,
+    }
+
+
 def run_audio(
     stream: Stream,
     *,
@@ -183,13 +239,29 @@ def run_audio(
     status: StatusCallback | None = None,
     realtime: bool = False,
 ) -> dict[str, Any]:
-    """Play on a sound card through PortAudio; return facts on the device.
+    """Play on a sound card through PortAudio, or without it through miniaudio; return facts on the device.
 
     ``full_scale`` is the drive at the card's 1.0.
 
-    Raises `MissingExtraError` or `DeviceError` if the library, PortAudio or a device is missing.
+    Raises `MissingExtraError` or `DeviceError` if the libraries or a device are missing.
     """
-    sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
+    try:
+        sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
+    except (DeviceError, MissingExtraError) as missing:
+        if device is not None:
+            raise
+        try:
+            return run_miniaudio(
+                stream,
+                seconds=seconds,
+                clock=clock,
+                null=False,
+                full_scale=full_scale,
+                status=status,
+                realtime=realtime,
+            )
+        except DeviceError as error:
+            raise DeviceError(f"audio: miniaudio found no output, and {missing}") from error
     engine = stream.engine
     reader = FrameReader(stream, clock, full_scale=full_scale, realtime=realtime)
     underflows = 0

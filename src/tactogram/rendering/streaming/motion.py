@@ -51,7 +51,7 @@ class MotionSample:
 
 
 class MotionSource(Protocol):
-    """Source of motion: a file, a network port, a simulated hand."""
+    """Source of motion: a file, a network port, a mouse, a simulated hand."""
 
     name: str
     simulated: bool

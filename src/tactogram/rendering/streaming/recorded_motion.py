@@ -1,8 +1,9 @@
-"""Motion from a file."""
+"""Motion from a file and from a computer mouse."""
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
@@ -10,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, DeviceError, ParameterError, one_line
 from tactogram.rendering.streaming.motion import MotionSample
 from tactogram.text_files import csv_rows, read_text
 
@@ -19,19 +20,23 @@ COLUMNS = ("time_s", "x_mm", "y_mm", "speed_mm_s", "force_n")
 
 DENSE_S = 0.005
 """Longest time between two samples of a dense motion, s."""
+MICE = Path("/dev/input/mice")
+"""Linux's device for the movements of all mice, three bytes each (PS/2): buttons and signs, right, up."""
 
 
 class MotionFile:
     """Motion from a CSV with `COLUMNS` in any order, at the ascending times in ``time_s``; ``y_mm`` is 0 if omitted.
 
-    Raises `DataError` naming file and line if the file is invalid.
+    A ``loop`` restarts at the end, lifted for a moment, instead of falling silent. Raises `DataError` naming file and
+    line if the file is invalid.
     """
 
     simulated = False
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, *, loop: bool = False) -> None:
         self.samples = list(_rows(Path(path)))
         self.name = Path(path).name
+        self._loop = loop
         self._next = 0
         self._offset = -self.samples[0].time_s
 
@@ -54,6 +59,9 @@ class MotionFile:
                 break
             samples.append(replace(sample, time_s=at, arrival_s=at))
             self._next += 1
+            if self._next == len(self.samples) and self._loop and self.seconds > 0:
+                self._next = 0
+                self._offset += self.seconds + 1e-3
         return samples
 
     def close(self) -> None:
@@ -115,3 +123,58 @@ def _dense(samples: list[MotionSample], end_s: float) -> list[MotionSample]:
         MotionSample(at, at, **{name: values[k] for name, values in columns.items()})
         for k, at in enumerate(dense.tolist())
     ]
+
+
+class MouseMotion:
+    """A mouse on Linux as a finger, which touches with ``force_n`` while the left button is down.
+
+    It is read once per block, so a position may be late by up to one block plus the mouse's own interval (8 ms at 125
+    Hz). 31.5 counts per mm are 800 per inch. Raises `DeviceError` if there is no such device or it may not be read.
+    """
+
+    simulated = False
+
+    def __init__(self, *, counts_per_mm: float = 31.5, force_n: float = 0.5, path: Path = MICE) -> None:
+        if not (counts_per_mm > 0 and math.isfinite(counts_per_mm)):
+            raise ParameterError(f"counts_per_mm must be > 0 and finite, got {counts_per_mm}")
+        self.name = f"mouse:{path}"
+        self._per_mm, self._force = counts_per_mm, force_n
+        self._x = self._y = 0.0
+        self._down = False
+        self._rest = b""
+        try:
+            self._file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        except OSError as error:
+            raise DeviceError(
+                f"{self.name}: cannot be read ({one_line(error)}); a mouse needs Linux, and the group input or root"
+            ) from error
+
+    def poll(self, now_s: float) -> list[MotionSample]:
+        """Return the current position, even without movement, so that the connection does not count as lost."""
+        while True:
+            try:
+                read = os.read(self._file, 3 * 64)
+            except BlockingIOError:
+                break
+            except OSError:
+                return []
+            if not read:
+                break
+            data = self._rest + read
+            whole = len(data) - len(data) % 3
+            self._rest = data[whole:]
+            for place in range(0, whole, 3):
+                self._down, dx, dy = mouse_step(data[place : place + 3])
+                self._x += dx / self._per_mm
+                self._y += dy / self._per_mm
+        return [MotionSample(now_s, now_s, self._x, self._y, math.nan, self._force if self._down else 0.0)]
+
+    def close(self) -> None:
+        """Close the device."""
+        os.close(self._file)
+
+
+def mouse_step(packet: bytes) -> tuple[bool, int, int]:
+    """Return whether the left button is down, and the counts right and up, from a PS/2 packet of three bytes."""
+    head, right, up = packet
+    return bool(head & 1), right - (256 if head & 0x10 else 0), up - (256 if head & 0x20 else 0)

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import platform
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from typing import Any, Literal
 
@@ -15,19 +17,20 @@ import numpy as np
 
 from tactogram.capture.catalogue import SOURCES, find_devices
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
-from tactogram.extras import device_errors, imported, silenced
+from tactogram.extras import device_errors, imported, lsl, silenced
 
 State = Literal["works", "no hardware", "missing", "failed"]
 
 UNTOUCHED = "none so far"
+LOOPS = 20
 
 
 @dataclass(frozen=True)
 class DevicePath:
     """A way to or from a device.
 
-    ``name`` is the kind of capture source that lists it, empty if none does. ``extra`` installs its library;
-    ``simulated`` is the stand-in for the device in tests, ``hardware`` the real device it has been used with.
+    Several may share a ``name`` of the self-test. ``extra`` installs its library; ``simulated`` is the stand-in for the
+    device in tests, ``hardware`` the real device it has been used with.
     """
 
     name: str
@@ -54,10 +57,10 @@ PATHS: tuple[DevicePath, ...] = (
         "pseudo-terminals and logs",
     ),
     DevicePath("lsl", "Lab Streaming Layer", "in", "lsl", "outlet and inlet in one process"),
-    DevicePath("ni", "National Instruments (NI-DAQmx)", "in", "daq", "a stand-in for its library"),
-    DevicePath("digilent", "Digilent oscilloscopes (WaveForms)", "in", "dwf", "a stand-in for its library"),
+    DevicePath("daq", "National Instruments (NI-DAQmx)", "in", "daq", "a stand-in for its library"),
+    DevicePath("dwf", "Digilent oscilloscopes (WaveForms)", "in", "dwf", "a stand-in for its library"),
     DevicePath(
-        "digilent",
+        "dwf",
         "Digilent Analog Discovery as generator, envelope on its AM node",
         "out",
         "dwf",
@@ -74,13 +77,29 @@ PATHS: tuple[DevicePath, ...] = (
         "a stand-in for PortAudio's library; miniaudio on its null device",
     ),
     DevicePath(
+        "null",
+        "a null sound card, no actuator connected (miniaudio)",
+        "out",
+        "devices",
+        "it is itself a simulation",
+    ),
+    DevicePath(
         "",
         "game engines over OSC",
         "in and out",
         "devices",
         "a sender in Python over loopback; no game engine",
     ),
+    DevicePath("mouse", "a mouse as a finger (Linux)", "in", "", "its bytes through a named pipe"),
 )
+
+
+ALSO = {
+    "digilent": "dwf",
+    "ni": "daq",
+    "twelite": "serial",
+}
+"""Names of sources and backends that share a self-test."""
 
 
 def device_names() -> tuple[str, ...]:
@@ -91,7 +110,7 @@ def device_names() -> tuple[str, ...]:
 def try_device(name: str) -> dict[str, Any]:
     """Test a path as far as possible on this machine; a device never makes it raise an error.
 
-    ``name`` is one of `device_names`, or another kind of capture source whose devices can be listed.
+    ``name`` is one of `device_names` or `ALSO`, or a kind of capture source whose devices can be listed.
 
     Returns
     -------
@@ -104,12 +123,13 @@ def try_device(name: str) -> dict[str, Any]:
     ParameterError
         If there is no such path.
     """
-    if name not in SOURCES:
-        known = ", ".join(device_names())
+    name = ALSO.get(name, name)
+    if name not in _TESTS and name not in SOURCES:
+        known = ", ".join((*device_names(), *ALSO))
         raise ParameterError(f"device must be one of {known}, or a kind of capture source, got {name!r}")
     state: State
     try:
-        state, line, facts = _audio() if name == "audio" else _source(name)
+        state, line, facts = _TESTS[name]() if name in _TESTS else _source(name)
     except MissingExtraError as error:
         state, line, facts = "missing", str(error), {}
     except DeviceError as error:
@@ -134,6 +154,53 @@ def try_device(name: str) -> dict[str, Any]:
 ProbeResult = tuple[State, str, dict[str, Any]]
 
 
+def _serial() -> ProbeResult:
+    ports = imported("serial.tools.list_ports", extra="devices", what="boards on a serial port")
+    serial = imported("serial", extra="devices", what="boards on a serial port")
+    with device_errors("serial:loop"):
+        looped = serial.serial_for_url("loop://", timeout=1)
+        looped.write(b":80000000\r\n")
+        back = looped.read(11)
+        looped.close()
+    found = [{"port": p.device, "is": p.description} for p in ports.comports()]
+    facts = {"loop": back == b":80000000\r\n", "ports": found}
+    if not facts["loop"]:
+        return "failed", "bytes written to the library's own loop did not come back", facts
+    if not found:
+        return (
+            "no hardware",
+            "the library works; no serial port found: plug the receiver or board in",
+            facts,
+        )
+    names = ", ".join(port["port"] for port in found)
+    return "works", f"the library works; ports: {names}; read one with tactogram capture", facts
+
+
+def _lsl() -> ProbeResult:
+    pylsl = lsl()
+    with device_errors("lsl", library="pylsl"):
+        name = f"tactogram self-test {time.monotonic_ns()}"
+        outlet = pylsl.StreamOutlet(pylsl.StreamInfo(name, "test", 1, 1000, "float32", name))
+        streams = pylsl.resolve_byprop("name", name, timeout=3.0)
+        if not streams:
+            return "failed", "the program's own stream was not found: is multicast blocked?", {}
+        inlet = pylsl.StreamInlet(streams[0])
+        inlet.open_stream(timeout=3.0)
+        sent = [float(n) for n in range(LOOPS)]
+        for value in sent:
+            outlet.push_sample([value])
+        got: list[float] = []
+        end = time.monotonic() + 2
+        while len(got) < LOOPS and time.monotonic() < end:
+            chunk, _ = inlet.pull_chunk(timeout=0.1)
+            got += [row[0] for row in chunk]
+        inlet.close_stream()
+    facts = {"sent": LOOPS, "came_back": len(got), "library": pylsl.library_version()}
+    if got != sent:
+        return "failed", f"{len(got)} of {LOOPS} samples came back over this machine's own network", facts
+    return "works", f"{LOOPS} samples came back over this machine's own network; no device was tested", facts
+
+
 def _source(kind: str) -> ProbeResult:
     """List the devices of a kind of capture source; none is opened."""
     found = find_devices(kind)
@@ -144,7 +211,10 @@ def _source(kind: str) -> ProbeResult:
 
 def _audio() -> ProbeResult:
     """Play half a second of silence on the default output, and measure its latency."""
-    sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
+    try:
+        sounddevice = imported("sounddevice", extra="devices", what="the audio backend")
+    except (DeviceError, MissingExtraError) as error:
+        return _miniaudio(null=False, because=str(error))
     with device_errors("audio"), silenced():
         outputs = [d for d in sounddevice.query_devices() if d["max_output_channels"] > 0]
         facts: dict[str, Any] = {"outputs": [d["name"] for d in outputs]}
@@ -166,3 +236,82 @@ def _audio() -> ProbeResult:
         if calls
         else ("failed", "the output opened and never requested samples", facts)
     )
+
+
+def _null() -> ProbeResult:
+    return _miniaudio(null=True)
+
+
+def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
+    """Play silence through miniaudio, on its null device or a real one."""
+    miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
+    calls: list[int] = []
+
+    def frames() -> Any:
+        count = yield b""
+        while True:
+            calls.append(count)
+            count = yield bytes(4 * count)
+
+    try:
+        with silenced():
+            device = miniaudio.PlaybackDevice(
+                output_format=miniaudio.SampleFormat.FLOAT32,
+                nchannels=1,
+                sample_rate=8000,
+                buffersize_msec=5,
+                backends=[miniaudio.Backend.NULL] if null else None,
+            )
+    except miniaudio.MiniaudioError:
+        return (
+            "no hardware",
+            f"no audio output was found by miniaudio, and {because or 'nothing else was tried'}",
+            {},
+        )
+    backend = str(device.backend)
+    if not null and "null" in backend.lower():
+        device.close()
+        return "no hardware", f"no audio output was found: miniaudio has only its null device ({because})", {}
+    source = frames()
+    next(source)
+    begun = time.perf_counter()
+    device.start(source)
+    time.sleep(0.5)
+    device.stop()
+    seconds = time.perf_counter() - begun
+    device.close()
+    facts = {"calls": len(calls), "frames_per_call": float(np.mean(calls)) if calls else 0.0}
+    facts["pace"] = sum(calls) / 8000 / seconds
+    if not calls:
+        return "failed", "the device opened and never requested samples", facts
+    line = f"{backend}: requested {len(calls)} times {facts['frames_per_call']:.0f} frames in {seconds:.2f} s"
+    return "works", f"{line}; silence was played" + (", no actuator connected" if null else ""), facts
+
+
+def _mouse() -> ProbeResult:
+    from tactogram.rendering.streaming.recorded_motion import MICE, MouseMotion
+
+    if not MICE.exists():
+        return "no hardware", f"no mouse: {MICE} is missing (a mouse as a finger needs Linux)", {}
+    mouse = MouseMotion()
+    begin = mouse.poll(0.0)[-1]
+    time.sleep(0.5)
+    end = mouse.poll(0.5)[-1]
+    mouse.close()
+    moved = float(np.hypot(end.x_mm - begin.x_mm, end.y_mm - begin.y_mm))
+    return (
+        "works",
+        f"{MICE} opened; moved by {moved:.1f} mm in half a second at 800 counts per inch",
+        {"moved_mm": moved},
+    )
+
+
+_TESTS: dict[str, Callable[[], ProbeResult]] = {
+    "serial": _serial,
+    "lsl": _lsl,
+    "daq": partial(_source, "ni"),
+    "dwf": partial(_source, "digilent"),
+    "audio": _audio,
+    "null": _null,
+    "mouse": _mouse,
+}

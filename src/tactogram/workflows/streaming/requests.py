@@ -22,10 +22,12 @@ class StreamRequest(SignalOptions):
         Argument("generators and signals, streamed at the same time", "RUN|FILE"),
     ]
     _: KW_ONLY
-    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|FILE")] = "simulated"
-    backend: Annotated[Literal["null", "file", "audio", "osc", "digilent"], Option("where the blocks go")] = (
-        "null"
+    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|mouse|FILE")] = (
+        "simulated"
     )
+    backend: Annotated[
+        Literal["null", "file", "clock", "audio", "osc", "digilent"], Option("where the blocks go")
+    ] = "null"
     display: Annotated[str | None, Option("one of `displays`, or a TOML file", "NAME|FILE")] = None
     level: Annotated[
         str | None, Option("as of `render`; found under a simulated hand before the stream begins", "LEVEL")
@@ -109,5 +111,7 @@ class StreamRequest(SignalOptions):
             )
         if self.track is not None and self.backend != "digilent":
             raise ParameterError(f"the carrier of a Digilent is tracked, got the backend {self.backend}")
-        if self.backend == "file" and self.motion == "osc":
-            raise ParameterError("backend file is not in real time, so motion cannot come from osc: use null")
+        if self.backend == "file" and self.motion in ("osc", "mouse"):
+            raise ParameterError(
+                f"backend file is not in real time, so motion cannot come from {self.motion}: use clock"
+            )

@@ -17,11 +17,12 @@ from tactogram.rendering.streaming.backends import (
     clocked_blocks,
     run_audio,
     run_clocked,
+    run_miniaudio,
     run_unpaced,
 )
 from tactogram.rendering.streaming.motion import MotionSource
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
-from tactogram.rendering.streaming.recorded_motion import MotionFile
+from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.transducer.digilent import PREFILL_S, AnalogDiscovery, generator
@@ -30,7 +31,7 @@ from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTra
 from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.streaming.requests import StreamRequest
 
-BackendKind = Literal["null", "file", "audio", "osc", "digilent"]
+BackendKind = Literal["null", "file", "clock", "audio", "osc", "digilent"]
 StatusCallback = Callable[[float], None]
 DEVICES = "null, audio, audio:NAME, digilent, digilent:SERIAL or osc:HOST:PORT"
 
@@ -71,7 +72,7 @@ class Backend:
         kind, _, name = device.partition(":")
         match kind:
             case "null":
-                return cls("null")
+                return cls("clock")
             case "audio":
                 return cls("audio", device=name, full_scale=full_scale_of(display, kind, full_scale))
             case "osc" if name:
@@ -85,7 +86,7 @@ class Backend:
     @property
     def simulated(self) -> bool:
         """Whether no device receives the blocks."""
-        return self.kind in ("null", "file") or (self.kind, self.device) == ("digilent", SIMULATED)
+        return self.kind in ("null", "file", "clock") or (self.kind, self.device) == ("digilent", SIMULATED)
 
 
 def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
@@ -93,6 +94,8 @@ def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
     match request.motion:
         case "simulated":
             return SimulatedHand(request.seconds + 1, seed=request.seed)
+        case "mouse":
+            return MouseMotion()
         case "osc":
             host, port = parse_address(request.listen or "127.0.0.1")
             return NetworkMotion(host=host, port=port, clock=clock.now)
@@ -114,6 +117,12 @@ def run(
         case "file":
             run_unpaced(running, seconds=seconds, status=status)
             return {"device": {"library": "none", "paced": False}}
+        case "null":
+            return {
+                "device": run_miniaudio(
+                    running, seconds=seconds, clock=clock, null=True, status=status, realtime=realtime
+                )
+            }
         case "audio":
             return {
                 "device": run_audio(
