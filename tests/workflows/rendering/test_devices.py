@@ -16,7 +16,8 @@ DOCUMENT = Path(__file__).parents[3] / "docs" / "devices.md"
 def test_the_document_holds_the_list():
     _, table, _ = re.split(r"<!-- /?devices -->\n", DOCUMENT.read_text(encoding="utf-8"))
     rows = [
-        f"| {p.title} | {p.direction} | {p.extra or 'none'} | {p.simulated} | {p.hardware} | `{p.name}` |"
+        f"| {p.title} | {p.direction} | {p.extra or 'none'} | {p.simulated} | {p.hardware} | "
+        + (f"`{p.name}` |" if p.name else "none |")
         for p in PATHS
     ]
     assert table.splitlines()[2:] == rows
