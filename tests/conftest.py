@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tactogram.capture.stream.raw_log import RawLog
+from tactogram.capture.twelite.simulator import transmissions
+
 # The same examples in every run: a failure is seen by whoever runs the tests next, and never by chance alone.
 # Search further with HYPOTHESIS_PROFILE=search.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -81,3 +84,18 @@ def real_data(name: str) -> Path:
 def real_data_fixture():
     """Give `real_data` to tests."""
     return real_data
+
+
+@pytest.fixture(scope="session")
+def write_log():
+    """Give a function that writes the output of a simulated receiver to a new raw log, as if read live."""
+
+    def write(path, receiver, *, start_s=0.0):
+        sent = list(transmissions(receiver))
+        with RawLog(path, kind="twelite", address="simulated:twelite", simulated=True) as log:
+            for one in sent:
+                if one.data:
+                    log.write(one.data, round(start_s + one.time_s, 6))
+        return len(sent)
+
+    return write

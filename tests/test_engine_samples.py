@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
-from tactogram.rendering.streaming.packets import motion_packet, parse
+from tactogram.rendering.streaming.packets import parse
 
 ROOT = Path(__file__).parents[1]
 ENGINES = ROOT / "examples" / "engines"
@@ -64,7 +64,8 @@ def test_a_sample_parses(path):
 def test_the_messages_are_those_that_a_stream_understands(path):
     found = messages(path)
     motion = osc("/tactogram/1/motion", found["/tactogram/1/motion"], 7, 1.5, 2.0, 3.0, 40.0, 0.5)
-    assert motion == motion_packet(7, 1.5, x_mm=2.0, y_mm=3.0, speed_mm_s=40.0, force_n=0.5, form="osc")
+    head = b"/tactogram/1/motion\0,idffff\0"
+    assert motion == head + struct.pack(">idffff", 7, 1.5, 2.0, 3.0, 40.0, 0.5)
     values = {
         "motion": (8, 1.5, 2.0, 3.0, float("nan"), 0.5),
         "mix": (9, 1.5, "cork", 0.5),

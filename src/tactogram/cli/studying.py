@@ -49,8 +49,8 @@ class _RunRequest(ServerOptions):
     device: Annotated[
         str,
         Option(
-            "device for played_by = 'server' or 'stream': audio, audio:NAME or null; for 'stream' also digilent, "
-            "udp:HOST:PORT or osc:HOST:PORT"
+            "device for played_by = 'server' or 'stream': audio, audio:NAME or null; for 'stream' also digilent "
+            "or osc:HOST:PORT"
         ),
     ] = "audio"
     full_scale: Annotated[

@@ -48,7 +48,7 @@ def run_study(
     open_browser : bool
     device : str
         Device for a study with ``played_by = "server"``: ``audio``, ``audio:NAME``, or ``null`` (discards the signal);
-        with ``"stream"`` also ``digilent[:SERIAL]``, ``osc:HOST:PORT`` or ``udp:HOST:PORT``.
+        with ``"stream"`` also ``digilent[:SERIAL]`` or ``osc:HOST:PORT``.
     full_scale : float, optional
         Drive that a device value of 1.0 stands for, in the drive unit of the display.
     track : mapping, optional

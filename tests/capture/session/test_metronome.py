@@ -1,11 +1,9 @@
 """The metronome beats once per stroke, and does not drift."""
 
-import threading
-
 import numpy as np
 import pytest
 
-from tactogram.capture.session.metronome import BellMetronome, LoudspeakerMetronome, click_track, interval_s
+from tactogram.capture.session.metronome import LoudspeakerMetronome, click_track, interval_s
 from tactogram.errors import ParameterError
 
 
@@ -50,25 +48,6 @@ def test_invalid_beats_are_refused():
         click_track(0.0, 1.0)
     with pytest.raises(ParameterError, match="stroke"):
         interval_s(80.0, 0.0)
-
-
-def test_the_bell_rings_on_every_beat_until_stopped():
-    rung, enough = [], threading.Event()
-
-    def ring():
-        rung.append(1)
-        if len(rung) == 3:
-            enough.set()
-
-    bell = BellMetronome(ring)
-    bell.start(0.01, 100.0, back_and_forth=True)
-    assert enough.wait(60)
-    bell.stop()
-    count = len(rung)
-    bell.start(0.001, 0.0025, back_and_forth=True)
-    bell._thread.join(5)
-    assert len(rung) == count + 3
-    bell.stop()
 
 
 def test_a_loudspeaker_gets_the_whole_track():

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tactogram.capture.session.take import Take, bridged, joined, rate_of, recording_of, restored
+from tactogram.capture.session.take import Take, joined, rate_of, recording_of, restored
 from tactogram.capture.source import Block
+from tactogram.capture.stream.gaps import bridged
 from tactogram.errors import DataError
 
 AXES = ("x", "y", "z")

@@ -158,14 +158,6 @@ def test_the_scale_of_the_data_sheet_can_be_chosen():
     assert np.concatenate([b.samples for b in scaled], axis=1) == pytest.approx(plain * 0.9765625)
 
 
-def test_summaries_have_axes_of_their_own():
-    with open_source("simulated:twelite?mode=summary&seconds=0.4&paced=false") as source:
-        block = source.read(1.0)
-
-    assert block.samples.shape[0] == 9
-    assert source.axes[:3] == ("x_min", "x_mean", "x_max")
-
-
 @pytest.mark.parametrize(("text", "number"), [("1013C85", "81013C85"), ("81013c85", "81013C85")])
 def test_serial_numbers_are_accepted_as_printed_and_as_sent(text, number):
     assert serial_number(text) == number

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tactogram.capture import filled, gap_free
 from tactogram.capture.stream.gaps import gaps
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError
 
 
 def with_gaps(*holes, n=100):
@@ -26,46 +26,32 @@ def test_segments_contain_the_measured_samples_and_their_positions():
     assert pieces[1].signal.rate == 100.0
 
 
-def test_short_segments_can_be_left_out():
-    pieces = gap_free(with_gaps((20, 30), (33, 40)), 100.0, "1", ("x", "y", "z"), least_s=0.1)
-
-    assert [p.first_index for p in pieces] == [0, 40]
-
-
 def test_filling_by_lines_is_reported_and_leaves_the_measured_samples():
     x = with_gaps((20, 22), (50, 53))
-    signal, report = filled(x, 100.0, "m/s^2", how="linear")
+    signal, report = filled(x, 100.0, "m/s^2")
 
     came = np.isfinite(x)
     assert (signal.samples[came] == x[came]).all()
     # The test's samples lie on a line, which a line then gives back.
     assert signal.samples == pytest.approx(with_gaps(), abs=1e-3)
-    assert (report.samples, report.gaps, report.longest, report.share) == (5, 2, 3, 0.05)
-
-
-def test_filling_by_holding_repeats_the_sample_before():
-    signal, _ = filled(with_gaps((20, 23)), 100.0, "m/s^2", how="hold")
-
-    assert (signal.samples[0, 19:24] == [19, 19, 19, 19, 23]).all()
+    assert report == {"samples": 5, "gaps": 2, "longest": 3, "share": 0.05}
 
 
 def test_gaps_at_the_ends_are_cut_off_and_not_filled():
-    signal, report = filled(with_gaps((0, 5), (90, 100)), 100.0, "m/s^2", how="linear")
+    signal, report = filled(with_gaps((0, 5), (90, 100)), 100.0, "m/s^2")
 
     assert len(signal) == 85
-    assert report.samples == 0
+    assert report["samples"] == 0
 
 
 def test_a_gap_longer_than_allowed_is_refused():
     with pytest.raises(DataError, match=r"a gap of 0.2 s is longer than the limit for filling \(0.1 s\)"):
-        filled(with_gaps((20, 40)), 100.0, "m/s^2", how="linear")
+        filled(with_gaps((20, 40)), 100.0, "m/s^2")
 
 
-def test_missing_samples_and_unknown_fillings_are_refused():
-    with pytest.raises(DataError, match="all samples are missing"):
-        filled(with_gaps((0, 100)), 100.0, "m/s^2", how="linear")
-    with pytest.raises(ParameterError, match="'linear' or 'hold', got 'spline'"):
-        filled(with_gaps(), 100.0, "m/s^2", how="spline")
+def test_nothing_but_gaps_is_refused():
+    with pytest.raises(DataError, match="all 100 samples were lost"):
+        filled(with_gaps((0, 100)), 100.0, "m/s^2")
 
 
 @given(st.lists(st.booleans(), min_size=1, max_size=80))

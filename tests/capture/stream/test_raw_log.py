@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tactogram.capture import SourceEnded, open_source, read_log
 from tactogram.capture.stream.raw_log import RawLog, escaped, log_pieces, unescaped
-from tactogram.capture.twelite.simulator import SimulatedReceiver, transmissions, write_log
+from tactogram.capture.twelite.simulator import SimulatedReceiver, transmissions
 from tactogram.errors import DataError
 
 RECEIVER = SimulatedReceiver(seconds=3, loss=0.05, seed=4)
@@ -59,7 +59,7 @@ def test_a_log_read_offline_gives_the_samples_seen_live(tmp_path, form):
     assert np.isnan(live).any()
 
 
-def test_written_log_has_the_losses_that_were_simulated(tmp_path):
+def test_written_log_has_the_losses_that_were_simulated(tmp_path, write_log):
     path = tmp_path / "a.log"
     sent = write_log(path, RECEIVER, start_s=100.0)
     lost = [s.sequence for s in transmissions(RECEIVER) if not s.data]
@@ -133,7 +133,7 @@ def test_two_sensors_on_one_receiver_are_separated(tmp_path):
     assert found["81000002"].facts["lost"] > 0
 
 
-def test_a_kill_in_the_middle_of_a_line_costs_that_line_only(tmp_path):
+def test_a_kill_in_the_middle_of_a_line_costs_that_line_only(tmp_path, write_log):
     path = tmp_path / "a.log"
     write_log(path, SimulatedReceiver(seconds=1))
     whole = read_log(path)[0].samples
@@ -144,7 +144,7 @@ def test_a_kill_in_the_middle_of_a_line_costs_that_line_only(tmp_path):
     assert (cut == whole[:, :-10]).all()
 
 
-def test_a_damaged_line_in_our_own_log_is_named(tmp_path):
+def test_a_damaged_line_in_our_own_log_is_named(tmp_path, write_log):
     path = tmp_path / "a.log"
     write_log(path, SimulatedReceiver(seconds=0.5))
     path.write_bytes(path.read_bytes().replace(b"\t", b" ", 1))

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 from tactogram.capture.twelite.messages import (
     MILLI_G,
-    SUMMARY_AXES,
     battery_code,
     battery_mv,
     checksum,
@@ -23,7 +22,7 @@ from tactogram.capture.twelite.simulator import SimulatedReceiver, transmissions
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "twelite_lines.txt"
 FORMS = ("hex", "binary", "standard", "semicolon", "comma")
-MODES = ("fifo", "single", "low_energy", "summary")
+MODES = ("fifo", "single", "low_energy")
 
 
 def published():
@@ -131,14 +130,6 @@ def test_every_form_and_mode_gives_the_measured_samples(form, mode):
         assert (packet.sender, packet.battery_mv, packet.adc1_mv, packet.lqi) == ("81013C85", 3330, 1399, 99)
     assert not parser.rejected
     assert parser.bytes_rejected == 0
-
-
-def test_a_summary_gives_minimum_mean_and_maximum_per_axis():
-    [first, *_] = simulated("hex", "summary", seconds=1)
-    least, mean, largest = (first.samples[SUMMARY_AXES.index(f"z_{what}")] for what in ("min", "mean", "max"))
-
-    assert least <= mean <= largest
-    assert float(mean[0]) == pytest.approx(9.8, abs=0.3)
 
 
 def test_any_number_of_samples_in_a_hex_frame_is_read():

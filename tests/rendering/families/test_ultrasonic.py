@@ -9,10 +9,8 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.modulation import (
-    KNEE,
     attained,
     pre_emphasis,
-    soft_limited,
 )
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.level import Level
@@ -49,7 +47,7 @@ def test_the_generator_gets_the_limit_over_the_gain(counts, peak):
     depth=st.floats(0.05, 1),
     q=st.floats(10, 800),
     pre=st.booleans(),
-    mapping=st.sampled_from(["vibration", "friction", "suppressed-carrier"]),
+    mapping=st.sampled_from(["vibration", "friction"]),
     output=st.sampled_from(["waveform", "envelope"]),
     limit=st.floats(0.01, 300),
     gain=st.floats(0.5, 50),
@@ -69,7 +67,7 @@ def test_no_drive_exceeds_its_limit(seed, depth, q, pre, mapping, output, limit,
     drive, facts = modulated(texture(seed, seconds=0.1, unit="1"), s, rate=rate)
     assert np.abs(drive.samples.astype(float)).max() <= s.peak_v
     assert 2 * facts["highest_v"] * gain <= limit * (1 + 1e-9)
-    if output == "envelope" and mapping != "suppressed-carrier":
+    if output == "envelope":
         assert drive.samples.min() >= 0
 
 
@@ -123,32 +121,8 @@ def test_a_cap_bounds_what_is_raised_and_the_bandwidth_says_so():
 
 def test_more_than_full_scale_is_refused_with_how_much():
     x = tone(100, level=1.4)
-    with pytest.raises(
-        ParameterError, match=r"reaches 1\.4 of full modulation, .* set over_modulation to limit"
-    ):
+    with pytest.raises(ParameterError, match=r"reaches 1\.4 of full modulation, .* lower the level"):
         modulated(x, Settings(output="envelope"), rate=16_000, full_scale=1.0)
-
-
-def test_a_soft_limit_is_reported_and_stays_positive():
-    spike = np.zeros(4000)
-    spike[::1000] = 3.0
-    x = Signal(spike + tone(50, level=0.5).samples[0], 8000, "1")
-    s = Settings(output="envelope", over_modulation="limit")
-    drive, facts = modulated(x, s, rate=16_000, full_scale=1.0)
-    assert 0 < facts["over_modulated_share"] < facts["limited_share"] < 0.05
-    assert drive.samples.min() >= 0
-    loud = tone(100, level=2.0)
-    with pytest.raises(ParameterError, match=r"more|may be limited"):
-        modulated(loud, s, rate=16_000, full_scale=1.0)
-
-
-@given(st.floats(-50, 50))
-def test_the_soft_limiter_is_even_and_below_one(x):
-    y = float(soft_limited(np.array([x]))[0])
-    assert abs(y) <= 1
-    assert y == -float(soft_limited(np.array([-x]))[0])
-    if abs(x) <= KNEE:
-        assert y == x
 
 
 def test_friction_is_least_where_the_amplitude_is_largest():
@@ -157,13 +131,6 @@ def test_friction_is_least_where_the_amplitude_is_largest():
     middle = drive.samples[0][[2000, 6000, 10_000, 14_000]]
     np.testing.assert_allclose(middle / facts["peak_v"], [1, 0.5, 0, 1], atol=0.08)
     assert facts["friction_range"] == pytest.approx([0.2, 0.8])
-
-
-def test_a_suppressed_carrier_is_felt_at_twice_the_frequency():
-    s = Settings(mapping="suppressed-carrier", output="waveform")
-    drive, _ = modulated(tone(100, seconds=0.2), s, rate=500_000, fade_s=0)
-    heard = demodulated(drive, carrier_hz=28_200, band_hz=2000).samples[0][10_000:90_000]
-    assert amplitude(heard, 200, 500_000) > 20 * amplitude(heard, 100, 500_000)
 
 
 def test_a_waveform_through_the_simulated_transducer_has_its_envelope():

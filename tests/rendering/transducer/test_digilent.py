@@ -322,8 +322,6 @@ def test_settings_say_what_the_generator_gives():
     assert generator(behind).peak_v == pytest.approx(2.8)
     with pytest.raises(ParameterError, match=r"supplies at most 5 V, but the settings allow 140 V"):
         generator(behind.model_copy(update={"amplifier_gain": 1.0}))
-    with pytest.raises(ParameterError, match="cannot invert a carrier"):
-        generator(Settings(mapping="suppressed-carrier"))
 
 
 def test_only_envelopes_are_sent():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactogram.capture import read_log
-from tactogram.capture.twelite.simulator import SimulatedReceiver, write_log
+from tactogram.capture.twelite.simulator import SimulatedReceiver
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
@@ -15,7 +15,7 @@ from tactogram.workflows.capture.logs import capture_log
 
 
 @pytest.fixture(name="log")
-def log_fixture(tmp_path):
+def log_fixture(tmp_path, write_log):
     path = tmp_path / "take.log"
     write_log(path, SimulatedReceiver(seconds=12, loss=0.02, seed=3))
     return path
@@ -48,12 +48,12 @@ def test_pieces_between_gaps_go_to_numbered_files_exactly(log, tmp_path):
 
 
 def test_filling_makes_one_file_and_says_how_much_was_filled(log, tmp_path):
-    result = capture_log(log, out=tmp_path / "out.flac", fill="linear", rate=330, most_s=0.2)
+    result = capture_log(log, out=tmp_path / "out.flac", fill=True, rate=330, most_s=0.2)
     [sensor] = result["sensors"]
     file = read_file(tmp_path / "out.flac")
 
     assert sensor["filled"]["samples"] == sensor["facts"]["lost"]
-    assert file.metadata["filled"]["how"] == "linear"
+    assert file.metadata["filled"]["samples"] == sensor["facts"]["lost"]
     assert len(file.signal) == sensor["samples"]
 
 
@@ -87,7 +87,7 @@ def test_log_without_times_needs_a_rate(log, tmp_path):
 
 def test_a_gap_longer_than_may_be_filled_writes_nothing(log, tmp_path):
     with pytest.raises(DataError, match="longer than the limit for filling"):
-        capture_log(log, out=tmp_path / "out.csv", fill="linear", most_s=0.01)
+        capture_log(log, out=tmp_path / "out.csv", fill=True, most_s=0.01)
     assert not (tmp_path / "out.csv").exists()
 
 

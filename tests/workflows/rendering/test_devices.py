@@ -16,7 +16,8 @@ DOCUMENT = Path(__file__).parents[3] / "docs" / "devices.md"
 def test_the_document_holds_the_list():
     _, table, _ = re.split(r"<!-- /?devices -->\n", DOCUMENT.read_text(encoding="utf-8"))
     rows = [
-        f"| {p.title} | {p.direction} | {p.extra or 'none'} | {p.simulated} | {p.hardware} | `{p.name}` |"
+        f"| {p.title} | {p.direction} | {p.extra or 'none'} | {p.simulated} | {p.hardware} | "
+        + (f"`{p.name}` |" if p.name else "none |")
         for p in PATHS
     ]
     assert table.splitlines()[2:] == rows
@@ -37,7 +38,7 @@ def test_a_self_test_says_one_line_whatever_is_plugged_in(name, capfd):
     assert capfd.readouterr().err == ""
 
 
-@pytest.mark.parametrize("name", ["null", "osc"])
+@pytest.mark.parametrize("name", ["null"])
 def test_what_needs_no_hardware_works(name):
     assert try_device(name)["state"] == "works"
 
@@ -67,8 +68,8 @@ def test_an_unknown_device_is_refused():
 
 
 def test_doctor_tries_a_device(capsys):
-    assert main(["doctor", "--device", "osc"]) == 0
+    assert main(["doctor", "--device", "null"]) == 0
     text = capsys.readouterr().out
-    assert text.startswith("osc: works:")
+    assert text.startswith("null: works:")
     assert "real hardware: none so far" in text
     assert main(["doctor", "--device", "toaster"]) == 1

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.capture.session.feed import Feed
-from tactogram.capture.session.take import bridged
 from tactogram.capture.session.take_checks import level
 from tactogram.capture.source import Block, SourceEnded
+from tactogram.capture.stream.gaps import bridged
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 

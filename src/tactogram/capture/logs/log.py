@@ -15,6 +15,7 @@ from tactogram.capture.stream.csv_columns import CsvFormat
 from tactogram.capture.stream.csv_source import CsvSource
 from tactogram.capture.stream.rate_estimate import RateEstimate
 from tactogram.capture.stream.raw_log import log_facts, log_pieces
+from tactogram.capture.twelite.messages import AXES
 from tactogram.capture.twelite.parser import TweliteParser
 from tactogram.capture.twelite.sequence import TimelineSegment
 from tactogram.capture.twelite.source import SensorTimelines, parser_facts
@@ -84,7 +85,7 @@ def read_log(
         SensorLog(
             name=name,
             samples=np.concatenate([segment.samples for segment in segments], axis=1),
-            axes=senders.timelines[name].axes,
+            axes=AXES,
             unit="m/s^2",
             rate=senders.timelines[name].estimate(),
             start_s=segments[0].arrival_s,

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import logging
-import mmap
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,10 +15,6 @@ from tactogram.capture.stream.channels import described_axes, described_unit, sp
 from tactogram.capture.stream.rate_estimate import estimate_rate
 from tactogram.errors import DataError, TactogramError, one_line
 from tactogram.extras import imported
-
-HEADER, SAMPLES = b"\x02\x00", b"\x03\x00"
-"""Tags of chunks."""
-BOUNDARY = bytes.fromhex("43a546dccbf5410fb30ed5467383cbe4")
 
 
 def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
@@ -45,7 +39,6 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     pyxdf = imported("pyxdf", extra="lsl", what="XDF files")
     path = Path(path)
     try:
-        _check_chunks(path)
         with path.open("rb") as file, _captured_warnings() as warnings:
             streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False)
         logs = [log for stream in streams if (log := _sensor_log(stream, unit, warnings)) is not None]
@@ -58,43 +51,6 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     if not logs:
         raise DataError(f"{path}: contains no stream of numbers")
     return logs
-
-
-def _check_chunks(path: Path) -> None:
-    """Refuse chunks that declare more samples than their bytes can hold: pyxdf would allocate memory for them."""
-    sizes: dict[bytes, int] = {}
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        at = 4
-        while at + 9 < len(data):
-            length, start = _whole_number(data, at)
-            if length is None:
-                # Continue after the next boundary, as pyxdf does.
-                boundary = data.find(BOUNDARY, start)
-                at = boundary + len(BOUNDARY) if boundary >= 0 else len(data)
-                continue
-            tag, stream, at = data[start : start + 2], data[start + 2 : start + 6], start + max(length, 2)
-            if tag == HEADER:
-                sizes[stream] = _sample_bytes(data[start + 6 : at])
-            elif tag == SAMPLES and start + 6 < len(data):
-                count, first = _whole_number(data, start + 6)
-                if (count or 0) * sizes.get(stream, 1) > len(data) - first:
-                    raise DataError(
-                        f"{path}: damaged at byte {start}: {len(data) - first} bytes cannot hold {count} samples; "
-                        "cut the file there"
-                    )
-
-
-def _whole_number(data: mmap.mmap, at: int) -> tuple[int | None, int]:
-    """Return a number of 1, 4 or 8 bytes after its length (None for another length), and its end."""
-    end = at + 1 + data[at]
-    return (int.from_bytes(data[at + 1 : end], "little") if data[at] in (1, 4, 8) else None), end
-
-
-def _sample_bytes(header: bytes) -> int:
-    """Return the minimum size of a stream's sample."""
-    channels = re.search(rb"<channel_count>\s*(\d+)\s*<", header)
-    kind = re.search(rb"<channel_format>[a-z]*(\d*)<", header)
-    return 1 + int(channels[1] if channels else 0) * (int((kind and kind[1]) or 16) // 8)
 
 
 @contextmanager

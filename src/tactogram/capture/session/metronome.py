@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-import threading
 from collections.abc import Callable
-from time import monotonic
 from typing import Protocol
 
 import numpy as np
@@ -83,41 +80,3 @@ class LoudspeakerMetronome:
     def stop(self) -> None:
         """Stop the sound."""
         self._hush()
-
-
-class BellMetronome:
-    """Beats of the terminal's bell, for systems without sound: as exact as a sleeping thread, some milliseconds."""
-
-    def __init__(self, ring: Callable[[], None] | None = None) -> None:
-        self._ring = ring or _bell
-        self._stopped = threading.Event()
-        self._thread: threading.Thread | None = None
-
-    def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
-        """Ring in a thread of its own."""
-        self.stop()
-        self._stopped = stopped = threading.Event()
-        begun = monotonic()
-
-        def beat() -> None:
-            number = 0
-            while number * interval_s < seconds:
-                if stopped.wait(max(0.0, begun + number * interval_s - monotonic())):
-                    return
-                self._ring()
-                number += 1
-
-        self._thread = threading.Thread(target=beat, daemon=True, name="metronome")
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Stop ringing."""
-        self._stopped.set()
-        if self._thread is not None:
-            self._thread.join(timeout=1.0)
-            self._thread = None
-
-
-def _bell() -> None:
-    sys.stderr.write("\a")
-    sys.stderr.flush()

@@ -19,9 +19,10 @@ from tactogram.capture.session.feed import Feed
 from tactogram.capture.session.journal import Journal
 from tactogram.capture.session.metronome import Metronome, SilentMetronome, interval_s
 from tactogram.capture.session.plan import PlannedTake, SessionPlan
-from tactogram.capture.session.take import RECEIVED, Take, bridged, recording_of
+from tactogram.capture.session.take import RECEIVED, Take, recording_of
 from tactogram.capture.session.take_checks import TakeAssessment, check_take
 from tactogram.capture.source import Source, SourceEnded, SourceLost
+from tactogram.capture.stream.gaps import bridged
 from tactogram.datasets import Store
 from tactogram.datasets.store.appending import append_recording, recover_store
 from tactogram.errors import DataError, ParameterError, TactogramError, one_line

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.capture.source import Block
-from tactogram.capture.stream.gaps import gaps
+from tactogram.capture.stream.gaps import bridged
 from tactogram.datasets import Recording
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
@@ -98,26 +98,6 @@ def rate_of(measured: Mapping[str, float] | None, reference: float | None) -> fl
         return reference
     agrees = reference is not None and (abs(hz / reference - 1) <= RATE_TOLERANCE or low <= reference <= high)
     return reference if agrees else hz
-
-
-def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tuple[int, int]]]:
-    """Return ``samples`` with losses bridged by straight lines, and the start and stop of each loss.
-
-    A packet of ten lost samples cannot be reconstructed from its neighbours, so nothing more elaborate is tried; at
-    an end the nearest sample is repeated. ``samples`` is float32, shape (axis, time), with NaN in every axis where a
-    sample was lost; the result is finite. Raises `DataError` if all samples were lost.
-    """
-    received = ~np.isnan(samples).any(axis=0)
-    if not received.any():
-        raise DataError(f"all {samples.shape[1]} samples were lost")
-    lost = gaps(samples)
-    if not lost:
-        return samples, lost
-    places, valid = np.arange(samples.shape[1]), np.flatnonzero(received)
-    filled = samples.copy()
-    for axis in filled:
-        axis[~received] = np.interp(places[~received], valid, axis[valid])
-    return filled, lost
 
 
 def recording_of(

@@ -8,16 +8,14 @@ cannot be reconstructed from its neighbours.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError
 from tactogram.signal import Signal
-
-Filling = Literal["linear", "hold"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,100 +26,66 @@ class GapFreeSegment:
     first_index: int
 
 
-@dataclass(frozen=True)
-class GapFillSummary:
-    """Summary of filled gaps."""
-
-    how: str
-    """``"linear"`` or ``"hold"``."""
-    samples: int
-    """Number of filled samples."""
-    gaps: int
-    longest: int
-    """Samples of the longest gap."""
-    share: float
-    """Filled share of all samples."""
-
-    def facts(self) -> dict[str, Any]:
-        """Return JSON values."""
-        return asdict(self)
-
-
 def gaps(samples: NDArray[np.float32]) -> list[tuple[int, int]]:
     """Return start and stop of each run of NaN (in any axis) in ``samples``, shape (axis, time), in order."""
     return runs(_missing(samples))
 
 
 def gap_free(
-    samples: NDArray[np.float32],
-    rate: float,
-    unit: str,
-    axes: tuple[str, ...] = (),
-    *,
-    least_s: float = 0.0,
+    samples: NDArray[np.float32], rate: float, unit: str, axes: tuple[str, ...] = ()
 ) -> list[GapFreeSegment]:
-    """Return the segments between the gaps, in order; those shorter than ``least_s`` are left out.
+    """Return the segments between the gaps, in order.
 
     ``samples`` is float32, shape (axis, time), ``unit``, NaN where lost; ``rate`` is in Hz, ``unit`` and ``axes`` as in
     `Signal`.
     """
-    least = max(1, round(least_s * rate))
     return [
         GapFreeSegment(Signal(samples[:, start:stop], rate, unit, axes), start)
         for start, stop in runs(~_missing(samples))
-        if stop - start >= least
     ]
 
 
-def filled(
-    samples: NDArray[np.float32],
-    rate: float,
-    unit: str,
-    axes: tuple[str, ...] = (),
-    *,
-    how: Filling,
-    most_s: float = 0.1,
-) -> tuple[Signal, GapFillSummary]:
-    """Return one signal with its gaps filled, and a summary; gaps at either end are cut off.
+def bridged(samples: NDArray[np.float32]) -> tuple[NDArray[np.float32], list[tuple[int, int]]]:
+    """Return ``samples`` with losses bridged by straight lines, and the start and stop of each loss.
 
-    Parameters
-    ----------
-    samples, rate, unit, axes
-        As in `gap_free`.
-    how : {"linear", "hold"}
-        A straight line between the samples around a gap, or the sample before it.
-    most_s : float
-        Longest gap that may be filled, s.
-
-    Raises
-    ------
-    ParameterError
-        If ``how`` is neither.
-    DataError
-        If all samples are missing, or a gap is longer.
+    A packet of ten lost samples cannot be reconstructed from its neighbours, so nothing more elaborate is tried; at
+    an end the nearest sample is repeated. ``samples`` is float32, shape (axis, time), with NaN in every axis where a
+    sample was lost; the result is finite. Raises `DataError` if all samples were lost.
     """
-    if how not in ("linear", "hold"):
-        raise ParameterError(f"how must be 'linear' or 'hold', got {how!r}")
+    missing = _missing(samples)
+    if missing.all():
+        raise DataError(f"all {samples.shape[1]} samples were lost")
+    lost = runs(missing)
+    if not lost:
+        return samples, lost
+    places = np.arange(samples.shape[1])
+    whole = samples.copy()
+    for axis in whole:
+        axis[missing] = np.interp(places[missing], places[~missing], axis[~missing])
+    return whole, lost
+
+
+def filled(
+    samples: NDArray[np.float32], rate: float, unit: str, axes: tuple[str, ...] = (), *, most_s: float = 0.1
+) -> tuple[Signal, dict[str, Any]]:
+    """Return one signal with its gaps bridged, and facts; gaps at either end are cut off.
+
+    ``samples``, ``rate``, ``unit`` and ``axes`` are as in `gap_free`; ``most_s`` is the longest gap that may be filled,
+    s. The facts are the number of filled ``samples``, that of ``gaps``, the samples of the ``longest`` one, and the
+    filled ``share``. Raises `DataError` if all samples are missing, or a gap is longer.
+    """
     received = np.flatnonzero(~_missing(samples))
-    if not len(received):
-        raise DataError("all samples are missing: no gap can be filled")
-    x = np.array(samples[:, received[0] : received[-1] + 1])
-    holes = gaps(x)
-    longest = max((stop - start for start, stop in holes), default=0)
+    inner = samples[:, received[0] : received[-1] + 1] if len(received) else samples
+    whole, lost = bridged(inner)
+    lengths = [stop - start for start, stop in lost]
+    longest, count = max(lengths, default=0), sum(lengths)
     if longest > most_s * rate:
         raise DataError(
             f"a gap of {longest / rate:.3g} s is longer than the limit for filling ({most_s:g} s); "
             "take the segments between the gaps instead"
         )
-    missing = _missing(x)
-    places, valid = np.arange(x.shape[1]), np.flatnonzero(~missing)
-    if how == "hold":
-        x = x[:, np.maximum.accumulate(np.where(missing, 0, places))]
-    else:
-        for row in x:
-            row[missing] = np.interp(places[missing], valid, row[valid])
-    count = int(missing.sum())
-    return Signal(x, rate, unit, axes), GapFillSummary(how, count, len(holes), longest, count / len(missing))
+    facts = {"samples": count, "gaps": len(lost), "longest": longest, "share": count / whole.shape[1]}
+    return Signal(whole, rate, unit, axes), facts
 
 
 def _missing(samples: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 
 from tactogram.signal.units import STANDARD_GRAVITY
 
-Mode = Literal["single", "fifo", "low_energy", "summary"]
+Mode = Literal["single", "fifo", "low_energy"]
 Form = Literal["hex", "binary", "standard", "semicolon", "comma"]
 
 AXES = ("x", "y", "z")
-SUMMARY_AXES = tuple(f"{axis}_{what}" for axis in AXES for what in ("min", "mean", "max"))
-"""Values of a summary: minimum, mean and maximum of each axis since the last summary."""
 
 FIFO_SAMPLES = 10
 """Samples of a ten-sample packet in the forms without their number."""
@@ -32,12 +30,10 @@ UNITS_BY_MODE: dict[Mode, float] = {
     "single": 10 * MILLI_G,
     "fifo": MILLI_G,
     "low_energy": 10 * MILLI_G,
-    "summary": 10 * MILLI_G,
 }
-"""m/s^2 per step. Ten-sample packets are in mg, single and low-energy ones in 10 mg. Summaries are assumed to be in
-10 mg, too: no available document states their unit."""
+"""m/s^2 per step. Ten-sample packets are in mg, single and low-energy ones in 10 mg."""
 
-_MODES: dict[int, Mode] = {0x00: "single", 0xF9: "summary", 0xFA: "fifo", 0xFE: "low_energy"}
+_MODES: dict[int, Mode] = {0x00: "single", 0xFA: "fifo", 0xFE: "low_energy"}
 _ADXL = 0x35
 _HEADER = struct.Struct(">IBHIBB")
 _BODY = struct.Struct(">BHHB")
@@ -54,8 +50,7 @@ class Packet:
     """0 to 65535, increased by one with every packet of the sensor."""
     mode: Mode
     samples: NDArray[np.float32]
-    """float32, shape (axis, n), m/s^2, in order of time; NaN where the line of a sample was broken. Axes are `AXES`, or
-    `SUMMARY_AXES` in the mode summary, whose n is 1."""
+    """float32, shape (axis, n), m/s^2, in order of time; NaN where the line of a sample was broken. Axes are `AXES`."""
     form: Form
     arrival_s: float = float("nan")
     """Arrival of the last byte; NaN if unknown."""
@@ -137,14 +132,9 @@ def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | Oth
         count, values = values[0], values[1:]
         if not count or len(values) != 6 * count:
             return RejectedLine("length")
-    elif mode == "summary":
-        # Nine values, then the number of summarised samples.
-        if len(values) != 20:
-            return RejectedLine("length")
-        values = values[:18]
     elif len(values) != 6:
         return RejectedLine("length")
-    counts = np.frombuffer(values, ">i2").reshape(-1, 9 if mode == "summary" else 3).T
+    counts = np.frombuffer(values, ">i2").reshape(-1, 3).T
     return Packet(
         f"{sender:08X}",
         sequence,
@@ -168,9 +158,7 @@ def decode_standard(line: str, arrival_s: float) -> Packet | OtherPacket | Rejec
         return RejectedLine("standard form")
     relay, lqi, sequence, sender, battery, adc1, adc2, rest = found.groups()
     mode: Mode
-    if summary := _STANDARD_SUMMARY.fullmatch(rest):
-        mode, rows = "summary", [summary.groups()]
-    elif _STANDARD_SAMPLES.fullmatch(rest):
+    if _STANDARD_SAMPLES.fullmatch(rest):
         rows = _SAMPLE.findall(rest)
         if len(rows) not in (1, FIFO_SAMPLES):
             return RejectedLine("samples missing")
@@ -206,25 +194,16 @@ def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket |
         if _OTHER_COLUMNS.fullmatch(line):
             return OtherPacket("another sensor's line")
         return RejectedLine("columns")
-    clock, relay, lqi, sequence, sender, battery, code, adc1, adc2, first, rest = found.groups()
+    clock, relay, lqi, sequence, sender, battery, code, adc1, adc2, first = found.groups()
     mode = _MODES.get(int(code, 16))
     if mode is None:
         return RejectedLine(f"mode 0x{int(code, 16):02X}")
-    row = tuple(first.split(";"))
-    if mode == "summary":
-        # Minimum, mean and maximum of x take the place of a sample; y, z and the number of samples follow.
-        further_values = rest.split(";") if rest else []
-        if len(further_values) != 8:
-            return RejectedLine("columns")
-        row += tuple(further_values[:6])
-    elif rest:
-        return RejectedLine("columns")
     number = int(sequence)
     if number > 0xFFFF:
         return RejectedLine("columns")
     # Serial numbers are printed without their first digit, which is 8 in all of them.
     return _of_text(
-        f"8{sender.upper()}", number, mode, [row], form, arrival_s,
+        f"8{sender.upper()}", number, mode, [tuple(first.split(";"))], form, arrival_s,
         receiver_s=float(clock), relay=relay, lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1),
         adc2_mv=int(adc2),
     )  # fmt: skip
@@ -263,15 +242,11 @@ _STANDARD = re.compile(
 )
 _STANDARD_SAMPLES = re.compile(rf"(?:[:;]x={_VALUE}[:;]y={_VALUE}[:;]z={_VALUE})+")
 _SAMPLE = re.compile(rf"[:;]x=({_VALUE})[:;]y=({_VALUE})[:;]z=({_VALUE})")
-_STANDARD_SUMMARY = re.compile(
-    "".join(f"[:;]{axis}{what}=({_VALUE})" for axis in AXES for what in ("min", "ave", "max"))
-)
 _OTHER_VALUES = re.compile(r"(?:[:;](?!x=|y=|z=)[a-z][a-z0-9]{1,3}[=:]-?\d+)+")
 _CONTINUED = re.compile(rf";{{12}}({_VALUE});({_VALUE});({_VALUE});")
 _COLUMNS = re.compile(
     r";(\d{1,10}(?:\.\d\d)?);([0-9A-Fa-f]{8});(\d{3});(\d{3,5});([0-9A-Fa-f]{7});(\d{4})"
     rf";([0-9A-Fa-f]{{4}});[0-9A-Fa-f]{{4}};(\d{{4}});(\d{{4}});X;({_VALUE};{_VALUE};{_VALUE});"
-    rf"((?:{_VALUE};){{6}}\d{{1,5}};)?"
 )
 _CLOCK = re.compile(r";\d{1,10};")
 _OTHER_COLUMNS = re.compile(

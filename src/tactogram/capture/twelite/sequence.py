@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.capture.stream.rate_estimate import RateEstimate, RateMeter
-from tactogram.capture.twelite.messages import AXES, SUMMARY_AXES, Mode, Packet
+from tactogram.capture.twelite.messages import Mode, Packet
 
 SEQUENCE = 65536
 """Packets until their numbers start again."""
@@ -51,11 +51,6 @@ class Timeline:
         self._last: int | None = None
         self._last_arrival = float("nan")
         self._suspects: list[Packet] = []
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Names of the axes of its samples."""
-        return SUMMARY_AXES if self.mode == "summary" else AXES
 
     @property
     def length(self) -> int:

@@ -8,7 +8,6 @@ import select
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from time import monotonic
 from types import TracebackType
 from typing import Self
@@ -19,11 +18,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.capture.source import SourceEnded, SourceLost
 from tactogram.capture.stream.byte_stream import SerialPort
-from tactogram.capture.stream.raw_log import RawLog
 from tactogram.capture.twelite.messages import (
     FIFO_SAMPLES,
     MILLI_G,
-    SUMMARY_AXES,
     UNITS_BY_MODE,
     Form,
     Mode,
@@ -35,8 +32,7 @@ from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 from tactogram.signal.units import STANDARD_GRAVITY
 
-_CODES: dict[Mode, int] = {"single": 0x00, "summary": 0xF9, "fifo": 0xFA, "low_energy": 0xFE}
-_SUMMARISED = 25
+_CODES: dict[Mode, int] = {"single": 0x00, "fifo": 0xFA, "low_energy": 0xFE}
 _SECONDS_AHEAD = 1.0
 
 
@@ -64,7 +60,7 @@ class SimulatedReceiver(BaseModel):
     @property
     def samples_per_packet(self) -> int:
         """Samples per radio packet."""
-        return {"fifo": FIFO_SAMPLES, "summary": _SUMMARISED}.get(self.mode, 1)
+        return FIFO_SAMPLES if self.mode == "fifo" else 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -96,10 +92,7 @@ def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> 
     for number, x in enumerate(_packet_samples(receiver, signal, per_packet, rng)):
         if receiver.seconds is not None and (number + 1) * period > receiver.seconds + 1e-9:
             return
-        values = x
-        if receiver.mode == "summary":
-            values = np.stack([x.min(axis=1), x.mean(axis=1), x.max(axis=1)], axis=1).reshape(9, 1)
-        steps = np.clip(np.round(values / step), -4096 if receiver.mode == "fifo" else -1638, 4095)
+        steps = np.clip(np.round(x / step), -4096 if receiver.mode == "fifo" else -1638, 4095)
         counts = (steps * (4 if receiver.mode == "fifo" else 1)).astype(np.int64)
         now = max(now, (number + 1) * period + rng.exponential(receiver.jitter_s))
         lost = rng.random() < receiver.loss
@@ -125,8 +118,6 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
         if receiver.mode == "fifo":
             payload.append(counts.shape[1])
         payload += counts.T.astype(">i2").tobytes()
-        if receiver.mode == "summary":
-            payload += _SUMMARISED.to_bytes(2, "big")
         if receiver.form == "hex":
             payload.append(checksum(payload))
             return f":{payload.hex().upper()}\r\n".encode()
@@ -136,14 +127,10 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
     if receiver.form == "standard":
         line = f"::rc=80000000:lq={lqi}:ct={sequence:04X}:ed={receiver.sender}:id=0"
         line += f":ba={battery:04d}:a1={adc1:04d}:a2={adc2:04d}"
-        if receiver.mode == "summary":
-            names = [name.replace("_mean", "ave").replace("_", "") for name in SUMMARY_AXES]
-            line += "".join(f":{name}={value}" for name, value in zip(names, rows[0], strict=True))
-        else:
-            # The semicolon before the first z of ten is the real firmware's.
-            slip = ";" if receiver.mode == "fifo" else ":"
-            seps = [slip, *":" * (len(rows) - 1)]
-            line += "".join(f":x={x}:y={y}{sep}z={z}" for sep, (x, y, z) in zip(seps, rows, strict=True))
+        # The semicolon before the first z of ten is the real firmware's.
+        slip = ";" if receiver.mode == "fifo" else ":"
+        seps = [slip, *":" * (len(rows) - 1)]
+        line += "".join(f":x={x}:y={y}{sep}z={z}" for sep, (x, y, z) in zip(seps, rows, strict=True))
         return f"{line}\r\n".encode()
     clock = f"{int(time_s)}.{int(time_s * 100) % 100:02d}" if receiver.mode == "fifo" else f"{int(time_s)}"
     sep, tab = (";", "") if receiver.form == "semicolon" else (",", "\t")
@@ -151,7 +138,7 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
         "", clock, f"{tab}00000000", f"{lqi:03d}", f"{sequence:03d}", f"{tab}{receiver.sender[1:]}",
         f"{battery:04d}", f"{tab}{code:04X}", f"{tab}0000", f"{adc1:04d}", f"{adc2:04d}", "X",
     ]  # fmt: skip
-    lines = [sep.join([*head, *rows[0], *([str(_SUMMARISED)] if receiver.mode == "summary" else []), ""])]
+    lines = [sep.join([*head, *rows[0], ""])]
     lines += [sep * 12 + sep.join([*row, ""]) for row in rows[1:]]
     return "".join(f"{line}\r\n" for line in lines).encode()
 
@@ -309,21 +296,3 @@ class SimulatedPort:
             if handle >= 0:
                 os.close(handle)
         self._master = self._slave = -1
-
-
-def write_log(
-    path: Path | str, receiver: SimulatedReceiver, signal: Signal | None = None, *, start_s: float = 0.0
-) -> int:
-    """Write the output of a simulated receiver to a new raw log, as if read live; return the number of packets.
-
-    The receiver needs ``seconds`` unless there is a ``signal``; ``start_s`` is the arrival time at the start.
-    """
-    if receiver.seconds is None and signal is None:
-        raise ParameterError("a simulated log must end: set seconds")
-    sent = 0
-    with RawLog(path, kind="twelite", address="simulated:twelite", simulated=True) as log:
-        for one in transmissions(receiver, signal):
-            sent += 1
-            if one.data:
-                log.write(one.data, round(start_s + one.time_s, 6))
-    return sent

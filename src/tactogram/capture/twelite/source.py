@@ -97,7 +97,6 @@ class TweliteSource(ByteSource):
         pieces = added.get(self._sender or "")
         if not pieces:
             return None
-        self.axes = self.senders.timelines[self._sender or ""].axes
         samples = np.concatenate([piece.samples for piece in pieces], axis=1)
         if self._scale != 1:
             samples = samples * np.float32(self._scale)

@@ -32,11 +32,6 @@ class CarrierSettings(BaseModel):
     def peak_v(self) -> float:
         """Largest voltage of the generator, 0 to peak."""
 
-    @property
-    def signed_envelope(self) -> bool:
-        """Whether the envelope inverts the carrier."""
-        return False
-
     def check_rate(self, rate: float, highest_hz: float) -> None:
         """Refuse a rate (Hz) too low for a waveform or envelope with components up to ``highest_hz``.
 

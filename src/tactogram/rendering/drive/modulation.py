@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering.drive.report import percent
 
-KNEE = 0.8
-"""Share of full scale up to which the soft limiter changes nothing."""
 PAD_S = 0.1
 """Length by which the ends are extended while a filter rings: ten time constants of a transducer of Q 800."""
 
@@ -84,43 +82,23 @@ def shaped(
 
 
 def scaled_within(
-    x: NDArray[np.float64],
-    *,
-    full_scale: float | None,
-    share: float,
-    over: Literal["refuse", "limit"],
-    most_limited: float,
-    remedy: str,
-) -> tuple[NDArray[np.float64], dict[str, Any]]:
-    """Return ``x``, float64, shape (time,), scaled to -1..1, and facts.
+    x: NDArray[np.float64], *, full_scale: float | None, share: float, remedy: str
+) -> tuple[NDArray[np.float64], float]:
+    """Return ``x``, float64, shape (time,), scaled to -1..1, and the value that became 1.
 
-    ``full_scale`` becomes 1; without it the largest magnitude becomes ``share``. Values beyond 1 are refused or softly
-    limited (``over``); more than a share of ``most_limited`` is refused, too, with the advice ``remedy``. Raises
-    `ParameterError` if it over-modulates and may not, or too much of it does.
+    That is ``full_scale``; without it the largest magnitude becomes ``share``. Raises `ParameterError` with the advice
+    ``remedy`` if values exceed it.
     """
     peak = float(np.abs(x).max())
     scale = full_scale or (peak / share if peak > 0 else 1.0)
     inner = x / scale
     beyond = float(np.mean(np.abs(inner) > 1 + 1e-9))
-    facts = {"full_scale": scale, "over_modulated_share": beyond, "limited_share": 0.0}
-    if beyond == 0:
-        return np.clip(inner, -1, 1), facts
-    if over == "refuse" or beyond > most_limited:
-        allowed = "" if over == "refuse" else f" ({100 * most_limited:g} % may be limited)"
-        softly = ", or set over_modulation to limit" if over == "refuse" else ""
+    if beyond > 0:
         raise ParameterError(
             f"the signal over-modulates: it reaches {peak / scale:.3g} of full modulation, {percent(beyond)} of the "
-            f"samples are beyond 1{allowed}; {remedy}{softly}"
+            f"samples are beyond 1; {remedy}"
         )
-    facts["limited_share"] = float(np.mean(np.abs(inner) > KNEE))
-    return soft_limited(inner), facts
-
-
-def soft_limited(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``x`` unchanged up to `KNEE`, approaching 1 above as a hyperbolic tangent with a continuous slope."""
-    size = np.abs(x)
-    above = KNEE + (1 - KNEE) * np.tanh((size - KNEE) / (1 - KNEE))
-    return np.asarray(np.sign(x) * np.where(size > KNEE, above, size))
+    return np.clip(inner, -1, 1), scale
 
 
 def limited(samples: NDArray[np.float64], peak: float) -> NDArray[np.float32]:

@@ -27,7 +27,7 @@ from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.modulation import limited, pre_emphasis, scaled_within, shaped
-from tactogram.rendering.drive.report import amount, percent
+from tactogram.rendering.drive.report import amount
 from tactogram.rendering.drive.safety import fade_window
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
@@ -53,17 +53,12 @@ class Settings(CarrierSettings):
     """Largest voltage at the transducer. Sec. III-C."""
     limit_is: Literal["peak", "peak-to-peak"] = "peak-to-peak"
     """Meaning of ``limit_v``, which the publication does not state; the smaller voltage is the default."""
-    mapping: Literal["vibration", "friction", "suppressed-carrier"] = "vibration"
-    """``vibration``: A (1 + m x). ``friction``: inverted, most amplitude where friction is least.
-    ``suppressed-carrier``: A x; the envelope is then the magnitude of x, and a tone is felt at twice its frequency."""
+    mapping: Literal["vibration", "friction"] = "vibration"
+    """``vibration``: A (1 + m x). ``friction``: inverted, most amplitude where friction is least."""
     depth: float = Field(default=1.0, gt=0, le=1)
     """m of ``vibration``; the publication gives none."""
     friction_range: tuple[float, float] | None = None
     """Smallest and largest friction coefficient of the display, for ``friction``; None: the clip's own, reported."""
-    over_modulation: Literal["refuse", "limit"] = "refuse"
-    """If x exceeds 1: refuse, or limit softly and report the share."""
-    most_limited: float = Field(default=0.05, ge=0, le=1)
-    """A larger share than this is refused even then."""
     q: float | None = Field(default=None, gt=0.5)
     """Quality factor of the transducer as it is touched; without it the response is unknown."""
     pre_emphasis: bool = False
@@ -90,11 +85,6 @@ class Settings(CarrierSettings):
         return at_transducer / self.amplifier_gain
 
     @property
-    def signed_envelope(self) -> bool:
-        """Whether the envelope inverts the carrier."""
-        return self.mapping == "suppressed-carrier"
-
-    @property
     def modulated_depth(self) -> float:
         """Effective depth m: friction uses the whole range of amplitudes."""
         return 1.0 if self.mapping == "friction" else self.depth
@@ -102,7 +92,7 @@ class Settings(CarrierSettings):
     @property
     def carrier_v(self) -> float:
         """Modulated amplitude A, V, 0 to peak."""
-        return self.peak_v if self.signed_envelope else self.peak_v / (1 + self.modulated_depth)
+        return self.peak_v / (1 + self.modulated_depth)
 
 
 def drive(
@@ -117,11 +107,6 @@ def drive(
     `modulated` refuses.
     """
     display.check_volts(settings.peak_v, lower="limit_v")
-    if settings.output == "envelope" and settings.signed_envelope and display.floor > -settings.peak_v:
-        raise ParameterError(
-            f"{display.name}: a suppressed carrier's envelope has both signs; set lowest to {-settings.peak_v:g}, if "
-            "the generator can invert the carrier"
-        )
     full_scale, share, words = _full_scale(level, settings, display)
     raw, facts = modulated(
         signal,
@@ -156,11 +141,10 @@ def modulated(
     becomes ``share``. The signal outside of ``band`` (Hz) is removed. Both ends are faded over ``fade_s`` (raised
     cosine) except for a loop.
 
-    An envelope is >= 0 unless the carrier is suppressed, where its sign is the carrier's. The facts are JSON values,
-    among them ``highest_v``, ``recovered_depth`` (of the signal's peak as it arrives, within the attained band),
-    ``over_modulated_share``, ``removed_share`` (of the power) and ``transducer`` (None if q is unknown). Raises
-    `UnitError` if the mapping is friction and the unit is not 1; `ParameterError` if the signal has several axes or is
-    over displacement, the rate is too low, or the signal over-modulates.
+    An envelope is >= 0. The facts are JSON values, among them ``highest_v``, ``recovered_depth`` (of the signal's peak
+    as it arrives, within the attained band), ``removed_share`` (of the power) and ``transducer`` (None if q is
+    unknown). Raises `UnitError` if the mapping is friction and the unit is not 1; `ParameterError` if the signal has
+    several axes or is over displacement, the rate is too low, or the signal over-modulates.
     """
     _check(signal, settings, rate, band)
     x, span = _wanted(signal, settings)
@@ -176,25 +160,20 @@ def modulated(
     if settings.mapping == "friction":
         # -1..1 already. With the clip's own range it shrinks if pre-emphasis made it larger; a given range is fixed.
         full_scale = 1.0 if settings.friction_range else max(1.0, float(np.abs(wanted).max()))
-    modulating, scaling = scaled_within(
+    modulating, scale = scaled_within(
         wanted,
         full_scale=full_scale,
         share=share,
-        over=settings.over_modulation,
-        most_limited=settings.most_limited,
         remedy="widen friction_range or leave it out"
         if settings.mapping == "friction"
         else "lower the level",
     )
     depth = settings.modulated_depth
-    if settings.signed_envelope:
-        envelope = settings.peak_v * depth * modulating
-    else:
-        envelope = settings.carrier_v * (1 + depth * modulating)
+    envelope = settings.carrier_v * (1 + depth * modulating)
     if not settings.loop:
         envelope = envelope * fade_window(len(envelope), round(fade_s * rate))
     samples = limited(settings.output_of(envelope, rate), settings.peak_v)
-    arriving = min(float(np.abs(x.samples).max()) / scaling["full_scale"], 1.0)
+    arriving = min(float(np.abs(x.samples).max()) / scale, 1.0)
     facts: dict[str, Any] = {
         "mapping": settings.mapping,
         "output": settings.output,
@@ -208,7 +187,7 @@ def modulated(
         "recovered_depth": depth * arriving,
         "unit": signal.unit,
         "friction_range": span,
-        **scaling,
+        "full_scale": scale,
         **filtering,
     }
     if facts["transducer"] is not None:
@@ -253,12 +232,7 @@ def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
         f"carrier of {facts['carrier_v']:.4g} V at the generator: {facts['limit_v']:g} V {facts['limit_is']} at the "
         "transducer, gain and depth"
     )
-    clipped, unreachable = [], []
-    if facts["limited_share"] > 0:
-        clipped.append(
-            f"{percent(facts['limited_share'])} of the samples limited softly, "
-            f"{percent(facts['over_modulated_share'])} over-modulated"
-        )
+    unreachable = []
     if facts["removed_share"] > 1e-3:
         low, high = facts["band"]
         unreachable.append(
@@ -267,7 +241,7 @@ def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
     transducer = facts["transducer"]
     if transducer is None:
         unreachable.append("frequencies that the transducer's resonance attenuates: its q is not known")
-        return {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
+        return {"scaled": scaled, "clipped": [], "unreachable": unreachable}
     if transducer["minus_3_db_hz"] < facts["band"][1]:
         how = f"flat to {transducer['flat_to_hz']:.0f} Hz, " if transducer["pre_emphasis"] else ""
         unreachable.append(
@@ -279,7 +253,7 @@ def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
             f"pre-emphasis: the signal's peak arrives with a depth of {facts['recovered_depth']:.3g} instead of "
             f"{facts['depth']:g}"
         )
-    return {"scaled": scaled, "clipped": clipped, "unreachable": unreachable}
+    return {"scaled": scaled, "clipped": [], "unreachable": unreachable}
 
 
 def _check(signal: Signal, settings: Settings, rate: float, band: tuple[float, float]) -> None:

@@ -24,8 +24,6 @@ from dataclasses import dataclass, field
 from math import isnan
 from typing import Protocol
 
-from tactogram.errors import ParameterError
-
 DRIFT = 2e-4
 """How much slower than ours the sender's clock may run, s/s."""
 RESTART_S = 1.0
@@ -101,19 +99,6 @@ class MotionSettings:
     rest_mm_s: float = 1.0
     moving_mm_s: float = 6.0
     jump_mm: float = 20.0
-
-    def __post_init__(self) -> None:
-        for name in ("smoothing_s", "late_s", "lost_s", "jump_mm"):
-            if not (getattr(self, name) > 0 and math.isfinite(getattr(self, name))):
-                raise ParameterError(f"{name} must be > 0 and finite, got {getattr(self, name)}")
-        if not 0 <= self.contact_off_n <= self.contact_on_n:
-            raise ParameterError(
-                f"contact_off_n must be within 0 to contact_on_n, got {self.contact_off_n} and {self.contact_on_n}"
-            )
-        if not 0 <= self.rest_mm_s < self.moving_mm_s:
-            raise ParameterError(
-                f"rest_mm_s must be >= 0 and below moving_mm_s, got {self.rest_mm_s} and {self.moving_mm_s}"
-            )
 
 
 @dataclass

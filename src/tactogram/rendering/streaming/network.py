@@ -1,4 +1,4 @@
-"""Motion from the network, and blocks to it: one UDP port for plain packets and OSC."""
+"""Motion from the network, and blocks to it: OSC over one UDP port."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tactogram.errors import DeviceError, ParameterError, one_line
 from tactogram.extras import imported
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
-from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, Form, block_packet, parse
+from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, block_packet, parse
 
 PORT = 9120
 WAITING = 256
@@ -25,12 +25,13 @@ class NetworkMotion:
     """Motion from game engines, received by a thread; ``clock`` returns the time on the engine's clock, s.
 
     It listens on this computer only by default, since anyone who reaches the port moves the actuator. Port 0 is any
-    free port, see `address`. Raises `DeviceError` if the port cannot be opened.
+    free port, see `address`. Raises `MissingExtraError` without python-osc, `DeviceError` if the port cannot be opened.
     """
 
     simulated = False
 
     def __init__(self, *, host: str = "127.0.0.1", port: int = PORT, clock: Callable[[], float]) -> None:
+        imported("pythonosc", extra="devices", what="OSC")
         self._clock = clock
         self._waiting: deque[MotionSample | Tap | MixWeights] = deque(maxlen=WAITING)
         self.not_understood = 0
@@ -44,10 +45,10 @@ class NetworkMotion:
             self._socket.bind((host, port))
         except (OSError, OverflowError) as error:
             self._socket.close()
-            raise DeviceError(f"udp:{host}:{port}: cannot listen ({one_line(error)})") from error
+            raise DeviceError(f"osc:{host}:{port}: cannot listen ({one_line(error)})") from error
         self._socket.settimeout(0.1)
         self.address: tuple[str, int] = self._socket.getsockname()
-        self.name = f"udp:{self.address[0]}:{self.address[1]}"
+        self.name = f"osc:{self.address[0]}:{self.address[1]}"
         self._ended = False
         self._thread = threading.Thread(target=self._listen, name="motion", daemon=True)
         self._thread.start()
@@ -110,25 +111,15 @@ class NetworkMotion:
 class NetworkBlocks:
     """Blocks to a game engine: to the address ``to``, or to the sender of ``motion``, from its port.
 
-    Raises `MissingExtraError` if the form is osc and python-osc is not installed; `DeviceError` if the host is
-    unknown.
+    Raises `MissingExtraError` without python-osc, `DeviceError` if the host is unknown.
     """
 
     def __init__(
-        self,
-        form: Form,
-        *,
-        rate: float,
-        to: tuple[str, int] | None = None,
-        motion: NetworkMotion | None = None,
+        self, *, rate: float, to: tuple[str, int] | None = None, motion: NetworkMotion | None = None
     ) -> None:
-        if form not in ("osc", "udp"):
-            raise ParameterError(f"form must be osc or udp, got {form!r}")
         if to is None and motion is None:
             raise ParameterError("to must be an address if the motion does not come from the network")
-        if form == "osc":
-            imported("pythonosc", extra="devices", what="OSC")
-        self._form: Form = form
+        imported("pythonosc", extra="devices", what="OSC")
         self._rate, self._motion = rate, motion
         # Resolved only once: a name server may take seconds.
         self._to = None if to is None else _resolved(to)
@@ -150,7 +141,7 @@ class NetworkBlocks:
             self.unsent += 1
             return
         try:
-            packet = block_packet(block, self._form)
+            packet = block_packet(block)
             if self._motion is not None:
                 self._motion.send(packet, to)
             else:
@@ -168,7 +159,7 @@ def _resolved(to: tuple[str, int]) -> tuple[str, int]:
     try:
         addresses = socket.getaddrinfo(*to, family=socket.AF_INET, type=socket.SOCK_DGRAM)
     except OSError as error:
-        raise DeviceError(f"udp:{to[0]}:{to[1]}: unknown host ({one_line(error)})") from error
+        raise DeviceError(f"osc:{to[0]}:{to[1]}: unknown host ({one_line(error)})") from error
     host, port = addresses[0][4][:2]
     return str(host), int(port)
 

@@ -58,15 +58,13 @@ class GeneratorSettings(BaseModel):
 def generator(settings: CarrierSettings, *, channel: int = 1, serial: str = "") -> GeneratorSettings:
     """Return the generator settings for a display.
 
-    Raises `ParameterError` if they exceed the device's voltage, or the envelope inverts the carrier.
+    Raises `ParameterError` if they exceed the device's voltage.
     """
     if settings.peak_v > LARGEST_V:
         raise ParameterError(
             f"the device supplies at most {LARGEST_V:g} V, but the settings allow {settings.peak_v:g} V at the "
             "generator: set amplifier_gain"
         )
-    if settings.signed_envelope:
-        raise ParameterError("the AM node cannot invert a carrier: use the mapping vibration")
     values = {
         "carrier_hz": settings.carrier_hz,
         "peak_v": settings.peak_v,

@@ -95,10 +95,9 @@ def _signals(
         "short": 0,
         "filled": None,
     }
-    if request.fill is not None:
-        signal, how = filled(one.samples, hz, one.unit, one.axes, how=request.fill, most_s=request.most_s)
+    if request.fill:
+        signal, report["filled"] = filled(one.samples, hz, one.unit, one.axes, most_s=request.most_s)
         signals = [(0, signal)]
-        report["filled"] = how.facts()
     else:
         pieces = gap_free(one.samples, hz, one.unit, one.axes)
         signals = [
@@ -137,7 +136,7 @@ def _store(data: Path, found: Found, logged: list[SensorLog], request: LogReques
     recordings, path = [], Path(request.path)
     for (report, signals), one in zip(found, logged, strict=True):
         how = report["filled"]
-        done = "pieces between gaps" if how is None else f"{how['samples']} samples filled ({how['how']})"
+        done = "pieces between gaps" if how is None else f"{how['samples']} samples filled"
         for first, signal in signals:
             recordings.append(
                 Recording(

@@ -97,9 +97,8 @@ class LogRequest(Request):
     sender: Annotated[str | None, Option("only this sensor", "SID")] = None
     rate: Annotated[float | None, Option("nominal rate; needed where the log has no times", "HZ")] = None
     fill: Annotated[
-        Literal["linear", "hold"] | None,
-        Option("fill gaps (default: one signal for each stretch between them)"),
-    ] = None
+        bool, Option("fill gaps by straight lines (default: one signal for each stretch between them)")
+    ] = False
     most_s: Annotated[float, Option("longest gap that is filled", "S", "--most")] = 0.1
     least_s: Annotated[float, Option("omit shorter stretches", "S", "--least")] = 0.5
     options: Annotated[

@@ -14,12 +14,7 @@ from tactogram.capture import Source, open_source
 from tactogram.capture.catalogue import parse_address
 from tactogram.capture.session.console import Console, LineConsole
 from tactogram.capture.session.journal import Journal
-from tactogram.capture.session.metronome import (
-    BellMetronome,
-    LoudspeakerMetronome,
-    Metronome,
-    SilentMetronome,
-)
+from tactogram.capture.session.metronome import LoudspeakerMetronome, Metronome, SilentMetronome
 from tactogram.capture.session.plan import SessionPlan, shipped_plans
 from tactogram.capture.session.session import Recognise, RecordingSession, session_folder
 from tactogram.capture.source import PlanFollower
@@ -130,17 +125,14 @@ def _console(yes: bool, answers: TextIO | None) -> Any:
 
 
 def _metronome(console: Console) -> Metronome:
-    """Return a metronome on a loudspeaker if there is one, else the terminal's bell, else silence."""
+    """Return a metronome on a loudspeaker if there is one, else silence."""
     try:
         sounddevice = imported("sounddevice", extra="devices", what="an audible metronome")
         with device_errors("loudspeaker", library="sounddevice"):
             sounddevice.query_devices(kind="output")
     except TactogramError as error:
-        if not sys.stderr.isatty():
-            console.say("no loudspeaker and no terminal: the metronome is silent")
-            return SilentMetronome()
-        console.say(f"the metronome is the terminal's bell ({error})")
-        return BellMetronome()
+        console.say(f"the metronome is silent: {error}")
+        return SilentMetronome()
 
     def play(signal: Signal) -> None:
         sounddevice.play(signal.samples[0], int(signal.rate))

@@ -1,4 +1,4 @@
-"""Resonance tracking while a generator plays: a lock before, and steps in a thread meanwhile."""
+"""Tracking of a carrier: generator, converter and tracker together; a lock, and steps while a generator plays."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.capture.catalogue import open_source
-from tactogram.capture.stream.axis_pair import PairRecorder
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.transducer.admittance import (
@@ -29,10 +27,11 @@ from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, 
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
 from tactogram.signal.io.writable import check_writable
 from tactogram.validation import validated
-from tactogram.workflows.rendering.resonance import BAND, tables_of
 
 SIMULATED = "simulated"
 """Name of the generator that is simulated, with its transducer and its converter."""
+BAND = 0.03
+"""Share of the carrier below and above it that is searched by default."""
 MOST_HZ = 5.0
 """Longest step while somebody feels it, Hz: at Q 300 it changes the amplitude by less than 1 %."""
 LEAST_SHARE = 0.05
@@ -52,8 +51,6 @@ class FollowingSettings(BaseModel):
     """1 over the resistance of the shunt in ohm; known of the simulated generator."""
     volts_per_volt: float = Field(default=1.0, gt=0)
     skew_s: float = 0.0
-    source: str = "scope"
-    """``scope`` is the generator's own inputs; else an address of `capture`."""
     share: float = Field(default=0.25, gt=0, le=1)
     """Of the largest voltage, for the lock."""
     every_s: float = Field(default=0.25, ge=0.05, le=3600)
@@ -66,7 +63,8 @@ class CarrierTracking:
     """Carrier of one display, kept at its transducer's resonance from one stream to the next.
 
     ``changes`` are values of `FollowingSettings`, and those of `TrackRequest`, by key. A ``simulated`` generator
-    replaces the device of ``serial``, which ``opened`` opens.
+    replaces the device of ``serial``, which ``opened`` opens; ``seed`` is that of its noise. Of a display that is
+    ``felt`` meanwhile, steps are short, and nothing is swept again or measured without voltage.
 
     Raises
     ------
@@ -80,8 +78,11 @@ class CarrierTracking:
         changes: Mapping[str, Any],
         *,
         serial: str = "",
+        channel: int = 1,
         opened: Callable[..., AnalogDiscovery] = AnalogDiscovery,
         simulated: SimulatedGenerator | None = None,
+        seed: int = 0,
+        felt: bool = True,
     ) -> None:
         if not known.resonant or known.output != "envelope":
             raise ParameterError(
@@ -92,42 +93,47 @@ class CarrierTracking:
         tables = tables_of({key: value for key, value in changes.items() if key not in own})
         self.settings = validated(FollowingSettings, own, where="tracking")
         low, high = known.carrier_hz * (1 - BAND), known.carrier_hz * (1 + BAND)
-        band = {"low_hz": low, "high_hz": high, "most_hz": MOST_HZ, "lost_share": NEVER_LOST}
-        tracking = validated(TrackingSettings, {**band, **tables[""]}, where="tracking")
+        careful = {"most_hz": MOST_HZ, "lost_share": NEVER_LOST} if felt else {}
+        values = {"low_hz": low, "high_hz": high, **careful, **tables[""]}
+        tracking = validated(TrackingSettings, values, where="tracking")
         self._timing = validated(MeasurementTiming, tables["timing"], where="timing")
         self._scope = validated(ScopeSettings, tables["scope"], where="scope")
         bench = validated(BenchSettings, tables["bench"], where="bench")
-        self._known, self._serial, self._opened = known, serial, opened
+        self._known, self._opened = known, opened
+        self._generator = generator(known, channel=channel, serial=serial)
         self._simulated = simulated
         if serial == SIMULATED and simulated is None:
             self._simulated = SimulatedGenerator(
-                bench, gain=known.amplifier_gain, rng=np.random.default_rng(0)
+                bench, gain=known.amplifier_gain, rng=np.random.default_rng(seed)
             )
-        amps = self.settings.amps_per_volt
+        amps, skew_s = self.settings.amps_per_volt, self.settings.skew_s
         if self._simulated is not None and amps is None:
-            amps = 1 / self._simulated.settings.shunt_ohm
+            amps, skew_s = 1 / self._simulated.settings.shunt_ohm, skew_s or self._simulated.settings.skew_s
         if amps is None:
             raise ParameterError("amps_per_volt must be known: 1 over the resistance of the shunt, in ohm")
         if self.settings.log is not None:
             check_writable(self.settings.log)
-        self._probes = ProbeSettings(
-            amps_per_volt=amps, volts_per_volt=self.settings.volts_per_volt, skew_s=self.settings.skew_s
-        )
+        factors = {"amps_per_volt": amps, "volts_per_volt": self.settings.volts_per_volt, "skew_s": skew_s}
+        self._probes = validated(ProbeSettings, factors, where="probes")
+        self._least_v = LEAST_SHARE * known.peak_v * known.amplifier_gain if felt else 0.0
         self.tracker = ResonanceTracker(self._measured, tracking)
-        self._measure: MeasuredAdmittance | None = None
+        self.measure: MeasuredAdmittance | None = None
+        """Of the generator that was opened last."""
         self.skipped = 0
         """Steps without enough voltage to measure: the display was at rest."""
         self.error: str | None = None
         """Why the tracking ended while it played; the carrier stays where it was."""
 
     @contextmanager
-    def generator(self) -> Iterator[AnalogDiscovery | SimulatedGenerator]:
+    def generator(self, *, longest_s: float = 0.0) -> Iterator[AnalogDiscovery | SimulatedGenerator]:
         """Open the generator at the tracked frequency; the first time it locks before anything is played.
+
+        From then on it holds the carrier for ``longest_s`` at most.
 
         Raises
         ------
         TrackingError, DeviceError, MissingExtraError
-            If there is no resonance, or a device fails or is missing.
+            If there is no resonance, or a device fails or is missing; the log is written all the same.
         """
         with ExitStack() as stack:
             device: AnalogDiscovery | SimulatedGenerator
@@ -135,27 +141,21 @@ class CarrierTracking:
             if self._simulated is not None:
                 device = recorder = stack.enter_context(self._simulated)
             else:
-                device = stack.enter_context(self._opened(generator(self._known, serial=self._serial)))
-                if self.settings.source == "scope":
-                    recorder = DigilentRecorder(*device.opened_device, self._scope, name=device.name)
-                else:
-                    recorder = PairRecorder(stack.enter_context(open_source(self.settings.source)), None)
-            self._measure = MeasuredAdmittance(
-                device,
-                recorder,
-                self._probes,
-                self._timing,
-                least_v=LEAST_SHARE * self._known.peak_v * self._known.amplifier_gain,
+                device = stack.enter_context(self._opened(self._generator))
+                recorder = DigilentRecorder(*device.opened_device, self._scope, name=device.name)
+            self.measure = MeasuredAdmittance(
+                device, recorder, self._probes, self._timing, least_v=self._least_v
             )
-            if self.tracker.fitted is None:
-                device.hold(self.settings.share * self._known.peak_v, longest_s=self._longest_lock_s)
-                self.tracker.lock()
-            device.retune(self.tracker.frequency_hz)
             try:
+                if self.tracker.fitted is None:
+                    volts = self.settings.share * self._known.peak_v
+                    locking_s = 10 + 6 * (self.tracker.settings.sweep_points + 1) * self.each_s
+                    device.hold(volts, longest_s=locking_s + longest_s)
+                    self.tracker.lock()
+                device.retune(self.tracker.frequency_hz)
                 yield device
             finally:
-                self._measure = None
-                if self.settings.log is not None:
+                if self.settings.log is not None and self.tracker.log:
                     self.tracker.write_log(self.settings.log)
 
     @contextmanager
@@ -180,10 +180,12 @@ class CarrierTracking:
             thread.join(ENDING_S)
 
     def step(self, device: AnalogDiscovery | SimulatedGenerator) -> None:
-        """Measure once and move the carrier; without voltage nothing is measured."""
+        """Measure once and move the carrier; of a display at rest, without voltage, nothing is measured."""
         try:
             self.tracker.step()
         except NoVoltageError:
+            if not self._least_v:
+                raise
             self.skipped += 1
             return
         device.retune(self.tracker.frequency_hz)
@@ -205,11 +207,22 @@ class CarrierTracking:
         }
 
     @property
-    def _longest_lock_s(self) -> float:
-        each = self._timing.settle_s + self._timing.window_s + 0.05
-        return 10 + 6 * (self.tracker.settings.sweep_points + 1) * each
+    def each_s(self) -> float:
+        """Longest usual time of a measurement, s."""
+        return self._timing.settle_s + self._timing.window_s + 0.05
 
     def _measured(self, frequency: float) -> complex:
-        if self._measure is None:
+        if self.measure is None:
             raise DeviceError("the generator is not open")
-        return self._measure(frequency)
+        return self.measure(frequency)
+
+
+def tables_of(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return changes by table, the prefix of their keys; those of tracking have none."""
+    tables: dict[str, dict[str, Any]] = {"": {}, "timing": {}, "bench": {}, "scope": {}}
+    for key, value in changes.items():
+        table, dot, name = key.partition(".")
+        if dot and table not in tables:
+            raise ParameterError(f"{key}: must be a key of tracking, or begin with timing., scope. or bench.")
+        tables[table if dot else ""][name if dot else key] = value
+    return tables

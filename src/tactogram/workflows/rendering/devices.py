@@ -84,8 +84,8 @@ PATHS: tuple[DevicePath, ...] = (
         "it is itself a simulation",
     ),
     DevicePath(
-        "osc",
-        "game engines over OSC and plain UDP packets",
+        "",
+        "game engines over OSC",
         "in and out",
         "devices",
         "a sender in Python over loopback; no game engine",
@@ -98,14 +98,13 @@ ALSO = {
     "digilent": "dwf",
     "ni": "daq",
     "twelite": "serial",
-    "udp": "osc",
 }
 """Names of sources and backends that share a self-test."""
 
 
 def device_names() -> tuple[str, ...]:
     """Return the names of self-tests."""
-    return tuple(dict.fromkeys(path.name for path in PATHS))
+    return tuple(dict.fromkeys(path.name for path in PATHS if path.name))
 
 
 def try_device(name: str) -> dict[str, Any]:
@@ -289,53 +288,6 @@ def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     return "works", f"{line}; silence was played" + (", no actuator connected" if null else ""), facts
 
 
-def _osc() -> ProbeResult:
-    """Send motion to this program's own port in both forms, and a block back."""
-    import socket
-
-    from tactogram.rendering.streaming import packets
-    from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion
-
-    motion = NetworkMotion(port=0, clock=time.perf_counter)
-    ways: list[float] = []
-    blocks = 0
-    try:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as game:
-            game.settimeout(1.0)
-            game.bind(("127.0.0.1", 0))
-            for number in range(LOOPS):
-                form: packets.Form = "osc" if number % 2 else "udp"
-                begun = time.perf_counter()
-                packet = packets.motion_packet(number, begun, x_mm=number, y_mm=0, force_n=0.5, form=form)
-                game.sendto(packet, motion.address)
-                while not (found := motion.poll(0.0)) and time.perf_counter() < begun + 1:
-                    time.sleep(1e-4)
-                if found:
-                    ways.append(time.perf_counter() - begun)
-            for form in ("osc", "udp"):
-                out = NetworkBlocks(form, rate=8000, motion=motion)
-                out(np.zeros((1, 40), np.float32), 0.0)
-                out.close()
-                blocks += packets.parse_block(game.recv(65_535)) is not None
-    except TimeoutError:
-        pass
-    finally:
-        motion.close()
-    facts = {
-        "sent": LOOPS,
-        "heard": len(ways),
-        "blocks_back": blocks,
-        "way_ms": 1e3 * float(np.median(ways)) if ways else None,
-    }
-    if len(ways) < LOOPS or blocks < 2:
-        return "failed", f"{len(ways)} of {LOOPS} messages and {blocks} of 2 blocks came through", facts
-    return (
-        "works",
-        f"{LOOPS} messages in OSC and plain form and 2 blocks back over loopback; no game engine",
-        facts,
-    )
-
-
 def _mouse() -> ProbeResult:
     from tactogram.rendering.streaming.recorded_motion import MICE, MouseMotion
 
@@ -361,6 +313,5 @@ _TESTS: dict[str, Callable[[], ProbeResult]] = {
     "dwf": partial(_source, "digilent"),
     "audio": _audio,
     "null": _null,
-    "osc": _osc,
     "mouse": _mouse,
 }

@@ -110,16 +110,6 @@ class TrackRequest(Request):
     generator: Annotated[str, Option("digilent[:SERIAL], or simulated with its own bench", "DEVICE")] = (
         "simulated"
     )
-    source: Annotated[
-        str,
-        Option(
-            "source of voltage and current: scope for the generator's own inputs, or ni:Dev1/ai0:1?rate=250000",
-            "ADDRESS",
-        ),
-    ] = "scope"
-    axes: Annotated[
-        tuple[str, str] | None, Option("axes of the source (default: its first two)", ("VOLTAGE", "CURRENT"))
-    ] = None
     amps_per_volt: Annotated[float | None, Option("1 over the shunt's resistance in ohm", "A_V")] = None
     volts_per_volt: Annotated[float, Option("factor of the voltage probe", "V_V")] = 1.0
     skew_s: Annotated[float, Option("delay of the current's sample after the voltage's", "S", "--skew")] = 0.0
@@ -152,8 +142,6 @@ class TrackRequest(Request):
             raise ParameterError(
                 f"generator must be digilent, digilent:SERIAL or simulated, got {self.generator!r}"
             )
-        if self.generator == "simulated" and self.source != "scope":
-            raise ParameterError("the simulated generator has its own converter: omit `source`")
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,6 @@ from tactogram.workflows.signal_options import SignalOptions
 if TYPE_CHECKING:
     from tactogram.rendering.transducer.digilent import AnalogDiscovery
 
-NETWORK = ("osc", "udp")
-
 
 @dataclass(frozen=True)
 class StreamRequest(SignalOptions):
@@ -24,11 +22,11 @@ class StreamRequest(SignalOptions):
         Argument("generators and signals, streamed at the same time", "RUN|FILE"),
     ]
     _: KW_ONLY
-    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|udp|mouse|FILE")] = (
+    motion: Annotated[str, Option("where the finger's motion comes from", "simulated|osc|mouse|FILE")] = (
         "simulated"
     )
     backend: Annotated[
-        Literal["null", "file", "clock", "audio", "osc", "udp", "digilent"], Option("where the blocks go")
+        Literal["null", "file", "clock", "audio", "osc", "digilent"], Option("where the blocks go")
     ] = "null"
     display: Annotated[str | None, Option("one of `displays`, or a TOML file", "NAME|FILE")] = None
     level: Annotated[
@@ -72,7 +70,9 @@ class StreamRequest(SignalOptions):
         float | None,
         Option("voltage of the amplifier at the sound card's full scale, for a display driven in V", "V"),
     ] = None
-    tap_gain: Annotated[float, Option("gain of a landing's transient, 0 for none", "GAIN", "--tap")] = 4.0
+    tap_gain: Annotated[
+        float, Option("gain of a landing's transient, 0 for none", "GAIN", "--tap", least=0)
+    ] = 4.0
     realtime: Annotated[bool, Option("ask the system for real-time priority")] = False
     track: Annotated[
         Mapping[str, Any] | None,
@@ -111,7 +111,7 @@ class StreamRequest(SignalOptions):
             )
         if self.track is not None and self.backend != "digilent":
             raise ParameterError(f"the carrier of a Digilent is tracked, got the backend {self.backend}")
-        if self.backend == "file" and self.motion in (*NETWORK, "mouse"):
+        if self.backend == "file" and self.motion in ("osc", "mouse"):
             raise ParameterError(
                 f"backend file is not in real time, so motion cannot come from {self.motion}: use clock"
             )

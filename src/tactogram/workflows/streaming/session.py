@@ -31,9 +31,9 @@ from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTra
 from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.streaming.requests import StreamRequest
 
-BackendKind = Literal["null", "file", "clock", "audio", "osc", "udp", "digilent"]
+BackendKind = Literal["null", "file", "clock", "audio", "osc", "digilent"]
 StatusCallback = Callable[[float], None]
-DEVICES = "null, audio, audio:NAME, digilent, digilent:SERIAL, osc:HOST:PORT or udp:HOST:PORT"
+DEVICES = "null, audio, audio:NAME, digilent, digilent:SERIAL or osc:HOST:PORT"
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Backend:
     """Destination of a stream's blocks.
 
     ``tracking`` keeps a Digilent's carrier at the transducer's resonance.
-    ``device`` names a sound card or the serial number of a Digilent; ``to`` is the address for osc and udp, by default
+    ``device`` names a sound card or the serial number of a Digilent; ``to`` is the address for osc, by default
     that of the motion's sender; ``full_scale`` the drive at a sound card's 1.0; ``opened`` opens a Digilent.
     """
 
@@ -75,9 +75,9 @@ class Backend:
                 return cls("clock")
             case "audio":
                 return cls("audio", device=name, full_scale=full_scale_of(display, kind, full_scale))
-            case "osc" | "udp" if name:
+            case "osc" if name:
                 parse_address(name)
-                return cls("osc" if kind == "osc" else "udp", to=name)
+                return cls("osc", to=name)
             case "digilent":
                 carrier_of(display)
                 return cls("digilent", device=name, tracking=tracking)
@@ -96,7 +96,7 @@ def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
             return SimulatedHand(request.seconds + 1, seed=request.seed)
         case "mouse":
             return MouseMotion()
-        case "osc" | "udp":
+        case "osc":
             host, port = parse_address(request.listen or "127.0.0.1")
             return NetworkMotion(host=host, port=port, clock=clock.now)
     return MotionFile(request.motion)
@@ -135,10 +135,10 @@ def run(
                     realtime=realtime,
                 )
             }
-        case "osc" | "udp":
+        case "osc":
             to = parse_address(backend.to, default_port=9121) if backend.to else None
             heard = motion if isinstance(motion, NetworkMotion) else None
-            sink = NetworkBlocks(backend.kind, rate=running.engine.rate, to=to, motion=heard)
+            sink = NetworkBlocks(rate=running.engine.rate, to=to, motion=heard)
             granted = run_clocked(
                 running, seconds=seconds, clock=clock, sink=sink, status=status, realtime=realtime
             )
