@@ -115,6 +115,46 @@ def test_a_sound_above_1_khz_is_not_praised(tmp_path):
     assert "map the sound to touch instead (--map envelope)" in found["verdict"]
 
 
+def ramp(start, end, levels, hz):
+    return Part.of([start, end], levels, [start, end], np.broadcast_to(hz, 2))
+
+
+OVERLAPS = {
+    "steady": [ramp(0, 1, [0.4, 0.4], 80), ramp(0.2, 0.6, [0.5, 0.5], 200)],
+    "fading together": [ramp(0, 1, [0.5, 0.0], 80), ramp(0, 1, [0.25, 0.0], 200)],
+    "crossing": [ramp(0, 1, [0.6, 0.1], 80), ramp(0.3, 1, [0.1, 0.5], [100, 250])],
+    "beside one with an attack": [
+        *[ramp(0, 1, [0.3, 0.3], hz) for hz in (80, 200)],
+        ramp(1.2, 2, [0, 0.5], 90),
+    ],
+}
+
+
+@pytest.mark.parametrize("target", ["ahap", "haps", "hjif"])
+@pytest.mark.parametrize("name", OVERLAPS)
+def test_vibrations_that_overlap_keep_their_own_frequencies(name, target, tmp_path):
+    path = tmp_path / f"x{FORMATS[target].suffix}"
+    source = Events.of(OVERLAPS[name], [], 2.0)
+    write_haptic(path, source, format=target)
+    back = read_haptic(path).events
+    for time in (0.1, 0.35, 0.55, 0.9, 1.6):
+        wanted, got = (
+            np.array(sorted((float(p.hz(time)), float(p.at(time))) for p in one.parts if p.at(time) > 0.005))
+            for one in (source, back)
+        )
+        assert len(got) == len(wanted)
+        wanted, got = wanted.reshape(-1, 2), got.reshape(-1, 2)
+        assert got[:, 0] == pytest.approx(wanted[:, 0], abs=6)
+        assert got[:, 1] == pytest.approx(wanted[:, 1], abs=0.06)
+
+
+def test_vibrations_that_exceed_full_scale_together_keep_their_frequencies():
+    events = Events.of([ramp(0, 1, [1, 1], 65), ramp(0.5, 1.5, [1, 1], 300)], [])
+    assert [part.frequency[0] for part in events.parts] == [65, 300]
+    assert [float(part.at(0.7)) for part in events.parts] == pytest.approx([0.5**0.5] * 2, abs=1e-6)
+    assert events.joined.at(np.array([0.2, 0.7, 1.2])) == pytest.approx([1, 1, 1])
+
+
 @st.composite
 def designs(draw):
     """Return taps 100 ms apart or more, and a vibration that begins and ends."""

@@ -104,6 +104,24 @@ class Part:
         """Return the frequency at times."""
         return np.asarray(np.interp(t, self.times, self.frequency))
 
+    @property
+    def runs(self) -> list[Part]:
+        """Its stretches that sound, without the jumps from and to silence."""
+        first, second = self.amplitude[:-1], self.amplitude[1:]
+        edge = (np.minimum(first, second) == 0) & (np.diff(self.times) <= 2 * JUMP_S)
+        on = np.concatenate([[False], (np.maximum(first, second) > 0) & ~edge, [False]])
+        turns = np.flatnonzero(np.diff(on)).tolist()
+        return [
+            Part(*(values[i : j + 1] for values in (self.times, self.amplitude, self.frequency)))
+            for i, j in zip(turns[::2], turns[1::2], strict=True)
+        ]
+
+    def limited(self, whole: Part) -> Part:
+        """Return its share of what an actuator plays of the ``whole``, whose amplitude ends at 1."""
+        times = np.union1d(self.times, whole.times[slice(*np.searchsorted(whole.times, self.times[[0, -1]]))])
+        amplitude = self.at(times) / np.maximum(whole.at(times), 1)
+        return Part(times, amplitude, self.hz(times))
+
     def within(self, start: float, end: float) -> Part:
         """Return it from ``start`` to ``end``, with silence where it has nothing."""
         edges = [start, self.start - JUMP_S, self.end + JUMP_S, end]
@@ -138,14 +156,14 @@ class Events:
     ) -> Events:
         """Return events without what is silent, that last at least ``seconds``.
 
-        What is ``limited`` is cut off at an amplitude of 1 where vibrations together exceed it, as by one actuator.
+        What is ``limited`` is reduced to an amplitude of 1 where vibrations together exceed it, as by one actuator.
         """
         sounding = tuple(part for part in parts if part.peak > 0)
         taps = tuple(sorted((one for one in transients if one.amplitude > 0), key=lambda one: one.time))
         end = max([seconds, *(part.end for part in sounding)])
         end = max([end, *(one.time + PULSE_S for one in taps if one.time >= end)])
         if limited and (whole := joined(sounding)).peak > 1:
-            sounding = (replace(whole, amplitude=np.minimum(whole.amplitude, 1)),)
+            sounding = tuple(part.limited(whole) for part in sounding)
         return cls(
             end, sounding, tuple(replace(one, amplitude=min(1.0, one.amplitude)) for one in taps), span
         )

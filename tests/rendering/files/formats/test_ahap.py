@@ -64,12 +64,15 @@ def test_limits_of_points_and_durations_are_kept():
 
 
 def test_each_curve_begins_where_the_one_before_ended():
-    document = written_by(ahap, noise(3))
+    t = np.arange(3 * 500) / 500
+    slow = Signal((0.5 - 0.4 * np.cos(t * 9)) * np.sin(2 * np.pi * 100 * t), 500, "1")
+    document = written_by(ahap, slow)
     curves = [
         e["ParameterCurve"]
         for e in document["Pattern"]
         if e.get("ParameterCurve", {}).get("ParameterID") == "HapticIntensityControl"
     ]
+    assert len(curves) > 2
     for one, other in pairwise(curves):
         last, first = one["ParameterCurveControlPoints"][-1], other["ParameterCurveControlPoints"][0]
         assert one["Time"] + last["Time"] == pytest.approx(other["Time"], abs=2e-6)
@@ -255,3 +258,28 @@ def test_a_drawn_transient_is_stronger_and_duller_than_the_buzz_it_is_on():
     t = np.array([0.05, 0.2, 0.31, 0.4])  # the buzz is as strong within the second transient as around it
     assert back.joined.at(t) == pytest.approx([0, 0.25, 0.25, 0.25], abs=1e-3)
     assert back.joined.hz(t[1:]) == pytest.approx([170] * 3, abs=0.1)
+
+
+def test_a_vibration_after_a_tap_begins_where_it_is_and_at_its_strength():
+    decay = curve("HapticIntensityControl", (0, 1), (0.25, 0), time=0.015)
+    tap = event(0.0, "HapticTransient", HapticIntensity=0.8)
+    source = read(ahap, pattern(tap, event(0.015, duration=0.25, HapticIntensity=0.8), decay)).events
+    document = written_by(ahap, source)
+    assert problems(ahap, document) == []
+    back = read(ahap, document).events
+    t = np.array([0.005, 0.0149, 0.0151, 0.02, 0.0225, 0.1, 0.2])
+    assert source.joined.at(t[:4]) == pytest.approx([0, 0, 0.64, 0.615], abs=2e-3)
+    assert back.joined.at(t) == pytest.approx(source.joined.at(t), abs=0.03)
+    assert back.joined.start == pytest.approx(0.015, abs=2e-5)
+
+
+def test_short_changes_between_taps_remain():
+    swell = [(i / 50, 0.2 + 0.8 * (i % 2)) for i in range(26)]  # up and down within 40 ms
+    taps = [event(i / 20, "HapticTransient", HapticIntensity=1.0) for i in range(9)]
+    source = read(ahap, pattern(event(duration=0.5), *taps, curve("HapticIntensityControl", *swell))).events
+    back = read(ahap, written_by(ahap, source)).events
+    t = np.arange(0.0, 0.5, 0.001)
+    assert back.joined.at(t) == pytest.approx(source.joined.at(t), abs=0.15)
+    assert np.abs(back.joined.at(t) - source.joined.at(t)).mean() < 0.03
+    wanted = [tap.amplitude for tap in source.transients]
+    assert [tap.amplitude for tap in back.transients] == pytest.approx(wanted, abs=1e-3)
