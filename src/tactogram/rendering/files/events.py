@@ -189,6 +189,11 @@ class Events:
         """All vibrations as one, see `joined`."""
         return joined(self.parts)
 
+    def tones(self, t: Line) -> tuple[Line, Line]:
+        """Return amplitude and frequency of the `voices` at times, float64 arrays of shape (voice, time)."""
+        parts = [joined(voice) for voice in voices(self.parts)] or [self.joined]
+        return np.stack([part.at(t) for part in parts]), np.stack([part.hz(t) for part in parts])
+
     def check_length(self, title: str) -> None:
         """Raise `ParameterError` if they last less than `SHORTEST_S`; ``title`` is the format's."""
         if self.seconds < SHORTEST_S:
@@ -253,6 +258,18 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
     power, turning, weights = total
     heard = weights > 0
     return Part(times, np.sqrt(power), np.interp(times, times[heard], turning[heard] / weights[heard]))
+
+
+def voices(parts: Iterable[Part]) -> list[list[Part]]:
+    """Return vibrations as few lists of such as do not overlap, each in order of time."""
+    found: list[list[Part]] = []
+    for part in sorted(parts, key=lambda part: part.start):
+        free = next((voice for voice in found if voice[-1].end <= part.start + JUMP_S), None)
+        if free is None:
+            found.append([part])
+        else:
+            free.append(part)
+    return found
 
 
 def stepped(edges: Line, strength: Line, hz: float) -> Part:

@@ -23,6 +23,7 @@ from tactogram.rendering.files.events import (
     bends,
     increasing,
     joined,
+    voices,
 )
 from tactogram.rendering.files.format import HapticFormat
 
@@ -36,13 +37,7 @@ _DIGITS = 6
 def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of events within 0 to 1: a melody of transients, and one for each overlapping vibration."""
     events.check_length("an Interhaptics effect")
-    melodies: list[list[Part]] = []
-    for part in sorted(events.parts, key=lambda part: part.start):
-        free = next((melody for melody in melodies if melody[-1].end <= part.start), None)
-        if free is None:
-            melodies.append([part])
-        else:
-            free.append(part)
+    melodies = voices(events.parts)
     if not events.count:
         melodies = [[Part.of([0.0, events.seconds], [0.0, 0.0], 0.0, UNKNOWN_HZ)]]
     taps = [
