@@ -198,6 +198,53 @@ def test_an_event_that_is_not_sustained_dies_away_within_its_decay():
     assert found.at(np.array([0.0, 0.15, 0.31, 0.9])) == pytest.approx([1, 0.25, 0, 0], abs=0.01)
 
 
+def test_the_decay_acts_only_on_what_is_not_sustained():
+    sustained = read(ahap, pattern(event(duration=0.5, HapticIntensity=1.0, DecayTime=0.8)))
+    assert (sustained.events.seconds, sustained.warnings) == (0.5, ())
+    assert sustained.events.joined.at(np.array([0.1, 0.49])) == pytest.approx([1, 1])
+    for switch in (False, 0):
+        document = pattern(event(HapticIntensity=1.0, DecayTime=0.3, Sustained=switch))
+        assert read(ahap, document).events.joined.at(0.15) == pytest.approx(0.25, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("values", "warning"),
+    [
+        ({"AttackTime": 0.1}, "Apple states no unit of AttackTime, DecayTime, ReleaseTime: read as s"),
+        (
+            {"Sustained": 0},
+            "an event that is not Sustained must have a DecayTime: it dies away within 0.02 s",
+        ),
+    ],
+)
+def test_what_apple_does_not_state_is_named(values, warning):
+    assert read(ahap, pattern(event(**values))).warnings == (warning,)
+
+
+@pytest.mark.parametrize(
+    ("change", "warning"),
+    [
+        ({"Metadata": {"Description": 5}}, "Metadata.Description must be text, got 5: ignored"),
+        (
+            {"Pattern": [event(), {"ParameterCurve": {"Time": 0.0, "ParameterCurveControlPoints": []}}]},
+            "a ParameterCurve must have a ParameterID: left out",
+        ),
+    ],
+)
+def test_what_core_haptics_ignores_is_named(change, warning):
+    found = read(ahap, pattern(event()) | change)
+    assert (found.warnings, found.events.seconds) == ((warning,), 1.0)
+
+
+def test_one_fault_is_one_problem():
+    without = event()
+    del without["Event"]["EventDuration"]
+    assert problems(ahap, pattern(without)) == ["Pattern.0.Event.EventDuration: is required"]
+    assert problems(ahap, {"pattern": []}) == ["Pattern: is required"]
+    [listed] = problems(ahap, pattern(event(), {"Parameter": [1]}))
+    assert listed == "Pattern.1.Parameter: must be an object, got [1]"
+
+
 def test_attack_and_release_are_ramps_of_the_intensity():
     found = read(ahap, pattern(event(HapticIntensity=1.0, AttackTime=0.2, ReleaseTime=0.4))).events
     assert found.seconds == pytest.approx(1.4)

@@ -15,6 +15,7 @@ import numpy as np
 
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import (
+    JUMP_S,
     UNKNOWN_HZ,
     Events,
     Line,
@@ -85,7 +86,11 @@ def decode(document: Node) -> DecodedDocument:
         # A vibration ends where the next one of its melody begins, at the latest.
         lasting.sort(key=lambda note: note[0])
         following = [*(note[0] for note in lasting[1:]), np.inf]
-        parts += [_part(*note, after) for note, after in zip(lasting, following, strict=False)]
+        for one, after in zip(lasting, following, strict=False):
+            if (end := one[0] + one[1]) > after + 10 * JUMP_S:
+                rule = "notes of a melody must not overlap"
+                notes.warn(rule, f"{end:g} s and {after:g} s", "one ends where the next begins")
+            parts.append(_part(*one, after))
     if not parts and not taps:
         notes.problems.append("the file holds no vibration")
     notes.check()

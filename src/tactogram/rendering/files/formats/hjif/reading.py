@@ -42,6 +42,9 @@ def decode(document: Node) -> DecodedDocument:
     notes.check()
     usual = max(channel.rate for channel in channels) or READ_RATE
     sample_count(seconds, usual)
+    for effect in (effect for channel in channels for effect in channel.effects):
+        if effect.kind == "VectorialWave" and not effect.frequency.size:
+            notes.warn("a VectorialWave effect must have a frequency", done="left out")
     waves = all(
         effect.kind == "Transient" or (effect.kind == "VectorialWave" and effect.base == "Sine")
         for channel in channels
