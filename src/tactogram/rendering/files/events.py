@@ -116,12 +116,6 @@ class Part:
             for i, j in zip(turns[::2], turns[1::2], strict=True)
         ]
 
-    def limited(self, whole: Part) -> Part:
-        """Return its share of what an actuator plays of the ``whole``, whose amplitude ends at 1."""
-        times = np.union1d(self.times, whole.times[slice(*np.searchsorted(whole.times, self.times[[0, -1]]))])
-        amplitude = self.at(times) / np.maximum(whole.at(times), 1)
-        return Part(times, amplitude, self.hz(times))
-
     def within(self, start: float, end: float) -> Part:
         """Return it from ``start`` to ``end``, with silence where it has nothing."""
         edges = [start, self.start - JUMP_S, self.end + JUMP_S, end]
@@ -163,7 +157,12 @@ class Events:
         end = max([seconds, *(part.end for part in sounding)])
         end = max([end, *(one.time + PULSE_S for one in taps if one.time >= end)])
         if limited and (whole := joined(sounding)).peak > 1:
-            sounding = tuple(part.limited(whole) for part in sounding)
+            parts, sounding = sounding, ()
+            for part in parts:
+                inside = whole.times[slice(*np.searchsorted(whole.times, [part.start, part.end]))]
+                times = np.union1d(part.times, inside)
+                shares = part.at(times) / np.maximum(whole.at(times), 1)
+                sounding += (Part(times, shares, part.hz(times)),)
         return cls(
             end, sounding, tuple(replace(one, amplitude=min(1.0, one.amplitude)) for one in taps), span
         )

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.events import (
@@ -51,20 +52,17 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
         _event(one.time, "HapticTransient", one.amplitude, float(span.share(one.frequency)))
         for one in events.transients
     ]
-    controlled = _controlled(runs, events, span)
-    for run in runs:
-        entries += _continuous(run, runs, controlled, span)
-    last = max((float(entry["Event"]["Time"]) for entry in entries), default=0.0)
-    for start, end in controlled:
-        inside, t = _between(start, end, runs)
-        level, sharp = _controls(t, inside, span)
+    controls = _controls(runs, events, span)
+    entries += [entry for run in runs for entry in _continuous(run, controls, span)]
+    last = max((entry["Event"]["Time"] for entry in entries), default=0.0)
+    for t, level, sharp in controls:
+        end = round(float(t[-1]), _DIGITS)
         curves = ((INTENSITY, level, INTENSITY_STEP, 1.0), (SHARPNESS, sharp, SHARPNESS_STEP, 0.0))
         for name, values, tolerance, idle in curves:
             chosen = thinned(t, values, tolerance)
             entries += _curves(name, t[chosen], values[chosen])
             if end <= last:
-                step = {"ParameterID": name, "Time": round(end, _DIGITS), "ParameterValue": idle}
-                entries.append({"Parameter": step})
+                entries.append({"Parameter": {"ParameterID": name, "Time": end, "ParameterValue": idle}})
     return {
         "Version": 1.0,
         "Metadata": {"Project": "tactogram", "Description": header.description},
@@ -75,39 +73,36 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     }
 
 
-def _controlled(runs: list[Part], events: Events, span: FrequencySpan) -> list[tuple[float, float]]:
-    """Return the times in which controls act: those of vibrations that are not steady, without the transients."""
-    spans = sorted(
-        (run.start, run.end)
-        for run in runs
-        if np.ptp(run.amplitude) > STEADY or np.ptp(span.share(run.frequency)) > 10 * STEADY
-    )
-    if not spans:
-        return []
-    starts, ends = np.array(spans).T
+def _controls(runs: list[Part], events: Events, span: FrequencySpan) -> list[tuple[Line, Line, Line]]:
+    """Return times, intensity and sharpness of the controls: of vibrations that are not steady, beside transients."""
+    spans = np.array(
+        [
+            (run.start, run.end)
+            for run in sorted(runs, key=lambda run: run.start)
+            if np.ptp(run.amplitude) > STEADY or np.ptp(span.share(run.frequency)) > 10 * STEADY
+        ]
+    ).reshape(-1, 2)
     taps = np.array([one.time for one in events.transients])
     windows = spans_of(np.maximum(0, taps - LEAD_S), taps + PULSE_S, 3 * LEAD_S)
     found = []
-    for start, end in spans_of(starts, np.maximum.accumulate(ends), 0.0):
-        near = [window for window in windows if window[0] < end and window[1] > start]
-        edges = [start, *(edge for window in near for edge in window), end]
-        found += [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > LEAD_S]
+    for first, last in spans_of(spans[:, 0], np.maximum.accumulate(spans[:, 1]), 0.0):
+        near = [edge for window in windows if window[0] < last and window[1] > first for edge in window]
+        edges = [first, *near, last]
+        for start, end in zip(edges[::2], edges[1::2], strict=True):
+            if end - start <= LEAD_S:
+                continue
+            inside = [run for run in runs if run.start < end and run.end > start]
+            t = _between(start, end, *((run.start - JUMP_S, *run.times, run.end + JUMP_S) for run in inside))
+            shares = (np.where((t < run.start) | (t > run.end), 1, span.share(run.hz(t))) for run in inside)
+            level = _level(np.max([run.at(t) for run in inside], axis=0))
+            found.append((t, level, np.min(list(shares), axis=0)))
     return found
 
 
-def _between(start: float, end: float, runs: list[Part]) -> tuple[list[Part], Line]:
-    """Return the vibrations between two times, and the times of their points there, with more on curves."""
-    inside = [run for run in runs if run.start < end and run.end > start]
-    at = np.unique([edge for run in inside for edge in (run.start - JUMP_S, *run.times, run.end + JUMP_S)])
-    # The root of a line is not a line; a line that leaves the span has a bend there.
-    return inside, densified(np.concatenate([[start], at[(at > start) & (at < end)], [end]]))
-
-
-def _controls(t: Line, runs: list[Part], span: FrequencySpan) -> tuple[Line, Line]:
-    """Return the strongest intensity and the lowest sharpness of vibrations at times."""
-    sounding = [(t >= run.start) & (t <= run.end) for run in runs]
-    shares = [np.where(on, span.share(run.hz(t)), 1.0) for on, run in zip(sounding, runs, strict=True)]
-    return _level(np.max([run.at(t) for run in runs], axis=0)), np.min(shares, axis=0)
+def _between(start: float, end: float, *times: ArrayLike) -> Line:
+    """Return times between two, with more on what is no line: a root, or what leaves the span."""
+    at = np.concatenate([[start, end], *times])
+    return densified(np.unique(at[(at >= start) & (at <= end)]))
 
 
 def _level(amplitude: Line) -> Line:
@@ -115,27 +110,27 @@ def _level(amplitude: Line) -> Line:
 
 
 def _continuous(
-    run: Part, runs: list[Part], controlled: list[tuple[float, float]], span: FrequencySpan
+    run: Part, controls: list[tuple[Line, Line, Line]], span: FrequencySpan
 ) -> list[dict[str, Any]]:
     """Return a vibration as continuous events, each of the intensity and sharpness that the controls lack."""
-    edges = [edge for window in controlled for edge in window if run.start < edge < run.end]
+    edges = {float(edge) for t, _, _ in controls for edge in t[[0, -1]] if run.start < edge < run.end}
     pieces: list[list[float]] = []
     tolerances = np.array([PIECE_STEP, SHARPNESS_STEP])
-    for start, end in pairwise([run.start, *edges, run.end]):
-        inside, t = _between(start, end, runs)
+    for start, end in pairwise(sorted({run.start, run.end, *edges})):
+        acting = next((one for one in controls if one[0][0] <= start and end <= one[0][-1]), None)
+        t = _between(start, end, run.times, acting[0] if acting else [])
         own, sharp = _level(run.at(t)), span.share(run.hz(t))
-        if any(first <= start and end <= last for first, last in controlled):
-            level, base = _controls(t, inside, span)
+        if acting:
+            level, base = (np.interp(t, acting[0], values) for values in acting[1:])
             heard = level > INTENSITY_STEP
             own = np.interp(t, t[heard], own[heard] / level[heard]) if heard.any() else np.ones(len(t))
             sharp = sharp - base
         kept = np.union1d(thinned(t, own, PIECE_STEP), thinned(t, sharp, SHARPNESS_STEP))
         for i, j in pairwise(kept.tolist()):
-            if t[j] - t[i] <= 2 * JUMP_S:
-                continue
             steps = (np.abs([own[j] - own[i], sharp[j] - sharp[i]]) / tolerances).max() / 2
-            ends = np.linspace(t[i], t[j], 1 + max(1, min(math.ceil(steps), int((t[j] - t[i]) / LEAD_S))))
-            for a, b in pairwise(ends.tolist()):
+            count = max(1, min(math.ceil(steps), int((t[j] - t[i]) / LEAD_S)))
+            ends = np.linspace(t[i], t[j], 1 + count).tolist() if t[j] - t[i] > 2 * JUMP_S else []
+            for a, b in pairwise(ends):
                 found = [float(np.interp((a + b) / 2, t, values)) for values in (own, sharp)]
                 if pieces and (np.abs(np.subtract(pieces[-1][2:], found)) <= tolerances / 2).all():
                     pieces[-1][1] = b
