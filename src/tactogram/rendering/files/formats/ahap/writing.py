@@ -32,7 +32,7 @@ INTENSITY_STEP, SHARPNESS_STEP = 0.01, 0.02
 PIECE_STEP = 0.04
 """Largest deviation of an event's intensity from that of the vibration, where no curve follows it."""
 STEADY = 1e-4
-"""Intensity and sharpness by which a vibration of one event varies at most, in squares."""
+"""Intensity, and ten times as much sharpness, by which a steady vibration varies at most."""
 LEAD_S = 0.001
 """Time before a transient from which the controls do nothing, s."""
 _DIGITS = 6
@@ -47,13 +47,15 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """
     events.check_length("AHAP")
     span = events.span or SPAN
-    runs = [run for part in events.parts for run in part.runs]
-    entries = [
-        _event(one.time, "HapticTransient", one.amplitude, float(span.share(one.frequency)))
+    runs = [_shares(run, span) for part in events.parts for run in part.runs]
+    controls = _controls(runs, np.array([one.time for one in events.transients]))
+    entries = [entry for run in runs for entry in _continuous(run, controls)]
+    entries += [
+        _event(
+            one.time, "HapticTransient", math.sqrt(min(1.0, one.amplitude)), float(span.share(one.frequency))
+        )
         for one in events.transients
     ]
-    controls = _controls(runs, events, span)
-    entries += [entry for run in runs for entry in _continuous(run, controls, span)]
     last = max((entry["Event"]["Time"] for entry in entries), default=0.0)
     for t, level, sharp in controls:
         end = round(float(t[-1]), _DIGITS)
@@ -73,53 +75,45 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     }
 
 
-def _controls(runs: list[Part], events: Events, span: FrequencySpan) -> list[tuple[Line, Line, Line]]:
+def _shares(run: Part, span: FrequencySpan) -> Part:
+    """Return a vibration of intensity and sharpness, with more points: the root of a line is not a line."""
+    t = densified(run.times)
+    return Part(t, np.sqrt(np.minimum(run.at(t), 1)), span.share(run.hz(t)))
+
+
+def _controls(runs: list[Part], taps: Line) -> list[tuple[Line, Line, Line]]:
     """Return times, intensity and sharpness of the controls: of vibrations that are not steady, beside transients."""
-    spans = np.array(
-        [
-            (run.start, run.end)
-            for run in sorted(runs, key=lambda run: run.start)
-            if np.ptp(run.amplitude) > STEADY or np.ptp(span.share(run.frequency)) > 10 * STEADY
-        ]
-    ).reshape(-1, 2)
-    taps = np.array([one.time for one in events.transients])
+    varying = [run for run in runs if np.ptp(run.amplitude) > STEADY or np.ptp(run.frequency) > 10 * STEADY]
+    spans = np.array(sorted((run.start, run.end) for run in varying)).reshape(-1, 2)
     windows = spans_of(np.maximum(0, taps - LEAD_S), taps + PULSE_S, 3 * LEAD_S)
     found = []
     for first, last in spans_of(spans[:, 0], np.maximum.accumulate(spans[:, 1]), 0.0):
         near = [edge for window in windows if window[0] < last and window[1] > first for edge in window]
         edges = [first, *near, last]
         for start, end in zip(edges[::2], edges[1::2], strict=True):
-            if end - start <= LEAD_S:
-                continue
             inside = [run for run in runs if run.start < end and run.end > start]
-            t = _between(start, end, *((run.start - JUMP_S, *run.times, run.end + JUMP_S) for run in inside))
-            shares = (np.where((t < run.start) | (t > run.end), 1, span.share(run.hz(t))) for run in inside)
-            level = _level(np.max([run.at(t) for run in inside], axis=0))
-            found.append((t, level, np.min(list(shares), axis=0)))
+            if end - start > LEAD_S:
+                points = ((run.start - JUMP_S, *run.times, run.end + JUMP_S) for run in inside)
+                t = _between(start, end, *points)
+                sharp = [np.where((t < run.start) | (t > run.end), 1.0, run.hz(t)) for run in inside]
+                found.append((t, np.max([run.at(t) for run in inside], axis=0), np.min(sharp, axis=0)))
     return found
 
 
 def _between(start: float, end: float, *times: ArrayLike) -> Line:
-    """Return times between two, with more on what is no line: a root, or what leaves the span."""
-    at = np.concatenate([[start, end], *times])
-    return densified(np.unique(at[(at >= start) & (at <= end)]))
+    at = np.unique(np.concatenate([[start, end], *times]))
+    return np.asarray(at[(at >= start) & (at <= end)])
 
 
-def _level(amplitude: Line) -> Line:
-    return np.asarray(np.sqrt(np.minimum(amplitude, 1)))
-
-
-def _continuous(
-    run: Part, controls: list[tuple[Line, Line, Line]], span: FrequencySpan
-) -> list[dict[str, Any]]:
+def _continuous(run: Part, controls: list[tuple[Line, Line, Line]]) -> list[dict[str, Any]]:
     """Return a vibration as continuous events, each of the intensity and sharpness that the controls lack."""
-    edges = {float(edge) for t, _, _ in controls for edge in t[[0, -1]] if run.start < edge < run.end}
+    edges = {edge for t, _, _ in controls for edge in (t[0], t[-1]) if run.start < edge < run.end}
     pieces: list[list[float]] = []
     tolerances = np.array([PIECE_STEP, SHARPNESS_STEP])
     for start, end in pairwise(sorted({run.start, run.end, *edges})):
         acting = next((one for one in controls if one[0][0] <= start and end <= one[0][-1]), None)
         t = _between(start, end, run.times, acting[0] if acting else [])
-        own, sharp = _level(run.at(t)), span.share(run.hz(t))
+        own, sharp = run.at(t), run.hz(t)
         if acting:
             level, base = (np.interp(t, acting[0], values) for values in acting[1:])
             heard = level > INTENSITY_STEP
@@ -136,22 +130,22 @@ def _continuous(
                     pieces[-1][1] = b
                 else:
                     pieces.append([pieces[-1][1] if pieces else a, b, *found])
-    return [entry for start, end, level, sharp in pieces for entry in _chunks(start, end, level**2, sharp)]
+    return [entry for piece in pieces for entry in _chunks(*piece)]
 
 
-def _chunks(start: float, end: float, amplitude: float, sharpness: float) -> list[dict[str, Any]]:
+def _chunks(start: float, end: float, intensity: float, sharpness: float) -> list[dict[str, Any]]:
     """Return a continuous event, or several where it is longer than Core Haptics plays."""
     return [
-        _event(at, "HapticContinuous", amplitude, sharpness, duration=min(LONGEST_EVENT_S, end - at))
+        _event(at, "HapticContinuous", intensity, sharpness, duration=min(LONGEST_EVENT_S, end - at))
         for at in np.arange(start, end, LONGEST_EVENT_S).tolist()
         if end - at >= SHORTEST_S
     ]
 
 
 def _event(
-    time: float, kind: str, amplitude: float, sharpness: float, *, duration: float | None = None
+    time: float, kind: str, intensity: float, sharpness: float, *, duration: float | None = None
 ) -> dict[str, Any]:
-    values = {"HapticIntensity": float(np.sqrt(min(1.0, amplitude))), "HapticSharpness": sharpness}
+    values = {"HapticIntensity": intensity, "HapticSharpness": sharpness}
     event: dict[str, Any] = {
         "Time": round(float(time), _DIGITS),
         "EventType": kind,
