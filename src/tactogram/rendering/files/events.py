@@ -188,11 +188,6 @@ class Events:
         """All vibrations as one, see `joined`."""
         return joined(self.parts)
 
-    def tones(self, t: Line) -> tuple[Line, Line]:
-        """Return amplitude and frequency of the `voices` at times, float64 arrays of shape (voice, time)."""
-        parts = [joined(voice) for voice in voices(self.parts)] or [self.joined]
-        return np.stack([part.at(t) for part in parts]), np.stack([part.hz(t) for part in parts])
-
     def check_length(self, title: str) -> None:
         """Raise `ParameterError` if they last less than `SHORTEST_S`; ``title`` is the format's."""
         if self.seconds < SHORTEST_S:

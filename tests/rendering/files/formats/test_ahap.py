@@ -330,3 +330,22 @@ def test_short_changes_between_taps_remain():
     assert np.abs(back.joined.at(t) - source.joined.at(t)).mean() < 0.03
     wanted = [tap.amplitude for tap in source.transients]
     assert [tap.amplitude for tap in back.transients] == pytest.approx(wanted, abs=1e-3)
+
+
+def test_controls_are_reset_in_silence():
+    fades = [Part.of([start, start + 0.2], [0.5, 0.3], 0.0, 170.0) for start in (0.0, 0.3)]
+    source = Events.of([*fades, Part.of([0.8, 1.0], [0.4, 0.4], 0.0, 100.0)], [Transient(0.7, 0.5, 200.0)])
+    document = written_by(ahap, source)
+    steps = [one["Parameter"] for one in document["Pattern"] if "Parameter" in one]
+    assert [(one["Time"], one["ParameterValue"]) for one in steps] == [(0.6, 1.0), (0.6, 0.0)]
+    back = read(ahap, document).events
+    t = np.array([0.0, 0.1, 0.19, 0.2, 0.25, 0.3, 0.4, 0.49, 0.5, 0.6, 0.9])
+    assert back.joined.at(t) == pytest.approx(source.joined.at(t), abs=0.01)
+    assert max(part.peak for part in back.parts) == pytest.approx(0.5, abs=1e-3)
+    assert back.transients[0].amplitude == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_control_that_steps_when_an_event_ends_does_not_act_on_it():
+    step = {"Parameter": {"ParameterID": "HapticIntensityControl", "Time": 1.0, "ParameterValue": 1.0}}
+    document = pattern(event(), curve("HapticIntensityControl", (0, 0.5), (1, 0.5)), step)
+    assert read(ahap, document).events.parts[0].amplitude == pytest.approx(0.25)

@@ -131,22 +131,23 @@ def _vibration(start: float, duration: float, values: dict[str, float], controls
     if values["Sustained"] < 0.5:
         points.append((attack + (decay or SHORTEST_DECAY_S), 0.0))
     times, gain = np.array(points).T
-    last = float(np.interp(duration, times, gain))
-    times, gain = np.append(times[times < duration], duration), np.append(gain[times < duration], last)
-    if release and last:
+    left = float(np.interp(duration, times, gain))
+    times, gain = np.append(times[times < duration], duration), np.append(gain[times < duration], left)
+    if release and left:
         times, gain = np.append(times, duration + release), np.append(gain, 0.0)
     times = start + times
     both = np.unique(np.concatenate([times, controls[INTENSITY][0], controls[SHARPNESS][0]]))
     at = both[(both >= times[0]) & (both <= times[-1])]
+    last = times[-1] - JUMP_S  # A step of a control at its end does not act on it.
 
     def amplitude(t: Line) -> Line:
-        level = values["HapticIntensity"] * _at(controls[INTENSITY], t) * np.interp(t, times, gain)
-        return np.asarray(level**2)
+        control = _at(controls[INTENSITY], np.minimum(t, last))
+        return np.asarray((values["HapticIntensity"] * control * np.interp(t, times, gain)) ** 2)
 
     # The square of a line is none.
     dense = densified(at)
     at = np.union1d(at, dense[thinned(dense, amplitude(dense), FINE)])
-    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], at), 0, 1)
+    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], np.minimum(at, last)), 0, 1)
     return Part(at, amplitude(at), SPAN.hz(sharp))
 
 
