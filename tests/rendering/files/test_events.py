@@ -155,6 +155,44 @@ def test_vibrations_that_exceed_full_scale_together_keep_their_frequencies():
     assert events.joined.at(np.array([0.2, 0.7, 1.2])) == pytest.approx([1, 1, 1])
 
 
+def lines(path, name):
+    points = json.loads(path.read_text())["controlPoints"]
+    return list(
+        zip(
+            np.cumsum([point["durationMillis"] for point in points]).tolist(),
+            [p[name] for p in points],
+            strict=True,
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("target", "name"), [("android_envelope", "amplitude"), ("android_basic", "intensity")]
+)
+def test_silence_stays_silent_in_an_envelope(target, name, tmp_path):
+    buzz = ramp(0, 0.5, [0.6, 0.6], 150)
+    path = tmp_path / "x.json"
+    write_haptic(path, Events.of([buzz], [Transient(1.0, 1.0, 150.0)]), format=target)
+    assert lines(path, name) == [(20, 0.6), (500, 0.6), (520, 0), (1000, 0), (1020, 1), (1040, 0)]
+    write_haptic(path, Events.of([ramp(0.5, 1, [0.5, 0.5], 150)], [], 1.5), format=target)
+    assert lines(path, name) == [(500, 0), (520, 0.5), (1000, 0.5), (1020, 0), (1500, 0)]
+
+
+@pytest.mark.parametrize("target", ["android_envelope", "android_basic"])
+def test_an_envelope_keeps_taps_on_a_vibration_and_the_strongest_of_many(target, tmp_path):
+    path = tmp_path / "x.json"
+    on_buzz = [Transient(0.3, 1.0, 150.0), Transient(0.6, 0.8, 150.0)]
+    write_haptic(path, Events.of([ramp(0, 1, [0.25, 0.25], 150)], on_buzz), format=target)
+    back = read_haptic(path, format=target).events
+    assert [(tap.time, tap.amplitude) for tap in back.transients] == [(0.3, 1.0), (0.6, 0.8)]
+    assert back.joined.at(np.array([0.1, 0.32, 0.62, 0.8])) == pytest.approx([0.25] * 4)
+    many = [Transient(i * 0.055, 1.0 if i % 2 else 0.4, 150.0) for i in range(12)]
+    write_haptic(path, Events.of([], many), format=target)
+    back = read_haptic(path, format=target).events
+    assert [tap.amplitude for tap in back.transients] == [1.0] * 5
+    assert back.parts == ()
+
+
 @st.composite
 def designs(draw):
     """Return taps 100 ms apart or more, and a vibration that begins and ends."""
