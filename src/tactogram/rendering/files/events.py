@@ -109,12 +109,8 @@ class Part:
         """Its stretches that sound, without the jumps from and to silence."""
         first, second = self.amplitude[:-1], self.amplitude[1:]
         edge = (np.minimum(first, second) == 0) & (np.diff(self.times) <= 2 * JUMP_S)
-        on = np.concatenate([[False], (np.maximum(first, second) > 0) & ~edge, [False]])
-        turns = np.flatnonzero(np.diff(on)).tolist()
-        return [
-            Part(*(values[i : j + 1] for values in (self.times, self.amplitude, self.frequency)))
-            for i, j in zip(turns[::2], turns[1::2], strict=True)
-        ]
+        on = (np.maximum(first, second) > 0) & ~edge
+        return [self.within(*span) for span in spans_of(self.times[:-1][on], self.times[1:][on], 0.0)]
 
     def within(self, start: float, end: float) -> Part:
         """Return it from ``start`` to ``end``, with silence where it has nothing."""

@@ -70,12 +70,9 @@ def decode(document: Node) -> DecodedDocument:
             taps.append(Transient(start, strength**2, float(SPAN.hz(sharp))))
         elif duration := event.number("EventDuration", None, 0.0, LONGEST_EVENT_S):
             parts.append(_vibration(start, duration, values, controls))
-            fading = values["Sustained"] < 0.5
-            if values["AttackTime"] or values["ReleaseTime"] or (fading and values["DecayTime"]):
-                notes.warn(f"Apple states no unit of {', '.join(TIMES)}", done="read as s")
-            if fading and not values["DecayTime"]:
-                rule = "an event that is not Sustained must have a DecayTime"
-                notes.warn(rule, done=f"it dies away within {SHORTEST_DECAY_S:g} s")
+            if values["AttackTime"] or values["ReleaseTime"] or values["Sustained"] < 0.5:
+                done = f"read as s, a decay as {SHORTEST_DECAY_S:g} s at least"
+                notes.warn(f"Apple states no unit of {', '.join(TIMES)}", done=done)
         elif event.has("EventDuration"):
             notes.warn("EventDuration of a HapticContinuous event must be above 0 s", done="left out")
     for entry in entries:
@@ -91,10 +88,7 @@ def decode(document: Node) -> DecodedDocument:
     notes.check()
     events = Events.of(parts, taps, max([0.0, *(part.end for part in parts)]), SPAN)
     about = document.value.get("Metadata")
-    text = about.get("Description", "") if isinstance(about, dict) else ""
-    if not isinstance(text, str):
-        notes.warn("Metadata.Description must be text", text, "ignored")
-        text = ""
+    text = str(about.get("Description") or "") if isinstance(about, dict) else ""
     gone = ", ".join(f"{count} {name}" for name, count in left_out.items())
     return DecodedDocument(events, text, "sharpness", gone)
 
@@ -129,7 +123,7 @@ def _vibration(start: float, duration: float, values: dict[str, float], controls
     attack, decay, release = (values[name] for name in TIMES)
     points = [(0.0, 0.0), (attack, 1.0)] if attack else [(0.0, 1.0)]
     if values["Sustained"] < 0.5:
-        points.append((attack + (decay or SHORTEST_DECAY_S), 0.0))
+        points.append((attack + max(decay, SHORTEST_DECAY_S), 0.0))
     times, gain = np.array(points).T
     left = float(np.interp(duration, times, gain))
     times, gain = np.append(times[times < duration], duration), np.append(gain[times < duration], left)

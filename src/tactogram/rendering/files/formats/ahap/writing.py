@@ -57,20 +57,16 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
         for one in events.transients
     ]
     starts = np.array(sorted(entry["Event"]["Time"] for entry in entries))
-    begun = {round(float(t[0]), _DIGITS) for t, _, _ in controls}
     for t, level, sharp in controls:
         end = round(float(t[-1]), _DIGITS)
         # In the silence before the next event, so that it is not heard.
-        after = starts[np.searchsorted(starts, end) :][:1].tolist()
-        idle = [(end + start) / 2 for start in after if start not in begun]
+        rest = [round((end + start) / 2, _DIGITS) for start in starts[starts >= end][:1].tolist()]
         curves = ((INTENSITY, level, INTENSITY_STEP, 1.0), (SHARPNESS, sharp, SHARPNESS_STEP, 0.0))
-        for name, values, tolerance, rest in curves:
+        for name, values, tolerance, idle in curves:
             chosen = thinned(t, values, tolerance)
             entries += _curves(name, t[chosen], values[chosen])
-            entries += [
-                {"Parameter": {"ParameterID": name, "Time": round(time, _DIGITS), "ParameterValue": rest}}
-                for time in idle
-            ]
+            step = {"ParameterID": name, "ParameterValue": idle}
+            entries += [{"Parameter": step | {"Time": time}} for time in rest]
     return {
         "Version": 1.0,
         "Metadata": {"Project": "tactogram", "Description": header.description},
