@@ -115,7 +115,7 @@ class Part:
     def within(self, start: float, end: float) -> Part:
         """Return it from ``start`` to ``end``, with silence where it has nothing."""
         edges = [start, self.start - JUMP_S, self.end + JUMP_S, end]
-        times = np.union1d(self.times, edges)
+        times = np.union1d(self.times[slice(*np.searchsorted(self.times, [start, end]))], edges)
         times = times[(times >= start) & (times <= end)]
         inside = np.clip(times, self.start, self.end)
         amplitude = np.where(np.abs(times - inside) < JUMP_S / 2, self.at(inside), 0.0)

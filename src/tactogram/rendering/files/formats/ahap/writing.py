@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.events import (
@@ -95,16 +94,10 @@ def _controls(runs: list[Part], taps: Line) -> list[tuple[Line, Line, Line]]:
         for start, end in zip(edges[::2], edges[1::2], strict=True):
             inside = [run for run in runs if run.start < end and run.end > start]
             if end - start > LEAD_S:
-                points = ((run.start - JUMP_S, *run.times, run.end + JUMP_S) for run in inside)
-                t = _between(start, end, *points)
+                t = np.unique(np.concatenate([run.within(start, end).times for run in inside]))
                 sharp = [np.where((t < run.start) | (t > run.end), 1.0, run.hz(t)) for run in inside]
                 found.append((t, np.max([run.at(t) for run in inside], axis=0), np.min(sharp, axis=0)))
     return found
-
-
-def _between(start: float, end: float, *times: ArrayLike) -> Line:
-    at = np.unique(np.concatenate([[start, end], *times]))
-    return np.asarray(at[(at >= start) & (at <= end)])
 
 
 def _continuous(run: Part, controls: list[tuple[Line, Line, Line]]) -> list[dict[str, Any]]:
@@ -114,7 +107,9 @@ def _continuous(run: Part, controls: list[tuple[Line, Line, Line]]) -> list[dict
     tolerances = np.array([PIECE_STEP, SHARPNESS_STEP])
     for start, end in pairwise(sorted({run.start, run.end, *edges})):
         acting = next((one for one in controls if one[0][0] <= start and end <= one[0][-1]), None)
-        t = _between(start, end, run.times, acting[0] if acting else [])
+        t = run.within(start, end).times
+        if acting:
+            t = np.union1d(t, acting[0][slice(*np.searchsorted(acting[0], [start, end]))])
         own, sharp = run.at(t), run.hz(t)
         if acting:
             level, base = (np.interp(t, acting[0], values) for values in acting[1:])
@@ -148,12 +143,11 @@ def _event(
     time: float, kind: str, intensity: float, sharpness: float, *, duration: float | None = None
 ) -> dict[str, Any]:
     values = {"HapticIntensity": intensity, "HapticSharpness": sharpness}
+    parameters = [{"ParameterID": name, "ParameterValue": round(value, 4)} for name, value in values.items()]
     event: dict[str, Any] = {
         "Time": round(float(time), _DIGITS),
         "EventType": kind,
-        "EventParameters": [
-            {"ParameterID": name, "ParameterValue": round(value, 4)} for name, value in values.items()
-        ],
+        "EventParameters": parameters,
     }
     return {"Event": event | ({} if duration is None else {"EventDuration": round(duration, _DIGITS)})}
 

@@ -97,8 +97,7 @@ def _events(channels: list[Channel], seconds: float) -> Events:
 def _seconds(channel: Channel) -> float:
     if channel.rate and channel.count:
         return channel.count / channel.rate
-    tails = {"Transient": TRANSIENT_S}
-    return max([0.0, *(effect.end + tails.get(effect.kind, 0.0) for effect in channel.effects)])
+    return max([0.0, *(one.end + TRANSIENT_S * (one.kind == "Transient") for one in channel.effects)])
 
 
 def _played(channel: Channel, t: Line) -> Line:
