@@ -129,3 +129,31 @@ def test_thinned_lines_stay_within_tolerance(values, tolerance):
     kept = thinned(times, values, tolerance)
     assert (kept[0], kept[-1]) == (0, len(values) - 1)
     assert np.abs(np.interp(times, times[kept], values[kept]) - values).max() <= tolerance + 1e-12
+
+
+@pytest.mark.parametrize("seconds", [1.99991, 2.0, 2.00007])
+def test_a_tone_that_is_not_felt_has_no_events_at_its_ends(seconds):
+    rate = 44_100
+    t = np.arange(round(seconds * rate)) / rate
+    events = events_of(Signal(0.7 * np.sin(2 * np.pi * 3000 * t + 0.5), rate, "1"))
+    assert (events.parts, events.transients) == ((), ())
+    click = np.where(t < 0.002, np.sin(2 * np.pi * 300 * t), 0)
+    [tap] = events_of(Signal(click, rate, "1")).transients
+    assert tap.time == pytest.approx(0, abs=0.003)
+
+
+def test_vibrations_that_overlap_sound_at_their_own_frequencies():
+    ends = [0.0, 2.0]
+    parts = [Part.of(ends, [0.3, 0.3], ends, hz) for hz in ([80, 90], [200, 210])]
+    x = carrier(Events(2.0, tuple(parts))).samples[0]
+    power = np.abs(np.fft.rfft(x)) ** 2
+    hz = np.fft.rfftfreq(len(x), 1 / RATE)
+    shares = [power[(hz > low) & (hz < high)].sum() / power.sum() for low, high in ((70, 100), (190, 220))]
+    assert shares == pytest.approx([0.5, 0.5], abs=0.02)
+
+
+def test_a_frequency_above_half_the_usual_rate_gets_a_higher_rate():
+    events = Events.of([Part.of([0, 1], [0.5, 0.5], 0.0, 4500.0)], [])
+    assert carrier(events).rate == 11_250
+    with pytest.raises(ParameterError, match="needs more than 9000 Hz, got 8000"):
+        carrier(events, 8000)

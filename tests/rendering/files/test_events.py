@@ -115,6 +115,84 @@ def test_a_sound_above_1_khz_is_not_praised(tmp_path):
     assert "map the sound to touch instead (--map envelope)" in found["verdict"]
 
 
+def ramp(start, end, levels, hz):
+    return Part.of([start, end], levels, [start, end], np.broadcast_to(hz, 2))
+
+
+OVERLAPS = {
+    "steady": [ramp(0, 1, [0.4, 0.4], 80), ramp(0.2, 0.6, [0.5, 0.5], 200)],
+    "fading together": [ramp(0, 1, [0.5, 0.0], 80), ramp(0, 1, [0.25, 0.0], 200)],
+    "crossing": [ramp(0, 1, [0.6, 0.1], 80), ramp(0.3, 1, [0.1, 0.5], [100, 250])],
+    "beside one with an attack": [
+        *[ramp(0, 1, [0.3, 0.3], hz) for hz in (80, 200)],
+        ramp(1.2, 2, [0, 0.5], 90),
+    ],
+}
+
+
+@pytest.mark.parametrize("target", ["ahap", "haps", "hjif"])
+@pytest.mark.parametrize("name", OVERLAPS)
+def test_vibrations_that_overlap_keep_their_own_frequencies(name, target, tmp_path):
+    path = tmp_path / f"x{FORMATS[target].suffix}"
+    source = Events.of(OVERLAPS[name], [], 2.0)
+    write_haptic(path, source, format=target)
+    back = read_haptic(path).events
+    for time in (0.1, 0.35, 0.55, 0.9, 1.6):
+        wanted, got = (
+            np.array(sorted((float(p.hz(time)), float(p.at(time))) for p in one.parts if p.at(time) > 0.005))
+            for one in (source, back)
+        )
+        assert len(got) == len(wanted)
+        wanted, got = wanted.reshape(-1, 2), got.reshape(-1, 2)
+        assert got[:, 0] == pytest.approx(wanted[:, 0], abs=6)
+        assert got[:, 1] == pytest.approx(wanted[:, 1], abs=0.06)
+
+
+def test_vibrations_that_exceed_full_scale_together_keep_their_frequencies():
+    events = Events.of([ramp(0, 1, [1, 1], 65), ramp(0.5, 1.5, [1, 1], 300)], [])
+    assert [part.frequency[0] for part in events.parts] == [65, 300]
+    assert [float(part.at(0.7)) for part in events.parts] == pytest.approx([0.5**0.5] * 2, abs=1e-6)
+    assert events.joined.at(np.array([0.2, 0.7, 1.2])) == pytest.approx([1, 1, 1])
+
+
+def lines(path, name):
+    points = json.loads(path.read_text())["controlPoints"]
+    return list(
+        zip(
+            np.cumsum([point["durationMillis"] for point in points]).tolist(),
+            [p[name] for p in points],
+            strict=True,
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("target", "name"), [("android_envelope", "amplitude"), ("android_basic", "intensity")]
+)
+def test_silence_stays_silent_in_an_envelope(target, name, tmp_path):
+    buzz = ramp(0, 0.5, [0.6, 0.6], 150)
+    path = tmp_path / "x.json"
+    write_haptic(path, Events.of([buzz], [Transient(1.0, 1.0, 150.0)]), format=target)
+    assert lines(path, name) == [(20, 0.6), (500, 0.6), (520, 0), (1000, 0), (1020, 1), (1040, 0)]
+    write_haptic(path, Events.of([ramp(0.5, 1, [0.5, 0.5], 150)], [], 1.5), format=target)
+    assert lines(path, name) == [(500, 0), (520, 0.5), (1000, 0.5), (1020, 0), (1500, 0)]
+
+
+@pytest.mark.parametrize("target", ["android_envelope", "android_basic"])
+def test_an_envelope_keeps_taps_on_a_vibration_and_the_strongest_of_many(target, tmp_path):
+    path = tmp_path / "x.json"
+    on_buzz = [Transient(0.3, 1.0, 150.0), Transient(0.6, 0.8, 150.0)]
+    write_haptic(path, Events.of([ramp(0, 1, [0.25, 0.25], 150)], on_buzz), format=target)
+    back = read_haptic(path, format=target).events
+    assert [(tap.time, tap.amplitude) for tap in back.transients] == [(0.3, 1.0), (0.6, 0.8)]
+    assert back.joined.at(np.array([0.1, 0.32, 0.62, 0.8])) == pytest.approx([0.25] * 4)
+    many = [Transient(i * 0.055, 1.0 if i % 2 else 0.4, 150.0) for i in range(12)]
+    write_haptic(path, Events.of([], many), format=target)
+    back = read_haptic(path, format=target).events
+    assert [tap.amplitude for tap in back.transients] == [1.0] * 5
+    assert back.parts == ()
+
+
 @st.composite
 def designs(draw):
     """Return taps 100 ms apart or more, and a vibration that begins and ends."""

@@ -28,6 +28,7 @@ from tactogram.rendering.files.events import (
     Transient,
     joined,
     transient_shape,
+    voices,
 )
 from tactogram.signal import Signal
 
@@ -45,8 +46,10 @@ ONSET_DISTANCE_S = 0.050
 """Transients closer than this are one, s."""
 QUIET = 0.01
 """Share of the strongest moment below which a vibration counts as silence: -40 dB, and what a filter rings."""
-READ_RATE = 8000.0
-"""Default rate of a carrier, Hz."""
+READ_RATE, RATE_PER_HZ = 8000.0, 2.5
+"""Default rate of a carrier, Hz, and a higher one's samples per period of the highest frequency."""
+LEAK = 0.1
+"""Share of a signal's strength up to which its cut at either end leaks into what is felt. A choice."""
 
 
 def envelope_of(signal: Signal, *, low: float = 0.0, high: float = HIGHEST_HZ, step: float = STEP_S) -> Part:
@@ -79,22 +82,25 @@ def events_of(signal: Signal, bands: Sequence[tuple[float, float]] = ()) -> Even
 def carrier(events: Events, rate: float | None = None) -> Signal:
     """Return a vibration of these events: sines that follow frequencies and amplitudes, of unit 1.
 
-    Vibrations of one constant frequency, and those whose frequency varies, are joined. ``rate`` is `READ_RATE` by
-    default. Raises `ParameterError` if ``rate`` leaves no sample, or is too low for the carrier.
+    Vibrations of one constant frequency are joined, and those whose frequency varies as `voices`. ``rate`` is
+    `READ_RATE` by default, or `RATE_PER_HZ` times the highest frequency. Raises `ParameterError` if ``rate`` leaves no
+    sample, or is too low for the carrier.
     """
-    rate = rate or READ_RATE
+    highest = max(events.frequencies, default=0.0)
+    rate = rate or max(READ_RATE, math.ceil(RATE_PER_HZ * highest))
     count = sample_count(events.seconds, rate)
     if count < 1:
         raise ParameterError(f"{events.seconds:g} s at {rate:g} Hz leave no sample; use a higher rate")
-    tones: dict[float | None, list[Part]] = {}
+    steady: dict[float, list[Part]] = {}
     for part in events.parts:
-        constant = round(float(part.frequency[0]), 3) if np.ptp(part.frequency) < 1e-3 else None
-        tones.setdefault(constant, []).append(part)
-    if (highest := max(events.frequencies, default=0.0)) >= rate / 2:
+        if np.ptp(part.frequency) < 1e-3:
+            steady.setdefault(round(float(part.frequency[0]), 3), []).append(part)
+    varying = voices(part for part in events.parts if np.ptp(part.frequency) >= 1e-3)
+    if highest >= rate / 2:
         raise ParameterError(f"a carrier of {highest:g} Hz needs more than {2 * highest:g} Hz, got {rate:g}")
     t = np.arange(count) / rate
     x, phase = np.zeros((2, count))
-    for parts in tones.values():
+    for parts in (*steady.values(), *varying):
         one = joined(parts)
         hz = one.hz(t)
         phase = 2 * np.pi * (np.cumsum(hz) - hz) / rate
@@ -125,7 +131,16 @@ def _quieted(envelope: Part, signal: Signal) -> Part:
     near = scipy.ndimage.maximum_filter1d(x, max(1, round(WINDOW_S * signal.rate)))
     loud = _at(near, envelope.times * signal.rate) > QUIET * x.max(initial=0.0)
     heard = (envelope.amplitude > QUIET * envelope.peak) & loud
+    heard &= ~_leaking(envelope.times, envelope.amplitude, signal)
     return replace(envelope, amplitude=np.where(heard, envelope.amplitude, 0.0))
+
+
+def _leaking(times: Line, strength: Line, signal: Signal) -> NDArray[np.bool_]:
+    """Return whether a strength is only what a filter leaves, or a cut at either end, of a signal that is not felt."""
+    x = signal.samples[0] - np.median(signal.samples[0])
+    whole = math.sqrt(2) * _strength(x, WINDOW_S, signal.rate, times)
+    ends = np.minimum(times, signal.seconds - times) < WINDOW_S
+    return np.asarray(strength < np.where(ends, LEAK, QUIET) * whole)
 
 
 def _analytic(signal: Signal, low: float, high: float) -> tuple[NDArray[np.complex128], float]:
@@ -158,8 +173,8 @@ def _averaged(x: NDArray[Any], width: float) -> NDArray[Any]:
     return np.asarray(total / weight)
 
 
-def _strength(z: NDArray[np.complex128], window: float, rate: float, times: Line) -> Line:
-    """Return the root of the power of an analytic signal, averaged over ``window`` (s), at times."""
+def _strength(z: NDArray[Any], window: float, rate: float, times: Line) -> Line:
+    """Return the root of the power of an analytic (or real) signal, averaged over ``window`` (s), at times."""
     return np.sqrt(np.maximum(_at(_averaged(np.abs(z) ** 2, window * rate), times * rate), 0))
 
 
@@ -195,7 +210,8 @@ def _with_onsets(envelope: Part, signal: Signal) -> tuple[Part, tuple[Transient,
     ago = round(WINDOW_S / FINE_STEP_S)
     before = np.where(peaks >= ago, fine[np.maximum(peaks - ago, 0)], 0.0)
     found = []
-    for peak in peaks[fine[peaks] - before >= fine[peaks] / 2].tolist():
+    sudden = (fine[peaks] - before >= fine[peaks] / 2) & ~_leaking(at, fine, signal)[peaks]
+    for peak in peaks[sudden].tolist():
         # The window has half of a step at its time.
         i = peak
         while i > max(0, peak - ago) and fine[i - 1] >= fine[peak] / 2:

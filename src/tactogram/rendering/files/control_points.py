@@ -75,7 +75,7 @@ class EnvelopeBuilder:
         return about | {"description": header.description}
 
     def decode(self, document: Node) -> DecodedDocument:
-        """Return the events: lines, and as transients what rises from silence and falls in the shortest lines."""
+        """Return the events: lines, and as transients what rises and falls back to a level in the shortest lines."""
         notes, most = document.notes, 1.0 if self.span else np.inf
         bounds = dict(zip(self.point, (1.0, most, np.inf), strict=True))
         points = [
@@ -95,10 +95,10 @@ class EnvelopeBuilder:
         amplitude, hz, durations = np.array([(0.0, first, 0.0), *points]).T
         times, hz = np.cumsum(durations) / 1e3, self.span.hz(hz) if self.span else hz
         short = np.append(durations[1:] <= SHORTEST_MS, False)
-        peak = np.append(False, short[:-1] & short[1:]) & (amplitude > 0)
-        peak &= (np.append(0.0, amplitude[:-1]) == 0) & (np.append(amplitude[1:], 0.0) == 0)
+        before, after = np.append(0.0, amplitude[:-1]), np.append(amplitude[1:], 0.0)
+        peak = np.append(False, short[:-1] & short[1:]) & (amplitude > before) & (before == after)
         taps = [Transient(*map(float, (times[i - 1], amplitude[i], hz[i]))) for i in np.flatnonzero(peak)]
-        part = Part.of(times, np.where(peak, 0, amplitude), times, hz)
+        part = Part.of(times, np.where(peak, before, amplitude), times, hz)
         events = Events.of([part], taps, float(times[-1]), self.span)
         return DecodedDocument(events, document.text("description"), self.point[1])
 
@@ -118,7 +118,8 @@ def control_points(events: Events, *, what: str) -> Part:
         )
     taps = sorted(events.transients, key=lambda one: -one.amplitude)
     designed = taps or len(events.joined.times) <= 4 * MOST_POINTS
-    for kept in range(min(len(taps), MOST_POINTS // 2), len(taps) // 2 - 1, -1) if designed else ():
+    least = len(taps) // 2 if events.parts else min(1, len(taps))
+    for kept in range(min(len(taps), MOST_POINTS // 2), least - 1, -1) if designed else ():
         exact = _exact(replace(events, transients=tuple(taps[:kept])), length)
         if exact is not None:
             return exact
@@ -133,13 +134,13 @@ def _exact(events: Events, length: int) -> Part | None:
     """Return the lines through the points of an envelope and the peaks of transients; None if they do not fit."""
     whole = events.joined
     points = {0: (0.0, float(whole.hz(0.0))), length: (0.0, float(whole.hz(length / 1e3)))}
-    part = whole.within(max(0.0, whole.start), min(length / 1e3, whole.end))
+    part = whole.within(0.0, length / 1e3)
     octaves = np.log2(np.maximum(part.frequency, 1))
     bends = {*thinned(part.times, part.amplitude, CLOSE), *thinned(part.times, octaves, CLOSE_OCTAVES)}
     last = -SHORTEST_MS
     for i in sorted(bends) if whole.peak > 0 else ():
         time, amplitude = round(1e3 * float(part.times[i])), min(1.0, float(part.amplitude[i]))
-        if amplitude > 0:
+        if amplitude > 0 or points.get(last, (0.0,))[0] > 0:
             # A jump takes the shortest line; the first and the last point are 0.
             time = min(max(time, last + SHORTEST_MS, SHORTEST_MS), length - SHORTEST_MS)
         last = max(time, last)

@@ -104,10 +104,18 @@ class Part:
         """Return the frequency at times."""
         return np.asarray(np.interp(t, self.times, self.frequency))
 
+    @property
+    def runs(self) -> list[Part]:
+        """Its stretches that sound, without the jumps from and to silence."""
+        first, second = self.amplitude[:-1], self.amplitude[1:]
+        edge = (np.minimum(first, second) == 0) & (np.diff(self.times) <= 2 * JUMP_S)
+        on = (np.maximum(first, second) > 0) & ~edge
+        return [self.within(*span) for span in spans_of(self.times[:-1][on], self.times[1:][on], 0.0)]
+
     def within(self, start: float, end: float) -> Part:
         """Return it from ``start`` to ``end``, with silence where it has nothing."""
         edges = [start, self.start - JUMP_S, self.end + JUMP_S, end]
-        times = np.union1d(self.times, edges)
+        times = np.union1d(self.times[slice(*np.searchsorted(self.times, [start, end]))], edges)
         times = times[(times >= start) & (times <= end)]
         inside = np.clip(times, self.start, self.end)
         amplitude = np.where(np.abs(times - inside) < JUMP_S / 2, self.at(inside), 0.0)
@@ -138,14 +146,19 @@ class Events:
     ) -> Events:
         """Return events without what is silent, that last at least ``seconds``.
 
-        What is ``limited`` is cut off at an amplitude of 1 where vibrations together exceed it, as by one actuator.
+        What is ``limited`` is reduced to an amplitude of 1 where vibrations together exceed it, as by one actuator.
         """
         sounding = tuple(part for part in parts if part.peak > 0)
         taps = tuple(sorted((one for one in transients if one.amplitude > 0), key=lambda one: one.time))
         end = max([seconds, *(part.end for part in sounding)])
         end = max([end, *(one.time + PULSE_S for one in taps if one.time >= end)])
         if limited and (whole := joined(sounding)).peak > 1:
-            sounding = (replace(whole, amplitude=np.minimum(whole.amplitude, 1)),)
+            parts, sounding = sounding, ()
+            for part in parts:
+                inside = whole.times[slice(*np.searchsorted(whole.times, [part.start, part.end]))]
+                times = np.union1d(part.times, inside)
+                shares = part.at(times) / np.maximum(whole.at(times), 1)
+                sounding += (Part(times, shares, part.hz(times)),)
         return cls(
             end, sounding, tuple(replace(one, amplitude=min(1.0, one.amplitude)) for one in taps), span
         )
@@ -235,6 +248,18 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
     power, turning, weights = total
     heard = weights > 0
     return Part(times, np.sqrt(power), np.interp(times, times[heard], turning[heard] / weights[heard]))
+
+
+def voices(parts: Iterable[Part]) -> list[list[Part]]:
+    """Return vibrations as few lists of such as do not overlap, each in order of time."""
+    found: list[list[Part]] = []
+    for part in sorted(parts, key=lambda part: part.start):
+        free = next((voice for voice in found if voice[-1].end <= part.start + JUMP_S), None)
+        if free is None:
+            found.append([part])
+        else:
+            free.append(part)
+    return found
 
 
 def stepped(edges: Line, strength: Line, hz: float) -> Part:

@@ -93,9 +93,8 @@ def check_file(path: Path | str, *, format: str | None = None) -> dict[str, Any]
     document, kind = _read(path, format)
     notes = Notes()
     decoded(document, kind, notes)
-    problems = list(dict.fromkeys(notes.problems))
-    facts = {"file": str(path), "format": kind.name, "valid": not problems}
-    return facts | {"problems": problems, "warnings": notes.warnings}
+    facts = {"file": str(path), "format": kind.name, "valid": not notes.problems}
+    return facts | {"problems": notes.problems, "warnings": notes.warnings}
 
 
 def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None = None) -> HapticFile:
@@ -107,6 +106,7 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
         ours = read_description(content.description, kind.title) if content.description else None
     except (DataError, ParameterError) as error:
         notes.problems += [] if notes.problems else [str(error)]
+    notes.problems[:] = dict.fromkeys(notes.problems)
     if notes.problems:
         return HapticFile(None)
     comment = {"comment": content.description} if content.description else {}

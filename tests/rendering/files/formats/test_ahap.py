@@ -64,12 +64,15 @@ def test_limits_of_points_and_durations_are_kept():
 
 
 def test_each_curve_begins_where_the_one_before_ended():
-    document = written_by(ahap, noise(3))
+    t = np.arange(3 * 500) / 500
+    slow = Signal((0.5 - 0.4 * np.cos(t * 9)) * np.sin(2 * np.pi * 100 * t), 500, "1")
+    document = written_by(ahap, slow)
     curves = [
         e["ParameterCurve"]
         for e in document["Pattern"]
         if e.get("ParameterCurve", {}).get("ParameterID") == "HapticIntensityControl"
     ]
+    assert len(curves) > 2
     for one, other in pairwise(curves):
         last, first = one["ParameterCurveControlPoints"][-1], other["ParameterCurveControlPoints"][0]
         assert one["Time"] + last["Time"] == pytest.approx(other["Time"], abs=2e-6)
@@ -195,6 +198,41 @@ def test_an_event_that_is_not_sustained_dies_away_within_its_decay():
     assert found.at(np.array([0.0, 0.15, 0.31, 0.9])) == pytest.approx([1, 0.25, 0, 0], abs=0.01)
 
 
+def test_the_decay_acts_only_on_what_is_not_sustained():
+    sustained = read(ahap, pattern(event(duration=0.5, HapticIntensity=1.0, DecayTime=0.8)))
+    assert (sustained.events.seconds, sustained.warnings) == (0.5, ())
+    assert sustained.events.joined.at(np.array([0.1, 0.49])) == pytest.approx([1, 1])
+    for switch in (False, 0):
+        document = pattern(event(HapticIntensity=1.0, DecayTime=0.3, Sustained=switch))
+        assert read(ahap, document).events.joined.at(0.15) == pytest.approx(0.25, abs=0.01)
+
+
+@pytest.mark.parametrize("values", [{"AttackTime": 0.1}, {"ReleaseTime": 0.1}, {"Sustained": 0}])
+def test_what_apple_does_not_state_is_named(values):
+    [warning] = read(ahap, pattern(event(**values))).warnings
+    assert warning.startswith(
+        "Apple states no unit of AttackTime, DecayTime, ReleaseTime: read as s, a decay as 0.02"
+    )
+
+
+def test_what_core_haptics_ignores_does_not_stop_it():
+    assert read(ahap, pattern(event()) | {"Metadata": {"Description": 5}}).metadata == {"comment": "5"}
+    assert read(ahap, pattern(event()) | {"Metadata": []}).warnings == ()
+    nameless = {"ParameterCurve": {"Time": 0.0, "ParameterCurveControlPoints": []}}
+    assert problems(ahap, pattern(event(), nameless)) == [
+        "a ParameterCurve must have a ParameterID: left out"
+    ]
+
+
+def test_one_fault_is_one_problem():
+    without = event()
+    del without["Event"]["EventDuration"]
+    assert problems(ahap, pattern(without)) == ["Pattern.0.Event.EventDuration: is required"]
+    assert problems(ahap, {"pattern": []}) == ["Pattern: is required"]
+    [listed] = problems(ahap, pattern(event(), {"Parameter": [1]}))
+    assert listed == "Pattern.1.Parameter: must be an object, got [1]"
+
+
 def test_attack_and_release_are_ramps_of_the_intensity():
     found = read(ahap, pattern(event(HapticIntensity=1.0, AttackTime=0.2, ReleaseTime=0.4))).events
     assert found.seconds == pytest.approx(1.4)
@@ -255,3 +293,49 @@ def test_a_drawn_transient_is_stronger_and_duller_than_the_buzz_it_is_on():
     t = np.array([0.05, 0.2, 0.31, 0.4])  # the buzz is as strong within the second transient as around it
     assert back.joined.at(t) == pytest.approx([0, 0.25, 0.25, 0.25], abs=1e-3)
     assert back.joined.hz(t[1:]) == pytest.approx([170] * 3, abs=0.1)
+
+
+def test_a_vibration_after_a_tap_begins_where_it_is_and_at_its_strength():
+    decay = curve("HapticIntensityControl", (0, 1), (0.25, 0), time=0.015)
+    tap = event(0.0, "HapticTransient", HapticIntensity=0.8)
+    source = read(ahap, pattern(tap, event(0.015, duration=0.25, HapticIntensity=0.8), decay)).events
+    document = written_by(ahap, source)
+    assert problems(ahap, document) == []
+    back = read(ahap, document).events
+    t = np.array([0.005, 0.0149, 0.0151, 0.02, 0.0225, 0.1, 0.2])
+    assert source.joined.at(t[:4]) == pytest.approx([0, 0, 0.64, 0.615], abs=2e-3)
+    assert back.joined.at(t) == pytest.approx(source.joined.at(t), abs=0.03)
+    assert back.joined.start == pytest.approx(0.015, abs=2e-5)
+
+
+def test_short_changes_between_taps_remain():
+    swell = [(i / 50, 0.2 + 0.8 * (i % 2)) for i in range(26)]  # up and down within 40 ms
+    taps = [event(i / 20, "HapticTransient", HapticIntensity=1.0) for i in range(9)]
+    source = read(ahap, pattern(event(duration=0.5), *taps, curve("HapticIntensityControl", *swell))).events
+    back = read(ahap, written_by(ahap, source)).events
+    t = np.arange(0.0, 0.5, 0.001)
+    assert back.joined.at(t) == pytest.approx(source.joined.at(t), abs=0.15)
+    assert np.abs(back.joined.at(t) - source.joined.at(t)).mean() < 0.03
+    wanted = [tap.amplitude for tap in source.transients]
+    assert [tap.amplitude for tap in back.transients] == pytest.approx(wanted, abs=1e-3)
+
+
+def test_controls_are_reset_in_silence():
+    fades = [Part.of([start, start + 0.2], [0.5, 0.3], 0.0, 170.0) for start in (0.0, 0.3)]
+    source = Events.of([*fades, Part.of([0.8, 1.0], [0.4, 0.4], 0.0, 100.0)], [Transient(0.7, 0.5, 200.0)])
+    document = written_by(ahap, source)
+    steps = [one["Parameter"] for one in document["Pattern"] if "Parameter" in one]
+    assert [(one["Time"], one["ParameterValue"]) for one in steps] == [
+        (time, idle) for time in (0.25, 0.6) for idle in (1, 0)
+    ]
+    back = read(ahap, document).events
+    t = np.array([0.0, 0.1, 0.19, 0.2, 0.25, 0.3, 0.4, 0.49, 0.5, 0.6, 0.9])
+    assert back.joined.at(t) == pytest.approx(source.joined.at(t), abs=0.01)
+    assert max(part.peak for part in back.parts) == pytest.approx(0.5, abs=1e-3)
+    assert back.transients[0].amplitude == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_control_that_steps_when_an_event_ends_does_not_act_on_it():
+    step = {"Parameter": {"ParameterID": "HapticIntensityControl", "Time": 1.0, "ParameterValue": 1.0}}
+    document = pattern(event(), curve("HapticIntensityControl", (0, 0.5), (1, 0.5)), step)
+    assert read(ahap, document).events.parts[0].amplitude == pytest.approx(0.25)

@@ -163,6 +163,13 @@ def test_what_no_player_accepts_is_refused_in_a_line(content, problem, tmp_path)
         ([note(-1, 1)], "m_startingPoint must be at least 0, got -1: clamped"),
         ([note(0, 1, gain="1")], "m_gain must be a number, got '1': read as one"),
         ([note(0, 1, amplitude=[(0, -0.5)])], "m_value must be at least 0, got -0.5: clamped"),
+        (
+            [
+                note(0, 1, amplitude=[(0, 0.5)], frequency=[(0, hz)]) | {"m_startingPoint": hz / 200}
+                for hz in (0, 100)
+            ],
+            "notes of a melody must not overlap, got 1 s and 0.5 s: one ends where the next begins",
+        ),
     ],
 )
 def test_what_players_forgive_is_read_and_said(notes, problem):

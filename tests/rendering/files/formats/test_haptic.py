@@ -27,6 +27,7 @@ REFUSED = {
     "at least two breakpoints, got 1": lambda d: amplitude(d).__delitem__(slice(1, None)),
     "longer than 0 s": lambda d: [point.update(time=0.5) for point in amplitude(d)],
     "version.major: must be 1, got 2": lambda d: d["version"].update(major=2),
+    "version: is required": lambda d: d.pop("version"),
     "signals: is required": lambda d: d.pop("signals"),
     "amplitude: is required": lambda d: d["signals"]["continuous"]["envelopes"].pop("amplitude"),
     "at least two breakpoints, got 0": lambda d: amplitude(d).clear(),

@@ -224,6 +224,9 @@ RULES = {
     "frequency_modulation must be numbers": lambda d: band(d)["effects"][0]["keyframes"][0].update(
         frequency_modulation="x"
     ),
+    "a VectorialWave effect must have a frequency: left out": lambda d: [
+        frame.pop("frequency_modulation", None) for frame in band(d)["effects"][0]["keyframes"]
+    ],
     "7 bands per channel": lambda d: perception(d)["channels"][0].update(bands=[band(d)] * 8),
     "127 channels at most, got 128": lambda d: perception(d).update(
         channels=[perception(d)["channels"][0] | {"id": i} for i in range(128)]

@@ -15,6 +15,7 @@ import numpy as np
 
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import (
+    JUMP_S,
     UNKNOWN_HZ,
     Events,
     Line,
@@ -23,6 +24,7 @@ from tactogram.rendering.files.events import (
     bends,
     increasing,
     joined,
+    voices,
 )
 from tactogram.rendering.files.format import HapticFormat
 
@@ -36,13 +38,7 @@ _DIGITS = 6
 def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of events within 0 to 1: a melody of transients, and one for each overlapping vibration."""
     events.check_length("an Interhaptics effect")
-    melodies: list[list[Part]] = []
-    for part in sorted(events.parts, key=lambda part: part.start):
-        free = next((melody for melody in melodies if melody[-1].end <= part.start), None)
-        if free is None:
-            melodies.append([part])
-        else:
-            free.append(part)
+    melodies = voices(events.parts)
     if not events.count:
         melodies = [[Part.of([0.0, events.seconds], [0.0, 0.0], 0.0, UNKNOWN_HZ)]]
     taps = [
@@ -90,7 +86,11 @@ def decode(document: Node) -> DecodedDocument:
         # A vibration ends where the next one of its melody begins, at the latest.
         lasting.sort(key=lambda note: note[0])
         following = [*(note[0] for note in lasting[1:]), np.inf]
-        parts += [_part(*note, after) for note, after in zip(lasting, following, strict=False)]
+        for one, after in zip(lasting, following, strict=False):
+            if (end := one[0] + one[1]) > after + 10 * JUMP_S:
+                rule = "notes of a melody must not overlap"
+                notes.warn(rule, f"{end:g} s and {after:g} s", "one ends where the next begins")
+            parts.append(_part(*one, after))
     if not parts and not taps:
         notes.problems.append("the file holds no vibration")
     notes.check()

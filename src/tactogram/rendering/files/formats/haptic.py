@@ -70,7 +70,7 @@ def decode(document: Node) -> DecodedDocument:
     notes, version = document.notes, document.node("version")
     if version.number("major") != 1 and version.has("major"):
         notes.problems.append(f"version.major: must be 1, got {version.value['major']!r}")
-    if not (version.has("minor") and version.has("patch")):
+    if version.has("major") and not (version.has("minor") and version.has("patch")):
         notes.warn("version must have a minor and a patch", done="taken as 0")
     envelopes = document.node("signals").node("continuous").node("envelopes")
     points: list[tuple[float, ...]] = []

@@ -46,7 +46,8 @@ def decode(document: Node) -> DecodedDocument:
     """Return the events of a document: each continuous event a vibration of its own, with what the curves make of it.
 
     Intensity is multiplied by its control, sharpness added to (CHHapticDynamicParameter), of transients too; a control
-    holds after its last point. AttackTime and DecayTime are in s, as Apple states of ReleaseTime.
+    holds after its last point. AttackTime, DecayTime and ReleaseTime are read as s: Apple calls them 0 to 1, of which
+    "higher values increase the time exponentially" (CHHapticParameter.h).
     """
     notes, left_out = document.notes, Counter[str]()
     entries = list(_entries(document.nodes("Pattern")))
@@ -69,19 +70,25 @@ def decode(document: Node) -> DecodedDocument:
             taps.append(Transient(start, strength**2, float(SPAN.hz(sharp))))
         elif duration := event.number("EventDuration", None, 0.0, LONGEST_EVENT_S):
             parts.append(_vibration(start, duration, values, controls))
-        else:
+            if values["AttackTime"] or values["ReleaseTime"] or values["Sustained"] < 0.5:
+                done = f"read as s, a decay as {SHORTEST_DECAY_S:g} s at least"
+                notes.warn(f"Apple states no unit of {', '.join(TIMES)}", done=done)
+        elif event.has("EventDuration"):
             notes.warn("EventDuration of a HapticContinuous event must be above 0 s", done="left out")
     for entry in entries:
         key = next((key for key in ("ParameterCurve", "Parameter", "Event") if entry.has(key)), "")
         if not key:
             left_out[f"entries of {', '.join(sorted(map(str, entry.value))[:3]) or 'nothing'}"] += 1
-        elif (name := entry.node(key).text("ParameterID")) and name not in CONTROLS:
+        elif key != "Event" and not (name := (own := entry.node(key)).text("ParameterID")):
+            own.notes.warn(f"a {key} must have a ParameterID", done="left out")
+        elif key != "Event" and name not in CONTROLS:
             left_out[name] += 1
-    if not parts and not taps:
+    if not parts and not taps and not notes.problems:
         notes.problems.append("Pattern: holds no haptic event")
     notes.check()
     events = Events.of(parts, taps, max([0.0, *(part.end for part in parts)]), SPAN)
-    text = document.node("Metadata", optional=True).text("Description")
+    about = document.value.get("Metadata")
+    text = str(about.get("Description") or "") if isinstance(about, dict) else ""
     gone = ", ".join(f"{count} {name}" for name, count in left_out.items())
     return DecodedDocument(events, text, "sharpness", gone)
 
@@ -100,6 +107,8 @@ def _values(event: Node, left_out: Counter[str], known: dict[str, float] | list[
     values = dict(DEFAULTS)
     for one in event.nodes("EventParameters", optional=True):
         if (name := one.text("ParameterID")) in known:
+            if name == "Sustained" and isinstance(switch := one.value.get("ParameterValue"), bool):
+                one.value["ParameterValue"] = int(switch)
             values[name] = one.number("ParameterValue", None, 0.0, 1.0, name=name)
         else:
             left_out[name or "unnamed parameters"] += 1
@@ -107,33 +116,32 @@ def _values(event: Node, left_out: Counter[str], known: dict[str, float] | list[
 
 
 def _vibration(start: float, duration: float, values: dict[str, float], controls: dict[str, Control]) -> Part:
-    """Return a continuous event: it rises within the attack, and falls after its duration, within release or decay.
+    """Return a continuous event: it rises within the attack, and falls within the release after its duration.
 
-    If it is not sustained, it falls within the decay after the attack (`sustained`, Apple).
+    If it is not sustained, it falls within the decay after the attack; if it is, the decay has no effect (Apple).
     """
     attack, decay, release = (values[name] for name in TIMES)
     points = [(0.0, 0.0), (attack, 1.0)] if attack else [(0.0, 1.0)]
     if values["Sustained"] < 0.5:
         points.append((attack + max(decay, SHORTEST_DECAY_S), 0.0))
-    else:
-        release = max(decay, release)
     times, gain = np.array(points).T
-    last = float(np.interp(duration, times, gain))
-    times, gain = np.append(times[times < duration], duration), np.append(gain[times < duration], last)
-    if release and last:
+    left = float(np.interp(duration, times, gain))
+    times, gain = np.append(times[times < duration], duration), np.append(gain[times < duration], left)
+    if release and left:
         times, gain = np.append(times, duration + release), np.append(gain, 0.0)
     times = start + times
     both = np.unique(np.concatenate([times, controls[INTENSITY][0], controls[SHARPNESS][0]]))
     at = both[(both >= times[0]) & (both <= times[-1])]
+    last = times[-1] - JUMP_S  # A step of a control at its end does not act on it.
 
     def amplitude(t: Line) -> Line:
-        level = values["HapticIntensity"] * _at(controls[INTENSITY], t) * np.interp(t, times, gain)
-        return np.asarray(level**2)
+        control = _at(controls[INTENSITY], np.minimum(t, last))
+        return np.asarray((values["HapticIntensity"] * control * np.interp(t, times, gain)) ** 2)
 
     # The square of a line is none.
     dense = densified(at)
     at = np.union1d(at, dense[thinned(dense, amplitude(dense), FINE)])
-    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], at), 0, 1)
+    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], np.minimum(at, last)), 0, 1)
     return Part(at, amplitude(at), SPAN.hz(sharp))
 
 

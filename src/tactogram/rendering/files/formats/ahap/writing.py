@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.events import (
+    JUMP_S,
     PULSE_S,
     SHORTEST_S,
     Events,
@@ -25,33 +28,44 @@ MOST_POINTS = 16
 others have hundreds."""
 INTENSITY_STEP, SHARPNESS_STEP = 0.01, 0.02
 """Largest deviation of a curve from the vibration."""
-STEP_S = 0.001
-"""Time in which a curve steps to another value, s."""
+PIECE_STEP = 0.04
+"""Largest deviation of an event's intensity from that of the vibration, where no curve follows it."""
 STEADY = 1e-4
-"""Amplitude, and ten times as much share of the span, by which a steady vibration varies at most."""
+"""Intensity, and ten times as much sharpness, by which a steady vibration varies at most."""
+LEAD_S = 0.001
+"""Time before a transient from which the controls do nothing, s."""
 _DIGITS = 6
 
 
 def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of events within 0 to 1.
 
-    Steady vibrations are events with constants of their own, which may overlap. Others are joined, and curves are
-    their intensity and sharpness.
+    A vibration is an event, or several where its intensity or sharpness varies in another way than the controls, which
+    act on all events at once: intensity is the strongest vibration's, sharpness the lowest one. They are 1 and 0
+    where only steady vibrations sound, and around each transient.
     """
     events.check_length("AHAP")
     span = events.span or SPAN
-    if all(_steady(part, span) for part in events.parts):
-        entries = [
-            entry
-            for part in events.parts
-            for entry in _chunks(part.start, part.end, part.peak, float(span.share(part.frequency.mean())))
-        ]
-    else:
-        entries = _varying(events, span)
+    runs = [_shares(run, span) for part in events.parts for run in part.runs]
+    controls = _controls(runs, np.array([one.time for one in events.transients]))
+    entries = [entry for run in runs for entry in _continuous(run, controls)]
     entries += [
-        _event(one.time, "HapticTransient", one.amplitude, float(span.share(one.frequency)))
+        _event(
+            one.time, "HapticTransient", math.sqrt(min(1.0, one.amplitude)), float(span.share(one.frequency))
+        )
         for one in events.transients
     ]
+    starts = np.array(sorted(entry["Event"]["Time"] for entry in entries))
+    for t, level, sharp in controls:
+        end = round(float(t[-1]), _DIGITS)
+        # In the silence before the next event, so that it is not heard.
+        rest = [round((end + start) / 2, _DIGITS) for start in starts[starts >= end][:1].tolist()]
+        curves = ((INTENSITY, level, INTENSITY_STEP, 1.0), (SHARPNESS, sharp, SHARPNESS_STEP, 0.0))
+        for name, values, tolerance, idle in curves:
+            chosen = thinned(t, values, tolerance)
+            entries += _curves(name, t[chosen], values[chosen])
+            step = {"ParameterID": name, "ParameterValue": idle}
+            entries += [{"Parameter": step | {"Time": time}} for time in rest]
     return {
         "Version": 1.0,
         "Metadata": {"Project": "tactogram", "Description": header.description},
@@ -62,71 +76,78 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     }
 
 
-def _steady(part: Part, span: FrequencySpan) -> bool:
-    return bool(np.ptp(part.amplitude) <= STEADY and np.ptp(span.share(part.frequency)) <= 10 * STEADY)
+def _shares(run: Part, span: FrequencySpan) -> Part:
+    """Return a vibration of intensity and sharpness, with more points: the root of a line is not a line."""
+    t = densified(run.times)
+    return Part(t, np.sqrt(np.minimum(run.at(t), 1)), span.share(run.hz(t)))
 
 
-def _varying(events: Events, span: FrequencySpan) -> list[dict[str, Any]]:
-    """Return the entries of all vibrations as one.
-
-    Curves act on all events at once, so that they are 1 (intensity) and 0 (sharpness) around each transient, where an
-    event of its own is the vibration.
-    """
-    whole = events.joined.within(0.0, events.seconds)
-    # The root of a line is not a line; a line that leaves the span has a bend there.
-    t = densified(whole.times)
-    level, sharp = np.sqrt(np.minimum(whole.at(t), 1)), span.share(whole.hz(t))
-    taps = np.array([one.time for one in events.transients])
-    windows = spans_of(np.maximum(0, taps - STEP_S), taps + PULSE_S, 3 * STEP_S)
-    entries, last = [], 0.0
-    for start, end in [*windows, (events.seconds + STEP_S, events.seconds)]:
-        inside = np.linspace(last, start - STEP_S, max(2, int((start - last) / STEP_S)))
-        if len(heard := inside[whole.at(inside) > 0]):
-            entries += _chunks(
-                max(last, heard[0] - STEP_S), min(start - STEP_S, heard[-1] + STEP_S), 1.0, 0.0
-            )
-        within = np.linspace(start, end, 9)
-        if end > start and (own := float(np.mean(np.minimum(whole.at(within), 1)))) > 0:
-            entries += _chunks(
-                max(0.0, start - STEP_S), end + STEP_S, own, float(span.share(whole.hz(within).mean()))
-            )
-        last = end + STEP_S
-    curves = ((INTENSITY, level, INTENSITY_STEP, 1.0), (SHARPNESS, sharp, SHARPNESS_STEP, 0.0))
-    for name, values, tolerance, idle in curves:
-        chosen = thinned(t, values, tolerance)
-        entries += _curves(name, *_idling(t[chosen], values[chosen], windows, idle))
-    return entries
+def _controls(runs: list[Part], taps: Line) -> list[tuple[Line, Line, Line]]:
+    """Return times, intensity and sharpness of the controls: of vibrations that are not steady, beside transients."""
+    varying = [run for run in runs if np.ptp(run.amplitude) > STEADY or np.ptp(run.frequency) > 10 * STEADY]
+    spans = np.array(sorted((run.start, run.end) for run in varying)).reshape(-1, 2)
+    windows = spans_of(np.maximum(0, taps - LEAD_S), taps + PULSE_S, 3 * LEAD_S)
+    found = []
+    for first, last in spans_of(spans[:, 0], np.maximum.accumulate(spans[:, 1]), 0.0):
+        near = [edge for window in windows if window[0] < last and window[1] > first for edge in window]
+        edges = [first, *near, last]
+        for start, end in zip(edges[::2], edges[1::2], strict=True):
+            inside = [run for run in runs if run.start < end and run.end > start]
+            if end - start > LEAD_S:
+                t = np.unique(np.concatenate([run.within(start, end).times for run in inside]))
+                sharp = [np.where((t < run.start) | (t > run.end), 1.0, run.hz(t)) for run in inside]
+                found.append((t, np.max([run.at(t) for run in inside], axis=0), np.min(sharp, axis=0)))
+    return found
 
 
-def _idling(times: Line, values: Line, windows: list[tuple[float, float]], idle: float) -> tuple[Line, Line]:
-    """Return a line that is ``idle`` within the windows."""
-    at = np.array([(start - STEP_S, start, end, end + STEP_S) for start, end in windows]).reshape(-1, 4)
-    level = np.interp(at, times, values)
-    level[:, 1:3] = idle
-    outside = np.searchsorted(at.ravel(), times) % 4 == 0
-    both, first = np.unique(np.append(at, times[outside]), return_index=True)
-    return both[both >= 0], np.append(level, values[outside])[first][both >= 0]
+def _continuous(run: Part, controls: list[tuple[Line, Line, Line]]) -> list[dict[str, Any]]:
+    """Return a vibration as continuous events, each of the intensity and sharpness that the controls lack."""
+    edges = {edge for t, _, _ in controls for edge in (t[0], t[-1]) if run.start < edge < run.end}
+    pieces: list[list[float]] = []
+    tolerances = np.array([PIECE_STEP, SHARPNESS_STEP])
+    for start, end in pairwise(sorted({run.start, run.end, *edges})):
+        acting = next((one for one in controls if one[0][0] <= start and end <= one[0][-1]), None)
+        t = run.within(start, end).times
+        if acting:
+            t = np.union1d(t, acting[0][slice(*np.searchsorted(acting[0], [start, end]))])
+        own, sharp = run.at(t), run.hz(t)
+        if acting:
+            level, base = (np.interp(t, acting[0], values) for values in acting[1:])
+            heard = level > INTENSITY_STEP
+            own = np.interp(t, t[heard], own[heard] / level[heard]) if heard.any() else np.ones(len(t))
+            sharp = sharp - base
+        kept = np.union1d(thinned(t, own, PIECE_STEP), thinned(t, sharp, SHARPNESS_STEP))
+        for i, j in pairwise(kept.tolist()):
+            steps = (np.abs([own[j] - own[i], sharp[j] - sharp[i]]) / tolerances).max() / 2
+            count = max(1, min(math.ceil(steps), int((t[j] - t[i]) / LEAD_S)))
+            ends = np.linspace(t[i], t[j], 1 + count).tolist() if t[j] - t[i] > 2 * JUMP_S else []
+            for a, b in pairwise(ends):
+                found = [float(np.interp((a + b) / 2, t, values)) for values in (own, sharp)]
+                if pieces and (np.abs(np.subtract(pieces[-1][2:], found)) <= tolerances / 2).all():
+                    pieces[-1][1] = b
+                else:
+                    pieces.append([pieces[-1][1] if pieces else a, b, *found])
+    return [entry for piece in pieces for entry in _chunks(*piece)]
 
 
-def _chunks(start: float, end: float, amplitude: float, sharpness: float) -> list[dict[str, Any]]:
+def _chunks(start: float, end: float, intensity: float, sharpness: float) -> list[dict[str, Any]]:
     """Return a continuous event, or several where it is longer than Core Haptics plays."""
     return [
-        _event(at, "HapticContinuous", amplitude, sharpness, duration=min(LONGEST_EVENT_S, end - at))
+        _event(at, "HapticContinuous", intensity, sharpness, duration=min(LONGEST_EVENT_S, end - at))
         for at in np.arange(start, end, LONGEST_EVENT_S).tolist()
         if end - at >= SHORTEST_S
     ]
 
 
 def _event(
-    time: float, kind: str, amplitude: float, sharpness: float, *, duration: float | None = None
+    time: float, kind: str, intensity: float, sharpness: float, *, duration: float | None = None
 ) -> dict[str, Any]:
-    values = {"HapticIntensity": float(np.sqrt(min(1.0, amplitude))), "HapticSharpness": sharpness}
+    values = {"HapticIntensity": intensity, "HapticSharpness": sharpness}
+    parameters = [{"ParameterID": name, "ParameterValue": round(value, 4)} for name, value in values.items()]
     event: dict[str, Any] = {
         "Time": round(float(time), _DIGITS),
         "EventType": kind,
-        "EventParameters": [
-            {"ParameterID": name, "ParameterValue": round(value, 4)} for name, value in values.items()
-        ],
+        "EventParameters": parameters,
     }
     return {"Event": event | ({} if duration is None else {"EventDuration": round(duration, _DIGITS)})}
 

@@ -42,6 +42,9 @@ def decode(document: Node) -> DecodedDocument:
     notes.check()
     usual = max(channel.rate for channel in channels) or READ_RATE
     sample_count(seconds, usual)
+    for effect in (effect for channel in channels for effect in channel.effects):
+        if effect.kind == "VectorialWave" and not effect.frequency.size:
+            notes.warn("a VectorialWave effect must have a frequency", done="left out")
     waves = all(
         effect.kind == "Transient" or (effect.kind == "VectorialWave" and effect.base == "Sine")
         for channel in channels
@@ -94,8 +97,7 @@ def _events(channels: list[Channel], seconds: float) -> Events:
 def _seconds(channel: Channel) -> float:
     if channel.rate and channel.count:
         return channel.count / channel.rate
-    tails = {"Transient": TRANSIENT_S}
-    return max([0.0, *(effect.end + tails.get(effect.kind, 0.0) for effect in channel.effects)])
+    return max([0.0, *(one.end + TRANSIENT_S * (one.kind == "Transient") for one in channel.effects)])
 
 
 def _played(channel: Channel, t: Line) -> Line:
