@@ -15,7 +15,7 @@ from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.analysis import READ_RATE, events_of, power_felt
 from tactogram.rendering.files.catalogue import haptic_format
 from tactogram.rendering.files.documents import DocumentHeader, Notes
-from tactogram.rendering.files.events import Events
+from tactogram.rendering.files.events import Events, joined
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.loss import ConversionLoss, compared, loss_between, loss_sentence, verdict
 from tactogram.rendering.files.reading import HapticFile, decoded
@@ -97,7 +97,7 @@ def write_haptic(
         original, constant, how = file.events or Events(0.0), None, None
         made, usual, left_out = original, file.full_scale, file.facts.get("left_out")
         about = SignalDescription(READ_RATE, file.unit, axes[:1] or ("x",))
-    peak = made.peak if isinstance(made, Events) else float(np.abs(made.samples).max())
+    peak = _peak(made, kind) if isinstance(made, Events) else float(np.abs(made.samples).max())
     scale = _scale(usual * peak, about.unit, full_scale, usual)
     about = replace(about, full_scale=scale, metadata=dict(metadata or {}))
     header = DocumentHeader(about.encode(), about.unit, modality, shortest_ms)
@@ -189,6 +189,17 @@ def losses(original: Signal, copy: Signal) -> dict[str, Any]:
         for i, name in enumerate(original.axes)
     }
     return by_axis if len(by_axis) > 1 else next(iter(by_axis.values()))
+
+
+def _peak(events: Events, kind: HapticFormat) -> float:
+    """Return the largest amplitude in any of a format's bands, each of which has an actuator of its own."""
+    edges = [high for _, high in kind.bands[:-1]]
+    peaks = [one.amplitude for one in events.transients]
+    for band in range(len(edges) + 1):
+        inside = (np.searchsorted(edges, part.frequency) == band for part in events.parts)
+        shares = zip(events.parts, inside, strict=True)
+        peaks.append(joined([replace(one, amplitude=one.amplitude * on) for one, on in shares]).peak)
+    return max(peaks)
 
 
 def _scale(peak: float, unit: str, full_scale: float | None, usual: float) -> float:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactogram.rendering.files.analysis import envelope_of
-from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, spans_of
+from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, spans_of, stepped
+from tactogram.rendering.files.steps import Pulse
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 
@@ -29,6 +30,8 @@ CLOSE_DB = 20.0
 """Signal over error from which a stored waveform counts as the signal. Ours: a tenth of its amplitude."""
 MERGED_S = 0.060
 """A transient without a counterpart is merged if one of the file begins within this time. Ours."""
+SAME_S = 0.001
+"""Difference of a pulse's length up to which it is the same: files state whole ms."""
 ABOUT, ABOUT_SHARE = 0.02, 0.05
 """Difference of a transient's strength, of full scale and of the strength, up to which it is the same. Ours."""
 
@@ -67,8 +70,8 @@ class EventCounts:
     """Numbers of events: the source's transients, and what became of them in a file.
 
     Each is ``kept``, ``merged`` with a neighbour, ``in_vibration`` (a part of the vibration), or ``lost``. Of those
-    kept some are of another ``strength`` or ``frequency``. ``added`` are transients that the source has not;
-    ``vibrations`` are those of the source, from silence to silence, of which ``vibrations_lost`` are silent.
+    kept some are of another ``strength``, ``frequency`` or ``length``. ``added`` are transients that the source has
+    not; ``vibrations`` are those of the source, from silence to silence, of which ``vibrations_lost`` are silent.
     """
 
     transients: int = 0
@@ -78,6 +81,7 @@ class EventCounts:
     lost: int = 0
     strength: int = 0
     frequency: int = 0
+    length: int = 0
     added: int = 0
     vibrations: int = 0
     vibrations_lost: int = 0
@@ -90,32 +94,42 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     """
     if source.span and copy.span and source.span != copy.span:
         copy = copy.in_span(source.span)
-    t = np.arange(0.0, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
-    one, other = source.joined, copy.joined
-    loss = _strength_loss(source.strength(t), copy.strength(t), one.hz(t), other.hz(t))
-    if one.peak == 0:
-        loss = replace(loss, frequency_octaves=None)
-    on = (one.amplitude[:-1] > 0) | (one.amplitude[1:] > 0)
-    spans = spans_of(one.times[:-1][on], one.times[1:][on], PULSE_S)
-    silent = sum(copy.strength(np.linspace(*span, 33)).max() == 0 for span in spans)
-    counts = Counter(transients=len(source.transients), vibrations=len(spans), vibrations_lost=int(silent))
-    free, times = list(copy.transients), np.array([tap.time for tap in copy.transients])
+    times = np.array([tap.time for tap in copy.transients])
+    pairs: dict[int, int] = {}
     used: set[int] = set()
-    for tap in source.transients:
+    for i, tap in enumerate(source.transients):
         near = range(*np.searchsorted(times, [tap.time - close_s - 1e-9, tap.time + close_s + 1e-9]))
-        found = min((i for i in near if i not in used), key=lambda i: abs(times[i] - tap.time), default=None)
-        if found is None:
-            around = other.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
-            merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
-            counts["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
-            continue
-        used.add(found)
-        counts["kept"] += 1
-        difference = abs(free[found].amplitude - tap.amplitude)
+        found = min((j for j in near if j not in used), key=lambda j: abs(times[j] - tap.time), default=None)
+        if found is not None:
+            pairs[i] = found
+            used.add(found)
+    counts: Counter[str] = Counter(kept=len(pairs))
+    for i, j in pairs.items():
+        tap, other = source.transients[i], copy.transients[j]
+        difference = abs(other.amplitude - tap.amplitude)
         counts["strength"] += difference > max(ABOUT, ABOUT_SHARE * tap.amplitude)
-        octaves = abs(np.log2(max(free[found].frequency, 1.0) / max(tap.frequency, 1.0)))
+        octaves = abs(np.log2(max(other.frequency, 1.0) / max(tap.frequency, 1.0)))
         counts["frequency"] += bool(octaves > KEPT_OCTAVES)
-    counts["added"] = len(free) - len(used)
+        counts["length"] += isinstance(tap, Pulse) and not (
+            isinstance(other, Pulse) and abs(other.seconds - tap.seconds) <= SAME_S
+        )
+    missing = [tap for i, tap in enumerate(source.transients) if i not in pairs]
+    added = [tap for j, tap in enumerate(copy.transients) if j not in used and not isinstance(tap, Pulse)]
+    counts["transients"], counts["added"] = len(source.transients), len(added)
+    own = source.joined
+    source, copy = _lasting(source, set(pairs)), _lasting(copy, used)
+    t = np.arange(0.0, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
+    one, whole = source.joined, copy.joined
+    loss = _strength_loss(source.strength(t), copy.strength(t), one.hz(t), whole.hz(t))
+    loss = replace(loss, frequency_octaves=_octaves(source, copy))
+    on = (own.amplitude[:-1] > 0) | (own.amplitude[1:] > 0)
+    spans = spans_of(own.times[:-1][on], own.times[1:][on], PULSE_S)
+    counts["vibrations"] = len(spans)
+    counts["vibrations_lost"] = sum(int(copy.strength(np.linspace(*span, 33)).max() == 0) for span in spans)
+    for tap in missing:
+        around = whole.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
+        merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
+        counts["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
     return loss, EventCounts(**counts)
 
 
@@ -159,6 +173,7 @@ def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
         "lost": f"{counts.lost} {of} (left out)",
         "strength": f"the strength of {counts.strength} {of}",
         "frequency": f"the frequency of {counts.frequency} {of}",
+        "length": f"the length of {counts.length} {of}",
         "vibrations_lost": f"{counts.vibrations_lost} of {_number(counts.vibrations, 'vibration')}",
         "added": f"{_number(counts.added, 'vibration')} (now short pulses)",
     }
@@ -217,6 +232,36 @@ def _strength_loss(a: Line, b: Line, hz: Line, copied_hz: Line) -> ConversionLos
         waveform_correlation=None,
         snr_db=None,
     )
+
+
+def _lasting(events: Events, matched: set[int]) -> Events:
+    """Return events with the pulses that are not ``matched`` as what they are, short vibrations."""
+    parts, taps, whole = list(events.parts), [], events.joined
+    for i, tap in enumerate(events.transients):
+        if i in matched or not isinstance(tap, Pulse):
+            taps.append(tap)
+            continue
+        above = tap.amplitude**2 - float(whole.at(tap.time + tap.seconds / 2)) ** 2
+        edges = np.array([tap.time, tap.time + tap.seconds])
+        parts.append(stepped(edges, np.array([max(0.0, above) ** 0.5]), tap.frequency))
+    return replace(events, parts=tuple(parts), transients=tuple(taps))
+
+
+def _octaves(source: Events, copy: Events) -> float | None:
+    """Return the mean difference of frequency of each vibration to the closest that sounds at its time in the copy."""
+    starts, ends = (np.array([getattr(one, name) for one in copy.parts]) for name in ("start", "end"))
+    total = weight = 0.0
+    for part in source.parts:
+        edges = np.linspace(part.start, part.end, 2 + int((part.end - part.start) / STEP_S))
+        t = (edges[:-1] + edges[1:]) / 2
+        off = np.full(len(t), np.inf)
+        for i in np.flatnonzero((starts < part.end) & (ends > part.start)):
+            hz = np.maximum(copy.parts[i].hz(t), 1) / np.maximum(part.hz(t), 1)
+            off = np.minimum(off, np.where(copy.parts[i].at(t) > 0, np.abs(np.log2(hz)), np.inf))
+        power = np.where(np.isfinite(off), part.at(t) ** 2 * (edges[1] - edges[0]), 0.0)
+        total += float(power @ np.where(power > 0, off, 0.0))
+        weight += float(power.sum())
+    return total / weight if weight else None
 
 
 def _number(count: int, noun: str) -> str:

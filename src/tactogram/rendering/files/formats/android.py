@@ -14,11 +14,11 @@ import numpy as np
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.steps import StepRules
+from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 STRONGEST = 255
 LONGEST_MS = 24 * 3600 * 1000
-STEPS = StepRules(step_ms=10, pulse_ms=15, gap_ms=5, tap_ms=30, levels=STRONGEST)
+STEPS = StepRules(step_ms=10, pulse_ms=15, gap_ms=5, tap_ms=TAP_MS, levels=STRONGEST)
 """A transient of 15 ms: a phone's actuator needs about that to start, and it is no multiple of a step. A choice."""
 
 

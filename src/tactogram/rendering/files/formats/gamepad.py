@@ -16,14 +16,14 @@ from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import Events, Part
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.steps import StepRules
+from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 LONGEST_MS = 5000
 SPLIT_HZ = 100.0
 """Lower frequencies drive the strong motor, higher ones the weak one. A choice: the specification names none."""
 STRONG_HZ, WEAK_HZ = 60.0, 160.0
 """Assumed when a file is read. A choice."""
-STEPS = StepRules(step_ms=50, pulse_ms=40, gap_ms=10, tap_ms=60, levels=100)
+STEPS = StepRules(step_ms=50, pulse_ms=40, gap_ms=10, tap_ms=TAP_MS, levels=100, least_ms=40)
 """An eccentric motor follows nothing faster than 50 ms, nor starts in much less than 40 ms. Choices."""
 
 
