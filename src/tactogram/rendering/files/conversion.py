@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +15,18 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.analysis import READ_RATE, events_of, power_felt
-from tactogram.rendering.files.catalogue import haptic_format
+from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
 from tactogram.rendering.files.documents import DocumentHeader, Notes
 from tactogram.rendering.files.events import Events, joined
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.loss import ConversionLoss, compared, loss_between, loss_sentence, verdict
+from tactogram.rendering.files.loss import (
+    ConversionLoss,
+    compared,
+    loss_between,
+    loss_sentence,
+    lost_share,
+    verdict,
+)
 from tactogram.rendering.files.reading import HapticFile, decoded
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
@@ -156,11 +165,12 @@ def _kept_of_events(events: Events, back: HapticFile, kind: HapticFormat) -> dic
     """Return what a file keeps and loses of events: the loss and counts, in a sentence, and the verdict."""
     copy = back.events or events_of(back.signal)
     loss, counts = compared(events, copy, max(0.002, kind.resolution_s))
+    judged = partial(verdict, loss, kind.holds, buzzes=copy.count, counts=counts)
     return {
         "loss": asdict(loss),
         "events": asdict(counts),
         "told": [f"The file {loss_sentence(loss, 'envelope', counts)}."],
-        "verdict": verdict(loss, kind.holds, kind.instead, buzzes=copy.count, counts=counts),
+        "verdict": _with_remedy(judged, events, kind, (lost_share(loss, counts), loss.envelope_error or 0)),
     }
 
 
@@ -171,7 +181,8 @@ def _kept_of_signal(signal: Signal, back: HapticFile, kind: HapticFormat) -> dic
     found = {axis: ConversionLoss(**one) for axis, one in by_axis.items()}
     told = [f"{axis} {loss_sentence(one, kind.holds)}." for axis, one in found.items()]
     worst = min(found.values(), key=lambda one: np.inf if one.snr_db is None else one.snr_db)
-    word = verdict(worst, kind.holds, kind.instead, buzzes=back.events.count if back.events else 0)
+    judged = partial(verdict, worst, kind.holds, buzzes=back.events.count if back.events else 0)
+    word = _with_remedy(judged, signal, kind, (lost_share(worst), worst.envelope_error or 0))
     if kind.holds != "waveform" and (felt := power_felt(signal)) < MOSTLY_FELT:
         share = f"{100 * felt:.0f} % of the signal's power"
         high = "the rest is above 1000 Hz, which a finger does not feel and the file leaves out"
@@ -180,6 +191,40 @@ def _kept_of_signal(signal: Signal, back: HapticFile, kind: HapticFormat) -> dic
             remedy = "map the sound to touch instead (--map envelope)"
             told, word = told[:1], f"not the signal, only {share}: {remedy}"
     return {"loss": loss, "told": told, "verdict": word}
+
+
+def _with_remedy(
+    judged: Callable[[str], str], content: Signal | Events, kind: HapticFormat, lost: tuple[float, float]
+) -> str:
+    """Return the verdict with those of a format's remedies that lose less than ``lost``: each is tried if it can be."""
+    word, formats = judged(kind.instead), haptic_formats()
+    if kind.instead not in word:
+        return word
+    better = []
+    for remedy in kind.instead.split(" or "):
+        named = [formats[name] for name in re.findall(r"[a-z_]+", remedy) if name in formats]
+        if not named or any(_lost(content, other) < lost for other in named):
+            better.append(remedy)
+    return judged(" or ".join(better))
+
+
+def _lost(content: Signal | Events, kind: HapticFormat) -> tuple[float, float]:
+    """Return the share of events that another format loses, and its error of the strength; inf if it refuses them."""
+    if isinstance(content, Signal) and kind.encode_waveform:
+        return 0.0, 0.0
+    events = content if isinstance(content, Events) else events_of(content, kind.bands)
+    full = max(1.0, _peak(events, kind))
+    try:
+        back = decoded(kind.encode(events.scaled(1 / full), DocumentHeader()), kind, Notes())
+    except ParameterError:
+        return np.inf, np.inf
+    if isinstance(content, Events):
+        copy = back.events or events_of(back.signal)
+        loss, counts = compared(events.scaled(1 / full), copy, max(0.002, kind.resolution_s))
+        return lost_share(loss, counts), loss.envelope_error or 0
+    played = back.signal.with_samples(full * back.signal.samples)
+    loss = loss_between(content, played)
+    return lost_share(loss), loss.envelope_error or 0
 
 
 def losses(original: Signal, copy: Signal) -> dict[str, Any]:

@@ -142,15 +142,19 @@ def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None =
         if loss.snr_db is None or loss.snr_db > LOSSLESS_DB:
             return "keeps the waveform"
         return f"keeps the waveform with an error of {-loss.snr_db:.0f} dB"
+    kept, lost = _kept_and_lost(loss, counts)
+    return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost) or 'nothing'}"
+
+
+def _kept_and_lost(loss: ConversionLoss, counts: EventCounts | None) -> tuple[list[str], list[str]]:
+    """Return what is kept, and what is lost, in words: `loss_sentence` and `verdict` follow it."""
     kept, lost = _counted(counts) if counts else ([], ["the waveform"])
     if counts is None or counts.vibrations:
-        similar = loss.envelope_correlation
-        if similar is None:
-            similar = float(loss.envelope_error is None or loss.envelope_error < STEADY)
-        if similar > ROUGHLY:
-            kept.append("the strength over time" if similar > KEPT else "roughly the strength over time")
-        else:
-            lost.append("the changes of strength")
+        shape = _shape(loss, counts)
+        if shape:
+            kept.append("the strength over time" if shape == 1 else "roughly the strength over time")
+        if shape < 1 and (counts or not shape):
+            lost.append(f"{'some' if shape else 'the'} changes of strength")
         level, octaves = loss.level_db, loss.frequency_octaves
         if level is not None:
             found = abs(level) <= KEPT_DB
@@ -160,7 +164,28 @@ def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None =
             (kept if found else lost).append(
                 "the frequency" + ("" if found else f" ({octaves:.1f} octaves off)")
             )
-    return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost) or 'nothing'}"
+    return kept, lost
+
+
+def lost_share(loss: ConversionLoss, counts: EventCounts | None = None) -> float:
+    """Return the number of events that are missing, or else the share of what `loss_sentence` tells that is lost."""
+    missing = counts.transients - counts.kept + counts.vibrations_lost if counts else 0
+    kept, lost = _kept_and_lost(loss, counts)
+    return missing or len(lost) / (1 + len(kept) + len(lost))
+
+
+def _shape(loss: ConversionLoss, counts: EventCounts | None) -> float:
+    """Return 1 where the strength over time is kept, 0.5 roughly, 0 not, apart from its level."""
+    similar, error = loss.envelope_correlation, loss.envelope_error
+    if error is None or (counts is None and (error < FELT or (similar or 0) > KEPT)):
+        return 1.0
+    level = 10 ** (loss.level_db / 20) if loss.level_db is not None else 0.0
+    # The copy is the strength times a factor, and a rest: error and level are known, so the rest is.
+    factor = (1 + level**2 - error**2) / 2
+    rest = max(0.0, 1 - (factor / level) ** 2) ** 0.5 if level else 1.0
+    if rest < FELT and (counts or similar is None):
+        return 1.0
+    return 0.5 if (rest < STEADY if similar is None else similar > ROUGHLY) else 0.0
 
 
 def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
@@ -185,34 +210,30 @@ def verdict(
 ) -> str:
     """Return in a sentence what remains in a file, and what to use instead where that is too little.
 
-    ``holds`` and ``instead`` are those of the file's format (`HapticFormat`), ``buzzes`` is how often a pattern
-    switches on. Events have ``counts``, a signal has none.
+    ``holds`` is that of the file's format (`HapticFormat`), ``instead`` what keeps more, if anything, ``buzzes`` how
+    often a pattern switches on. Events have ``counts``, a signal has none.
     """
-    remedy = f"use {instead} instead"
+    remedy = f": use {instead} instead" if instead else ""
     if holds == "on and off":
-        return f"{'one buzz' if buzzes == 1 else f'{buzzes} buzzes of one strength'}: {remedy}"
+        return f"{'one buzz' if buzzes == 1 else f'{buzzes} buzzes of one strength'}{remedy}"
     if counts:
         gone = {"transient": counts.transients - counts.kept, "vibration": counts.vibrations_lost}
         count = {"transient": counts.transients, "vibration": counts.vibrations}
         lost = [f"{gone[noun]} of {_number(count[noun], noun)}" for noun in gone if gone[noun]]
         if lost:
-            return f"not all events: {_listed(lost)} missing; {remedy}"
+            return f"not all events: {_listed(lost)} missing{remedy.replace(':', ';', 1)}"
     elif holds == "waveform":
         close = loss.snr_db is None or loss.snr_db >= CLOSE_DB
-        return "the signal itself" if close else f"the signal, roughly: {remedy}"
+        return "the signal itself" if close else f"the signal, roughly{remedy}"
     elif loss.envelope_error is None:
         return "silence, as the signal"
-    similar, error = loss.envelope_correlation, loss.envelope_error
-    if (
-        (counts is None or counts.vibrations)
-        and (error is not None and error >= FELT)
-        and (similar is None or similar <= KEPT)
-    ):
-        return f"a vibration too coarse for the changes of strength: {remedy}"
+    if (counts is None or counts.vibrations) and _shape(loss, counts) < 1:
+        return f"a vibration too coarse for the changes of strength{remedy}"
     if (loss.frequency_octaves or 0) > KEPT_OCTAVES or (counts and counts.frequency):
-        return f"the strength, at the wrong frequency: {remedy}"
+        return f"the strength, at the wrong frequency{remedy}"
     if counts:
-        return "the events themselves"
+        lost = _kept_and_lost(loss, counts)[1]
+        return f"the events without {_listed(lost)}{remedy}" if lost else "the events themselves"
     return (
         "one tone of the signal's strength and frequency: enough for an effect; a texture needs a waveform "
         "(.wav, .hjif)"

@@ -94,5 +94,5 @@ FORMAT = HapticFormat(
     decode=decode,
     recognise=has_key("effects"),
     bands=((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)),
-    instead="a pad's sound channels (display dualsense), or .haptic",
+    instead="a pad's sound channels (display dualsense) or .haptic",
 )

@@ -117,6 +117,6 @@ FORMAT = HapticFormat(
     holds="on and off",
     encode=encode,
     decode=decode,
-    instead="the phone's envelope (android_envelope, or android before Android 16)",
+    instead="the phone's envelope (android_envelope) or android (before Android 16)",
     recognise=lambda document: isinstance(document, list) or has_key("pattern")(document),
 )
