@@ -1,5 +1,6 @@
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,6 @@ from hypothesis.extra.numpy import arrays
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import check_file, haptic_formats, read_haptic, to_one_axis, write_haptic
-from tactogram.rendering.files.conversion import losses
 from tactogram.rendering.files.documents import Notes, encoded
 from tactogram.rendering.files.events import Events, Part, Transient
 from tactogram.rendering.files.loss import loss_between
@@ -50,7 +50,7 @@ def test_every_format_is_valid_and_read_back(tmp_path, format):
     least = 0.75 if format == "vibration" else 0.98
     assert found["loss"]["envelope_correlation"] > least
     assert abs(found["loss"]["level_db"]) < (6 if format == "vibration" else 0.3)
-    assert found["loss"] == losses(effect(), file.signal)
+    assert found["loss"] == asdict(loss_between(effect(), file.signal))
 
 
 @pytest.mark.parametrize("format", [f for f in FORMATS if f != "vibration"])

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +19,13 @@ from tactogram.rendering.files.documents import DocumentHeader, Notes
 from tactogram.rendering.files.events import Events, joined
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.loss import (
+    KEPT_DB,
     ConversionLoss,
+    EventCounts,
     compared,
     loss_between,
+    loss_rank,
     loss_sentence,
-    lost_share,
     verdict,
 )
 from tactogram.rendering.files.reading import HapticFile, decoded
@@ -119,11 +120,8 @@ def write_haptic(
     back = decoded(document, kind, notes)
     if broken := [*notes.problems, *notes.warnings]:
         raise ParameterError(f"{kind.title} cannot hold this signal: {broken[0]}")
-    if isinstance(original, Signal):
-        kept = _kept_of_signal(original, back, kind)
-    else:
-        kept = _kept_of_events(original.scaled(usual / scale), back, kind)
-        kept["told"] += [f"Not read: {left_out}."] if left_out else []
+    kept = _kept(original if isinstance(original, Signal) else original.scaled(usual / scale), back, kind)
+    kept["told"] += [f"Not read: {left_out}."] if left_out else []
     data = kind.serialise(document)
     with atomic_write(path) as part:
         part.write_bytes(data)
@@ -161,79 +159,71 @@ def _held(signal: Signal, kind: HapticFormat) -> Signal | Events:
     return resample(signal, kind.highest_rate)
 
 
-def _kept_of_events(events: Events, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
-    """Return what a file keeps and loses of events: the loss and counts, in a sentence, and the verdict."""
-    copy = back.events or events_of(back.signal)
-    loss, counts = compared(events, copy, max(0.002, kind.resolution_s))
-    judged = partial(verdict, loss, kind.holds, buzzes=copy.count, counts=counts)
-    return {
-        "loss": asdict(loss),
-        "events": asdict(counts),
-        "told": [f"The file {loss_sentence(loss, 'envelope', counts)}."],
-        "verdict": _with_remedy(judged, events, kind, (lost_share(loss, counts), loss.envelope_error or 0)),
-    }
-
-
-def _kept_of_signal(signal: Signal, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
-    """Return what a file keeps and loses of a signal: by axis, in a sentence per axis, and the verdict."""
-    loss = losses(signal, back.signal)
-    by_axis = loss if len(signal.axes) > 1 else {"The file": loss}
-    found = {axis: ConversionLoss(**one) for axis, one in by_axis.items()}
-    told = [f"{axis} {loss_sentence(one, kind.holds)}." for axis, one in found.items()]
+def _kept(content: Signal | Events, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
+    """Return what a file keeps and loses: by axis, in a sentence each, and the verdict."""
+    found, counts = _measured(content, back, kind)
+    told = [f"{axis} {loss_sentence(one, kind.holds, counts)}." for axis, one in found.items()]
     worst = min(found.values(), key=lambda one: np.inf if one.snr_db is None else one.snr_db)
-    judged = partial(verdict, worst, kind.holds, buzzes=back.events.count if back.events else 0)
-    word = _with_remedy(judged, signal, kind, (lost_share(worst), worst.envelope_error or 0))
-    if kind.holds != "waveform" and (felt := power_felt(signal)) < MOSTLY_FELT:
+    buzzes = back.events.count if back.events else 0
+    word = verdict(worst, kind.holds, kind.instead, buzzes=buzzes, counts=counts)
+    if kind.instead in word:
+        better = _better(content, kind, loss_rank(worst, counts))
+        word = verdict(worst, kind.holds, better, buzzes=buzzes, counts=counts)
+    felt = power_felt(content) if isinstance(content, Signal) and kind.holds != "waveform" else 1.0
+    if felt < MOSTLY_FELT:
         share = f"{100 * felt:.0f} % of the signal's power"
-        high = "the rest is above 1000 Hz, which a finger does not feel and the file leaves out"
-        told.insert(0, f"Only {share} is up to 1000 Hz; {high}.")
+        louder = (worst.level_db or 0.0) > KEPT_DB
+        high = "which a finger does not feel" + ("" if louder else " and the file leaves out")
+        told.insert(0, f"Only {share} is up to 1000 Hz; the rest is above 1000 Hz, {high}.")
         if felt < FELT_AT_ALL:
             remedy = "map the sound to touch instead (--map envelope)"
-            told, word = told[:1], f"not the signal, only {share}: {remedy}"
-    return {"loss": loss, "told": told, "verdict": word}
+            told, word = told[: 1 + louder], f"not the signal, only {share}: {remedy}"
+    losses = [asdict(one) for one in found.values()]
+    facts = {"loss": dict(zip(found, losses, strict=True)) if len(losses) > 1 else losses[0]}
+    return facts | ({"events": asdict(counts)} if counts else {}) | {"told": told, "verdict": word}
 
 
-def _with_remedy(
-    judged: Callable[[str], str], content: Signal | Events, kind: HapticFormat, lost: tuple[float, float]
-) -> str:
-    """Return the verdict with those of a format's remedies that lose less than ``lost``: each is tried if it can be."""
-    word, formats = judged(kind.instead), haptic_formats()
-    if kind.instead not in word:
-        return word
-    better = []
+def _measured(
+    content: Signal | Events, back: HapticFile, kind: HapticFormat
+) -> tuple[dict[str, ConversionLoss], EventCounts | None]:
+    """Return the loss by axis of a signal, or of events, which are counted, too."""
+    if isinstance(content, Events):
+        copy = back.events or events_of(back.signal)
+        loss, counts = compared(content, copy, max(0.002, kind.resolution_s))
+        return {"The file": loss}, counts
+    one = len(content.axes) == 1
+    copies = (back.signal.with_samples(row, axes=("x",)) for row in back.signal.samples)
+    pairs = zip(content.axes, copies, strict=True)
+    return {
+        "The file" if one else name: loss_between(content.select(name), copy) for name, copy in pairs
+    }, None
+
+
+def _better(content: Signal | Events, kind: HapticFormat, lost: tuple[float, float]) -> str:
+    """Return those of a format's remedies that lose less than ``lost`` (`loss_rank`), or cannot be tried."""
+    formats, better = haptic_formats(), []
     for remedy in kind.instead.split(" or "):
         named = [formats[name] for name in re.findall(r"[a-z_]+", remedy) if name in formats]
-        if not named or any(_lost(content, other) < lost for other in named):
+        if not named or any(_rank(content, other) < lost for other in named):
             better.append(remedy)
-    return judged(" or ".join(better))
+    return " or ".join(better)
 
 
-def _lost(content: Signal | Events, kind: HapticFormat) -> tuple[float, float]:
-    """Return the share of events that another format loses, and its error of the strength; inf if it refuses them."""
+def _rank(content: Signal | Events, kind: HapticFormat) -> tuple[float, float]:
+    """Return the `loss_rank` of a format, infinite if it refuses the content."""
     if isinstance(content, Signal) and kind.encode_waveform:
         return 0.0, 0.0
     events = content if isinstance(content, Events) else events_of(content, kind.bands)
-    full = max(1.0, _peak(events, kind))
+    share = 1 / max(1.0, _peak(events, kind))
     try:
-        back = decoded(kind.encode(events.scaled(1 / full), DocumentHeader()), kind, Notes())
+        back = decoded(kind.encode(events.scaled(share), DocumentHeader()), kind, Notes())
     except ParameterError:
         return np.inf, np.inf
-    if isinstance(content, Events):
-        copy = back.events or events_of(back.signal)
-        loss, counts = compared(events.scaled(1 / full), copy, max(0.002, kind.resolution_s))
-        return lost_share(loss, counts), loss.envelope_error or 0
-    played = back.signal.with_samples(full * back.signal.samples)
-    loss = loss_between(content, played)
-    return lost_share(loss), loss.envelope_error or 0
-
-
-def losses(original: Signal, copy: Signal) -> dict[str, Any]:
-    """Return the loss of each axis by name, or of a single axis without its name."""
-    by_axis = {
-        name: asdict(loss_between(original.select(name), copy.with_samples(copy.samples[i], axes=(name,))))
-        for i, name in enumerate(original.axes)
-    }
-    return by_axis if len(by_axis) > 1 else next(iter(by_axis.values()))
+    if isinstance(content, Signal):
+        found, counts = _measured(content.with_samples(share * content.samples), back, kind)
+    else:
+        found, counts = _measured(events.scaled(share), back, kind)
+    return loss_rank(found["The file"], counts)
 
 
 def _peak(events: Events, kind: HapticFormat) -> float:

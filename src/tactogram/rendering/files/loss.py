@@ -61,8 +61,8 @@ def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
         return ConversionLoss(None, None, None, None, correlation, snr)
     one, other = envelope_of(original), envelope_of(copy)
     b = np.interp(one.times, other.times, other.amplitude, right=0.0)  # the copy may be shorter
-    loss = _strength_loss(one.amplitude, b, one.frequency, other.hz(one.times))
-    return replace(loss, waveform_correlation=correlation, snr_db=snr)
+    octaves = _octaves(Events(one.end, (one,)), Events(other.end, (other,)))
+    return _strength_loss(one.amplitude, b, octaves, correlation, snr)
 
 
 @dataclass(frozen=True)
@@ -119,15 +119,13 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     own = source.joined
     source, copy = _lasting(source, set(pairs)), _lasting(copy, used)
     t = np.arange(0.0, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
-    one, whole = source.joined, copy.joined
-    loss = _strength_loss(source.strength(t), copy.strength(t), one.hz(t), whole.hz(t))
-    loss = replace(loss, frequency_octaves=_octaves(source, copy))
+    loss = _strength_loss(source.strength(t), copy.strength(t), _octaves(source, copy))
     on = (own.amplitude[:-1] > 0) | (own.amplitude[1:] > 0)
     spans = spans_of(own.times[:-1][on], own.times[1:][on], PULSE_S)
     counts["vibrations"] = len(spans)
     counts["vibrations_lost"] = sum(int(copy.strength(np.linspace(*span, 33)).max() == 0) for span in spans)
     for tap in missing:
-        around = whole.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
+        around = copy.joined.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
         merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
         counts["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
     return loss, EventCounts(**counts)
@@ -167,11 +165,11 @@ def _kept_and_lost(loss: ConversionLoss, counts: EventCounts | None) -> tuple[li
     return kept, lost
 
 
-def lost_share(loss: ConversionLoss, counts: EventCounts | None = None) -> float:
-    """Return the number of events that are missing, or else the share of what `loss_sentence` tells that is lost."""
+def loss_rank(loss: ConversionLoss, counts: EventCounts | None) -> tuple[float, float]:
+    """Return the number of missing events, or else the share that `loss_sentence` calls lost, and the error."""
     missing = counts.transients - counts.kept + counts.vibrations_lost if counts else 0
     kept, lost = _kept_and_lost(loss, counts)
-    return missing or len(lost) / (1 + len(kept) + len(lost))
+    return missing or len(lost) / (1 + len(kept) + len(lost)), loss.envelope_error or 0.0
 
 
 def _shape(loss: ConversionLoss, counts: EventCounts | None) -> float:
@@ -240,32 +238,31 @@ def verdict(
     )
 
 
-def _strength_loss(a: Line, b: Line, hz: Line, copied_hz: Line) -> ConversionLoss:
-    """Return the loss of a strength ``b`` of ``copied_hz`` compared to ``a`` of ``hz``, at the same times."""
+def _strength_loss(
+    a: Line, b: Line, octaves: float | None, correlation: float | None = None, snr: float | None = None
+) -> ConversionLoss:
+    """Return the loss of a strength ``b`` compared to ``a`` at the same times, with what is known of it."""
     power, copied = float(np.mean(a**2)), float(np.mean(b**2))
-    audible = power > 0 and copied > 0
-    octaves = np.abs(np.log2(np.maximum(copied_hz, 1.0) / np.maximum(hz, 1.0)))
     return ConversionLoss(
         envelope_correlation=_correlation(a, b, flat=FLAT_ENVELOPE),
         envelope_error=float(np.sqrt(np.mean((a - b) ** 2) / power)) if power > 0 else None,
-        level_db=10 * float(np.log10(copied / power)) if audible else None,
-        frequency_octaves=float(np.average(octaves, weights=a**2)) if audible else None,
-        waveform_correlation=None,
-        snr_db=None,
+        level_db=10 * float(np.log10(copied / power)) if power > 0 and copied > 0 else None,
+        frequency_octaves=octaves,
+        waveform_correlation=correlation,
+        snr_db=snr,
     )
 
 
 def _lasting(events: Events, matched: set[int]) -> Events:
     """Return events with the pulses that are not ``matched`` as what they are, short vibrations."""
-    parts, taps, whole = list(events.parts), [], events.joined
-    for i, tap in enumerate(events.transients):
-        if i in matched or not isinstance(tap, Pulse):
-            taps.append(tap)
-            continue
+    whole, parts = events.joined, list(events.parts)
+    pulses = [tap for i, tap in enumerate(events.transients) if i not in matched and isinstance(tap, Pulse)]
+    for tap in pulses:
         above = tap.amplitude**2 - float(whole.at(tap.time + tap.seconds / 2)) ** 2
         edges = np.array([tap.time, tap.time + tap.seconds])
         parts.append(stepped(edges, np.array([max(0.0, above) ** 0.5]), tap.frequency))
-    return replace(events, parts=tuple(parts), transients=tuple(taps))
+    taps = tuple(tap for tap in events.transients if tap not in pulses)
+    return replace(events, parts=tuple(parts), transients=taps)
 
 
 def _octaves(source: Events, copy: Events) -> float | None:
