@@ -49,6 +49,7 @@ def test_android_joins_equal_steps():
         ({"timings": [10]}, "equally many, got 1 and 2"),
         ({"timings": [0, 0]}, "above 0 ms"),
         ({"timings": [10, -1]}, "timings must be 0 to 8.64e+07, got -1: clamped"),
+        ({"timings": [10, 100.5]}, "timings must be whole ms, got 100.5"),
         ({"timings": [10, "5"]}, "timings must be a number, got '5': read as one"),
         ({"timings": [10, "x"]}, "timings: must be a number, got 'x'"),
         ({"amplitudes": [0, 256]}, "amplitudes must be -1 to 255, got 256: clamped"),
@@ -246,3 +247,19 @@ def test_short_vibrations_that_are_read_as_pulses_are_kept(tmp_path):
     assert found["told"] == [
         "The file keeps the strength over time, the level and the frequency; loses nothing."
     ]
+
+
+@pytest.mark.parametrize(
+    "wrap", [lambda one: one, lambda one: [one, one], lambda one: {"effects": [one, one]}]
+)
+def test_effects_as_play_effect_takes_them_are_read(wrap, tmp_path):
+    (tmp_path / "x.json").write_text(json.dumps(wrap(PAD | {"duration": 100})))
+    file = read_haptic(tmp_path / "x.json")
+    assert file.facts["format"] == "gamepad"
+    assert file.events.seconds == pytest.approx(0.1 if wrap(1) == 1 else 0.2)
+
+
+def test_a_single_number_is_a_pattern(tmp_path):
+    (tmp_path / "x.json").write_text("200")
+    assert read_haptic(tmp_path / "x.json").facts["format"] == "vibration"
+    assert read_haptic(tmp_path / "x.json").events.seconds == pytest.approx(0.2)

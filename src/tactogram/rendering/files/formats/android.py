@@ -40,6 +40,8 @@ def decode(document: Node) -> DecodedDocument:
     timings = document.numbers("timings", 0, LONGEST_MS)
     if timings and not any(timings):
         notes.problems.append("timings: at least one must be above 0 ms")
+    if broken := [ms for ms in timings if ms % 1]:
+        notes.warn("timings must be whole ms", f"{broken[0]:g}")
     strength = [float(i % 2) for i in range(len(timings))]
     if document.has("amplitudes"):
         stated = [STRONGEST if one == -1 else one for one in document.numbers("amplitudes", -1, STRONGEST)]

@@ -56,6 +56,8 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
 def decode(document: Node) -> DecodedDocument:
     """Return the events of a document, of `STRONG_HZ` and `WEAK_HZ`."""
     notes = document.notes
+    if bare := _bare(document.value):
+        document = Node({"effects": bare}, notes)
     if document.text("type", "dual-rumble") != "dual-rumble":
         notes.warn("type must be dual-rumble", document.value["type"], "read as one")
     spans, values = [], []
@@ -80,6 +82,12 @@ def decode(document: Node) -> DecodedDocument:
     return DecodedDocument(events, document.text("description"), "nothing in the file: two motors' usual")
 
 
+def _bare(document: Any) -> list[Any]:
+    """Return effects that are no sequence of this package: one, or a list of them."""
+    listed = document if isinstance(document, list) else [document]
+    return listed if any(map(has_key("duration"), listed)) and not has_key("effects")(document) else []
+
+
 def _of_motor(part: Part, strong: bool) -> Part:
     """Return a vibration where its frequency drives this motor, silent elsewhere."""
     return replace(part, amplitude=np.where((part.frequency <= SPLIT_HZ) == strong, part.amplitude, 0.0))
@@ -92,7 +100,7 @@ FORMAT = HapticFormat(
     holds="envelope",
     encode=encode,
     decode=decode,
-    recognise=has_key("effects"),
+    recognise=lambda document: has_key("effects")(document) or bool(_bare(document)),
     bands=((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)),
     instead="a pad's sound channels (display dualsense) or .haptic",
 )

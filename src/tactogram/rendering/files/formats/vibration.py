@@ -1,7 +1,7 @@
 """Pattern of `navigator.vibrate` (W3C Vibration API, Recommendation 2016) as JSON: on, off, on … in integral ms.
 
 Browsers limit the length: Chromium takes 99 entries of at most 10,000 ms (its VibrationController) and silently drops
-the rest. A bare list can be read, too.
+the rest. A bare list or number can be read, too.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
 def decode(document: Node) -> DecodedDocument:
     """Return the events of a document, at `PHONE_HZ`."""
     notes = document.notes
-    bare = isinstance(document.value, list)
-    document = Node({"pattern": document.value}, notes) if bare else document
+    bare = [document.value] if isinstance(document.value, int | float) else document.value
+    document = Node({"pattern": bare}, notes) if isinstance(bare, list) else document
     pattern = list(document.numbers("pattern", 0, math.inf))
     if not any(pattern[::2]):
         notes.problems.append(
@@ -118,5 +118,5 @@ FORMAT = HapticFormat(
     encode=encode,
     decode=decode,
     instead="the phone's envelope (android_envelope) or android (before Android 16)",
-    recognise=lambda document: isinstance(document, list) or has_key("pattern")(document),
+    recognise=lambda document: isinstance(document, list | int | float) or has_key("pattern")(document),
 )
