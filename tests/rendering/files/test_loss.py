@@ -87,7 +87,7 @@ def test_a_frequency_that_is_off_is_told(tmp_path):
     ("loss", "kept", "lost"),
     [
         (
-            (0.7, 0.2, 5.0, 0.1, 0.0, -3.0),
+            (0.7, 1.0, 5.0, 0.1, 0.0, -3.0),
             "roughly the strength over time and the frequency",
             "the waveform and the level (+5 dB)",
         ),

@@ -17,15 +17,12 @@ FLAT = 1e-6
 """Spread of samples, relative to their largest, below which a correlation is meaningless."""
 FLAT_ENVELOPE = 0.02
 """The same for an envelope: smaller variations are noise of the analysis."""
-KEPT, ROUGHLY = 0.9, 0.6
-"""Correlations of the envelopes above which `loss_sentence` calls the strength kept, or roughly kept. Ours."""
-STEADY = 0.3
-"""Error of an envelope without correlation, one that hardly varies, below which it is kept. Ours."""
 KEPT_DB, KEPT_OCTAVES = 3.0, 0.25
 """Differences up to which level and frequency count as kept. Ours."""
 LOSSLESS_DB = 60.0
-FELT = 0.2
-"""Error of an envelope that may be felt: the smallest Weber fraction of intensity that publications report."""
+FELT, LOST = 0.2, 0.7
+"""Errors of an envelope, apart from its level: the smallest that may be felt, the smallest Weber fraction of intensity
+that publications report; and that of which as much is lost as kept. Up to it the strength is roughly kept."""
 CLOSE_DB = 20.0
 """Signal over error from which a stored waveform counts as the signal. Ours: a tenth of its amplitude."""
 MERGED_S = 0.060
@@ -96,15 +93,13 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
         copy = copy.in_span(source.span)
     times = np.array([tap.time for tap in copy.transients])
     pairs: dict[int, int] = {}
-    used: set[int] = set()
     for i, tap in enumerate(source.transients):
         near = range(*np.searchsorted(times, [tap.time - close_s - 1e-9, tap.time + close_s + 1e-9]))
-        found = min((j for j in near if j not in used), key=lambda j: abs(times[j] - tap.time), default=None)
+        found = min((j for j in near if j not in pairs), key=lambda j: abs(times[j] - tap.time), default=None)
         if found is not None:
-            pairs[i] = found
-            used.add(found)
+            pairs[found] = i
     counts: Counter[str] = Counter(kept=len(pairs))
-    for i, j in pairs.items():
+    for j, i in pairs.items():
         tap, other = source.transients[i], copy.transients[j]
         difference = abs(other.amplitude - tap.amplitude)
         counts["strength"] += difference > max(ABOUT, ABOUT_SHARE * tap.amplitude)
@@ -113,11 +108,12 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
         counts["length"] += isinstance(tap, Pulse) and not (
             isinstance(other, Pulse) and abs(other.seconds - tap.seconds) <= SAME_S
         )
-    missing = [tap for i, tap in enumerate(source.transients) if i not in pairs]
-    added = [tap for j, tap in enumerate(copy.transients) if j not in used and not isinstance(tap, Pulse)]
+    kept = set(pairs.values())
+    missing = [tap for i, tap in enumerate(source.transients) if i not in kept]
+    added = [tap for j, tap in enumerate(copy.transients) if j not in pairs and not isinstance(tap, Pulse)]
     counts["transients"], counts["added"] = len(source.transients), len(added)
     own = source.joined
-    source, copy = _lasting(source, set(pairs)), _lasting(copy, used)
+    source, copy = _lasting(source, kept), _lasting(copy, set(pairs))
     t = np.arange(0.0, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
     loss = _strength_loss(source.strength(t), copy.strength(t), _octaves(source, copy))
     on = (own.amplitude[:-1] > 0) | (own.amplitude[1:] > 0)
@@ -148,11 +144,11 @@ def _kept_and_lost(loss: ConversionLoss, counts: EventCounts | None) -> tuple[li
     """Return what is kept, and what is lost, in words: `loss_sentence` and `verdict` follow it."""
     kept, lost = _counted(counts) if counts else ([], ["the waveform"])
     if counts is None or counts.vibrations:
-        shape = _shape(loss, counts)
-        if shape:
-            kept.append("the strength over time" if shape == 1 else "roughly the strength over time")
-        if shape < 1 and (counts or not shape):
-            lost.append(f"{'some' if shape else 'the'} changes of strength")
+        shape = _shape_error(loss)
+        if shape < LOST:
+            kept.append(f"{'' if shape < FELT else 'roughly '}the strength over time")
+        if shape >= (FELT if counts else LOST):
+            lost.append(f"{'some' if shape < LOST else 'the'} changes of strength")
         level, octaves = loss.level_db, loss.frequency_octaves
         if level is not None:
             found = abs(level) <= KEPT_DB
@@ -172,18 +168,14 @@ def loss_rank(loss: ConversionLoss, counts: EventCounts | None) -> tuple[float, 
     return missing or len(lost) / (1 + len(kept) + len(lost)), loss.envelope_error or 0.0
 
 
-def _shape(loss: ConversionLoss, counts: EventCounts | None) -> float:
-    """Return 1 where the strength over time is kept, 0.5 roughly, 0 not, apart from its level."""
-    similar, error = loss.envelope_correlation, loss.envelope_error
-    if error is None or (counts is None and (error < FELT or (similar or 0) > KEPT)):
-        return 1.0
-    level = 10 ** (loss.level_db / 20) if loss.level_db is not None else 0.0
+def _shape_error(loss: ConversionLoss) -> float:
+    """Return the error of the strength over time apart from its level, relative to that of the copy."""
+    if loss.envelope_error is None or loss.level_db is None:
+        return float(loss.envelope_error or 0.0)
     # The copy is the strength times a factor, and a rest: error and level are known, so the rest is.
-    factor = (1 + level**2 - error**2) / 2
-    rest = max(0.0, 1 - (factor / level) ** 2) ** 0.5 if level else 1.0
-    if rest < FELT and (counts or similar is None):
-        return 1.0
-    return 0.5 if (rest < STEADY if similar is None else similar > ROUGHLY) else 0.0
+    power = 10 ** (loss.level_db / 10)
+    factor = (1 + power - loss.envelope_error**2) / 2
+    return float(max(0.0, 1 - factor**2 / power) ** 0.5)
 
 
 def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
@@ -225,7 +217,7 @@ def verdict(
         return "the signal itself" if close else f"the signal, roughly{remedy}"
     elif loss.envelope_error is None:
         return "silence, as the signal"
-    if (counts is None or counts.vibrations) and _shape(loss, counts) < 1:
+    if (counts is None or counts.vibrations) and _shape_error(loss) >= FELT:
         return f"a vibration too coarse for the changes of strength{remedy}"
     if (loss.frequency_octaves or 0) > KEPT_OCTAVES or (counts and counts.frequency):
         return f"the strength, at the wrong frequency{remedy}"
