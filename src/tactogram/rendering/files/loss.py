@@ -119,7 +119,9 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     on = (own.amplitude[:-1] > 0) | (own.amplitude[1:] > 0)
     spans = spans_of(own.times[:-1][on], own.times[1:][on], PULSE_S)
     counts["vibrations"] = len(spans)
-    counts["vibrations_lost"] = sum(int(copy.strength(np.linspace(*span, 33)).max() == 0) for span in spans)
+    begins, stops = np.array(spans).reshape(-1, 2).T
+    within = np.linspace(begins, stops, 33, axis=1)
+    counts["vibrations_lost"] = int((copy.strength(within.ravel()).reshape(-1, 33).max(axis=1) == 0).sum())
     for tap in missing:
         around = copy.joined.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
         merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
