@@ -143,3 +143,9 @@ def test_overlapping_vibrations_are_compared_one_by_one():
     both, one = Events.of(tones, []), Events.of([joined(tones)], [])
     assert compared(both, both, 0.002)[0].frequency_octaves == 0
     assert compared(both, one, 0.002)[0].frequency_octaves == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_last_digit_of_a_time_is_no_loss():
+    part = Part.of([0, 1], [0.1, 0.1], 0.0, 170.0)
+    one, other = (Events.of([part], [Transient(time, 0.8, 170.0)]) for time in (0.1 + 0.07, 0.17))
+    assert compared(one, other, 0.002)[0].envelope_error == pytest.approx(0, abs=1e-6)

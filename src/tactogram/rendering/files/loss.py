@@ -114,7 +114,8 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     counts["transients"], counts["added"] = len(source.transients), len(added)
     own = source.joined
     source, copy = _lasting(source, kept), _lasting(copy, set(pairs))
-    t = np.arange(0.0, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
+    # Beside whole ms, at which rounding would decide whether a transient has begun.
+    t = np.arange(3e-4, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
     loss = _strength_loss(source.strength(t), copy.strength(t), _octaves(source, copy))
     on = (own.amplitude[:-1] > 0) | (own.amplitude[1:] > 0)
     spans = spans_of(own.times[:-1][on], own.times[1:][on], PULSE_S)
