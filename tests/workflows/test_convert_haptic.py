@@ -244,6 +244,25 @@ def test_a_designed_file_is_converted_and_the_sound_beside_it_is_named(tmp_path,
     assert "Tap1.wav, beside" in capsys.readouterr().out
 
 
+def test_of_a_design_in_several_formats_one_is_converted_and_no_source_overwritten(tmp_path):
+    source = tmp_path / "in"
+    source.mkdir()
+    shutil.copy(GOLDEN / "my.haptic", source / "hit.haptic")
+    convert(source / "hit.haptic", source / "hit.ahap")
+    write_signal(source / "hit.wav", effect())
+    for format, first in (("haptic", "hit.haptic"), ("ahap", "hit.ahap"), ("tact", "hit.ahap")):
+        facts = convert_folder(source, tmp_path / format, format=format)
+        assert [file["source"] for file in facts["files"]] == [str(source / first)]
+        assert set(facts["beside"].values()) == {str(source / first)}
+        assert len(facts["beside"]) == 2
+    before = (source / "hit.haptic").read_bytes()
+    with pytest.raises(ParameterError, match="hit.haptic would be overwritten; choose another folder"):
+        convert_folder(source, source, format="haptic")
+    with pytest.raises(ParameterError, match="would overwrite its source; choose another target"):
+        convert(source / "hit.haptic", source / "hit.haptic")
+    assert (source / "hit.haptic").read_bytes() == before
+
+
 def test_a_click_in_silence_is_one_transient(tmp_path, capsys):
     x = np.zeros(2 * RATE)
     x[RATE : RATE + 4] = 0.9

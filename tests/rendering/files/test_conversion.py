@@ -1,5 +1,6 @@
 import json
 import re
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,6 @@ from hypothesis.extra.numpy import arrays
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import check_file, haptic_formats, read_haptic, to_one_axis, write_haptic
-from tactogram.rendering.files.conversion import losses
 from tactogram.rendering.files.documents import Notes, encoded
 from tactogram.rendering.files.events import Events, Part, Transient
 from tactogram.rendering.files.loss import loss_between
@@ -50,7 +50,7 @@ def test_every_format_is_valid_and_read_back(tmp_path, format):
     least = 0.75 if format == "vibration" else 0.98
     assert found["loss"]["envelope_correlation"] > least
     assert abs(found["loss"]["level_db"]) < (6 if format == "vibration" else 0.3)
-    assert found["loss"] == losses(effect(), file.signal)
+    assert found["loss"] == asdict(loss_between(effect(), file.signal))
 
 
 @pytest.mark.parametrize("format", [f for f in FORMATS if f != "vibration"])
@@ -100,12 +100,26 @@ def test_a_signal_of_full_scale_is_not_scaled(tmp_path):
 def test_three_axes_become_one_by_dft321_and_two_by_their_mean(tmp_path):
     x = effect().samples[0]
     three = Signal(np.stack([x, 0 * x, x]), RATE, "m/s^2")
-    two = Signal(np.stack([x, 0 * x]), RATE, "1", ("left", "right"))
+    two = Signal(np.stack([x, 0.8 * x]), RATE, "1", ("left", "right"))
     found = [write_haptic(tmp_path / "x.ahap", signal, format="ahap") for signal in (three, two)]
     assert [f["reduced_by"] for f in found] == ["DFT321 of x, y, z", "mean of left, right"]
     assert read_haptic(tmp_path / "x.ahap").signal.axes == ("mean",)
     chosen = write_haptic(tmp_path / "x.ahap", two, format="ahap", axis="left")
     assert chosen["reduced_by"] == "axis left of left, right"
+
+
+@pytest.mark.parametrize(("right", "level"), [(0, 0.9), (-1, 0.9 * 2**0.5), (-0.5, 0.9 * 1.25**0.5)])
+def test_channels_that_cancel_in_their_mean_keep_their_power(right, level, tmp_path):
+    x = effect().samples[0]
+    two = Signal(np.stack([x, right * x]), RATE, "1", ("left", "right"))
+    found = write_haptic(tmp_path / "x.ahap", two, format="ahap")
+    assert found["reduced_by"] == f"sum of the power of left, {'-' if right else ''}right"
+    assert np.abs(read_haptic(tmp_path / "x.ahap").signal.samples).max() == pytest.approx(level, rel=0.03)
+    if right == -1:
+        with pytest.raises(
+            ParameterError, match="mean of left, right is silent, since they cancel; choose one"
+        ):
+            write_haptic(tmp_path / "x.ahap", two, format="ahap", axis="mean")
 
 
 def test_which_axis_is_checked():

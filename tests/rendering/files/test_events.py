@@ -113,6 +113,10 @@ def test_a_sound_above_1_khz_is_not_praised(tmp_path):
         "and the file leaves out."
     ]
     assert "map the sound to touch instead (--map envelope)" in found["verdict"]
+    pattern = write_haptic(tmp_path / "x.json", high, format="vibration")
+    said = " ".join(pattern["told"])
+    assert "leaves out" not in said
+    assert f"the level (+{pattern['loss']['level_db']:.0f} dB)" in said
 
 
 def ramp(start, end, levels, hz):

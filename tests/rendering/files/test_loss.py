@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from tactogram.rendering.files import ConversionLoss, loss_sentence, write_haptic
+from tactogram.rendering.files.events import Events, Part, Transient, joined
+from tactogram.rendering.files.loss import EventCounts, compared, verdict
 from tactogram.signal import Signal
 
 TIME = np.arange(4000) / 2000
@@ -85,7 +87,7 @@ def test_a_frequency_that_is_off_is_told(tmp_path):
     ("loss", "kept", "lost"),
     [
         (
-            (0.7, 0.2, 5.0, 0.1, 0.0, -3.0),
+            (0.7, 1.0, 5.0, 0.1, 0.0, -3.0),
             "roughly the strength over time and the frequency",
             "the waveform and the level (+5 dB)",
         ),
@@ -105,3 +107,45 @@ def test_an_error_of_the_waveform_is_told():
     assert loss_sentence(ConversionLoss(1.0, 0.0, 0.0, 0.0, 1.0, 41.2), "waveform") == (
         "keeps the waveform with an error of -41 dB"
     )
+
+
+def taps(step, count):
+    return Events.of([], [Transient(i * step, 0.5, 170.0) for i in range(count)])
+
+
+@pytest.mark.parametrize(
+    ("events", "name", "word"),
+    [
+        (taps(0.005, 10), "android", "not all events: 7 of 10 transients missing"),
+        (taps(0.1, 300), "vibration", "one buzz: use android (before Android 16) instead"),
+        (taps(0.1, 8), "android", "the events themselves"),
+    ],
+)
+def test_a_remedy_is_named_only_if_it_keeps_more(events, name, word, tmp_path):
+    found = write_haptic(tmp_path / "x", events, format=name)
+    assert found["verdict"] == word
+
+
+@pytest.mark.parametrize(("level", "error"), [(0.0, 0.45), (-6.0, 0.6), (6.0, 1.3)])
+def test_the_verdict_of_events_follows_the_sentence(level, error):
+    loss, counts = ConversionLoss(0.95, error, level, 0.0, None, None), EventCounts(vibrations=1)
+    assert "some changes of strength" in loss_sentence(loss, "envelope", counts)
+    assert verdict(loss, "envelope", "x", counts=counts).endswith(
+        "too coarse for the changes of strength: use x instead"
+    )
+    weaker = ConversionLoss(None, 0.5, -6.0, 0.0, None, None)
+    assert loss_sentence(weaker, "envelope", counts).endswith("loses the level (-6 dB)")
+    assert verdict(weaker, "envelope", "", counts=counts) == "the events without the level (-6 dB)"
+
+
+def test_overlapping_vibrations_are_compared_one_by_one():
+    tones = [Part.of([0, 1], [0.5, 0.5], 0.0, hz) for hz in (60.0, 240.0)]
+    both, one = Events.of(tones, []), Events.of([joined(tones)], [])
+    assert compared(both, both, 0.002)[0].frequency_octaves == 0
+    assert compared(both, one, 0.002)[0].frequency_octaves == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_last_digit_of_a_time_is_no_loss():
+    part = Part.of([0, 1], [0.1, 0.1], 0.0, 170.0)
+    one, other = (Events.of([part], [Transient(time, 0.8, 170.0)]) for time in (0.1 + 0.07, 0.17))
+    assert compared(one, other, 0.002)[0].envelope_error == pytest.approx(0, abs=1e-6)

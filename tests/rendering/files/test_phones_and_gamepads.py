@@ -5,9 +5,10 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.files import write_haptic
+from tactogram.rendering.files import read_haptic, write_haptic
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.documents import DocumentHeader
+from tactogram.rendering.files.events import Events, Part
 from tactogram.rendering.files.formats import android, gamepad, vibration
 from tactogram.signal import Signal
 from tests.rendering.files.documents import problems, read, written_by
@@ -48,6 +49,7 @@ def test_android_joins_equal_steps():
         ({"timings": [10]}, "equally many, got 1 and 2"),
         ({"timings": [0, 0]}, "above 0 ms"),
         ({"timings": [10, -1]}, "timings must be 0 to 8.64e+07, got -1: clamped"),
+        ({"timings": [10, 100.5]}, "timings must be whole ms, got 100.5"),
         ({"timings": [10, "5"]}, "timings must be a number, got '5': read as one"),
         ({"timings": [10, "x"]}, "timings: must be a number, got 'x'"),
         ({"amplitudes": [0, 256]}, "amplitudes must be -1 to 255, got 256: clamped"),
@@ -196,3 +198,68 @@ def test_gamepad_rules(changes, problem):
     bad = {"type": "dual-rumble", "effects": [effect | changes]}
     assert any(problem in line for line in problems(gamepad, bad)), problems(gamepad, bad)
     assert problems(gamepad, {"type": "trigger-rumble", "effects": [effect]})
+
+
+def again(folder, document, format):
+    """Return the document of a file's conversion to a format, and what is said about it."""
+    (folder / "one.json").write_text(json.dumps(document))
+    found = write_haptic(folder / "two.json", read_haptic(folder / "one.json"), format=format)
+    return json.loads((folder / "two.json").read_text()), found
+
+
+PAD = {"startDelay": 0, "strongMagnitude": 1.0, "weakMagnitude": 1.0}
+
+
+@pytest.mark.parametrize("ms", [500, 60, 20])
+def test_a_gamepad_effect_is_itself_on_a_gamepad(ms, tmp_path):
+    effects = [PAD | {"duration": ms}]
+    document, found = again(tmp_path, {"type": "dual-rumble", "effects": effects}, "gamepad")
+    assert document["effects"] == effects
+    assert found["told"][0].endswith("loses nothing.")
+    assert found["full_scale"] == 1.0
+
+
+@pytest.mark.parametrize("ms", [8, 15, 30, 50, 60, 90])
+def test_pulses_of_a_phone_keep_their_length(ms, tmp_path):
+    android = {"timings": [100, ms, 100, ms, 50], "amplitudes": [0, 255, 0, 128, 0]}
+    document, found = again(tmp_path, android, "android")
+    assert {key: document[key] for key in android} == android
+    assert found["told"][0].endswith("loses nothing.")
+    if ms >= 40:
+        document, found = again(tmp_path, [ms, 100, ms], "vibration")
+        assert document["pattern"] == [ms, 100, ms]
+        document, found = again(tmp_path, [ms, 100, ms], "android")
+        assert (document["timings"], document["amplitudes"]) == ([ms, 100, ms], [255, 0, 255])
+        assert found["told"][0].endswith("loses nothing.")
+
+
+@pytest.mark.parametrize("format", ["gamepad", "vibration", "haptic"])
+def test_another_length_of_a_pulse_is_told(format, tmp_path):
+    (tmp_path / "one.json").write_text('{"timings": [100, 30, 100], "amplitudes": [0, 255, 0]}')
+    found = write_haptic(tmp_path / "two", read_haptic(tmp_path / "one.json"), format=format)
+    assert "loses the length of 1 of 1 transient" in found["told"][0]
+
+
+def test_short_vibrations_that_are_read_as_pulses_are_kept(tmp_path):
+    spans = [(0.1 * i, 0.1 * i + 0.06) for i in range(10)]
+    parts = [Part.of(span, [0.64, 0.64], 0.0, 150.0) for span in spans]
+    found = write_haptic(tmp_path / "x.json", Events.of(parts, []), format="gamepad")
+    assert found["told"] == [
+        "The file keeps the strength over time, the level and the frequency; loses nothing."
+    ]
+
+
+@pytest.mark.parametrize(
+    "wrap", [lambda one: one, lambda one: [one, one], lambda one: {"effects": [one, one]}]
+)
+def test_effects_as_play_effect_takes_them_are_read(wrap, tmp_path):
+    (tmp_path / "x.json").write_text(json.dumps(wrap(PAD | {"duration": 100})))
+    file = read_haptic(tmp_path / "x.json")
+    assert file.facts["format"] == "gamepad"
+    assert file.events.seconds == pytest.approx(0.1 if wrap(1) == 1 else 0.2)
+
+
+def test_a_single_number_is_a_pattern(tmp_path):
+    (tmp_path / "x.json").write_text("200")
+    assert read_haptic(tmp_path / "x.json").facts["format"] == "vibration"
+    assert read_haptic(tmp_path / "x.json").events.seconds == pytest.approx(0.2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -13,11 +14,20 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.analysis import READ_RATE, events_of, power_felt
-from tactogram.rendering.files.catalogue import haptic_format
+from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
 from tactogram.rendering.files.documents import DocumentHeader, Notes
-from tactogram.rendering.files.events import Events
+from tactogram.rendering.files.events import Events, joined
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.loss import ConversionLoss, compared, loss_between, loss_sentence, verdict
+from tactogram.rendering.files.loss import (
+    KEPT_DB,
+    ConversionLoss,
+    EventCounts,
+    compared,
+    loss_between,
+    loss_rank,
+    loss_sentence,
+    verdict,
+)
 from tactogram.rendering.files.reading import HapticFile, decoded
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
@@ -97,7 +107,7 @@ def write_haptic(
         original, constant, how = file.events or Events(0.0), None, None
         made, usual, left_out = original, file.full_scale, file.facts.get("left_out")
         about = SignalDescription(READ_RATE, file.unit, axes[:1] or ("x",))
-    peak = made.peak if isinstance(made, Events) else float(np.abs(made.samples).max())
+    peak = _peak(made, kind) if isinstance(made, Events) else float(np.abs(made.samples).max())
     scale = _scale(usual * peak, about.unit, full_scale, usual)
     about = replace(about, full_scale=scale, metadata=dict(metadata or {}))
     header = DocumentHeader(about.encode(), about.unit, modality, shortest_ms)
@@ -110,11 +120,8 @@ def write_haptic(
     back = decoded(document, kind, notes)
     if broken := [*notes.problems, *notes.warnings]:
         raise ParameterError(f"{kind.title} cannot hold this signal: {broken[0]}")
-    if isinstance(original, Signal):
-        kept = _kept_of_signal(original, back, kind)
-    else:
-        kept = _kept_of_events(original.scaled(usual / scale), back, kind)
-        kept["told"] += [f"Not read: {left_out}."] if left_out else []
+    kept = _kept(original if isinstance(original, Signal) else original.scaled(usual / scale), back, kind)
+    kept["told"] += [f"Not read: {left_out}."] if left_out else []
     data = kind.serialise(document)
     with atomic_write(path) as part:
         part.write_bytes(data)
@@ -152,43 +159,82 @@ def _held(signal: Signal, kind: HapticFormat) -> Signal | Events:
     return resample(signal, kind.highest_rate)
 
 
-def _kept_of_events(events: Events, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
-    """Return what a file keeps and loses of events: the loss and counts, in a sentence, and the verdict."""
-    copy = back.events or events_of(back.signal)
-    loss, counts = compared(events, copy, max(0.002, kind.resolution_s))
-    return {
-        "loss": asdict(loss),
-        "events": asdict(counts),
-        "told": [f"The file {loss_sentence(loss, 'envelope', counts)}."],
-        "verdict": verdict(loss, kind.holds, kind.instead, buzzes=copy.count, counts=counts),
-    }
-
-
-def _kept_of_signal(signal: Signal, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
-    """Return what a file keeps and loses of a signal: by axis, in a sentence per axis, and the verdict."""
-    loss = losses(signal, back.signal)
-    by_axis = loss if len(signal.axes) > 1 else {"The file": loss}
-    found = {axis: ConversionLoss(**one) for axis, one in by_axis.items()}
-    told = [f"{axis} {loss_sentence(one, kind.holds)}." for axis, one in found.items()]
+def _kept(content: Signal | Events, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
+    """Return what a file keeps and loses: by axis, in a sentence each, and the verdict."""
+    found, counts = _measured(content, back, kind)
+    told = [f"{axis} {loss_sentence(one, kind.holds, counts)}." for axis, one in found.items()]
     worst = min(found.values(), key=lambda one: np.inf if one.snr_db is None else one.snr_db)
-    word = verdict(worst, kind.holds, kind.instead, buzzes=back.events.count if back.events else 0)
-    if kind.holds != "waveform" and (felt := power_felt(signal)) < MOSTLY_FELT:
+    buzzes = back.events.count if back.events else 0
+    word = verdict(worst, kind.holds, kind.instead, buzzes=buzzes, counts=counts)
+    if kind.instead in word:
+        better = _better(content, kind, loss_rank(worst, counts))
+        word = verdict(worst, kind.holds, better, buzzes=buzzes, counts=counts)
+    felt = power_felt(content) if isinstance(content, Signal) and kind.holds != "waveform" else 1.0
+    if felt < MOSTLY_FELT:
         share = f"{100 * felt:.0f} % of the signal's power"
-        high = "the rest is above 1000 Hz, which a finger does not feel and the file leaves out"
-        told.insert(0, f"Only {share} is up to 1000 Hz; {high}.")
+        louder = (worst.level_db or 0.0) > KEPT_DB
+        high = "which a finger does not feel" + ("" if louder else " and the file leaves out")
+        told.insert(0, f"Only {share} is up to 1000 Hz; the rest is above 1000 Hz, {high}.")
         if felt < FELT_AT_ALL:
             remedy = "map the sound to touch instead (--map envelope)"
-            told, word = told[:1], f"not the signal, only {share}: {remedy}"
-    return {"loss": loss, "told": told, "verdict": word}
+            told, word = told[: 1 + louder], f"not the signal, only {share}: {remedy}"
+    losses = [asdict(one) for one in found.values()]
+    facts = {"loss": dict(zip(found, losses, strict=True)) if len(losses) > 1 else losses[0]}
+    return facts | ({"events": asdict(counts)} if counts else {}) | {"told": told, "verdict": word}
 
 
-def losses(original: Signal, copy: Signal) -> dict[str, Any]:
-    """Return the loss of each axis by name, or of a single axis without its name."""
-    by_axis = {
-        name: asdict(loss_between(original.select(name), copy.with_samples(copy.samples[i], axes=(name,))))
-        for i, name in enumerate(original.axes)
-    }
-    return by_axis if len(by_axis) > 1 else next(iter(by_axis.values()))
+def _measured(
+    content: Signal | Events, back: HapticFile, kind: HapticFormat
+) -> tuple[dict[str, ConversionLoss], EventCounts | None]:
+    """Return the loss by axis of a signal, or of events, which are counted, too."""
+    if isinstance(content, Events):
+        copy = back.events or events_of(back.signal)
+        loss, counts = compared(content, copy, max(0.002, kind.resolution_s))
+        return {"The file": loss}, counts
+    one = len(content.axes) == 1
+    copies = (back.signal.with_samples(row, axes=("x",)) for row in back.signal.samples)
+    pairs = zip(content.axes, copies, strict=True)
+    return {
+        "The file" if one else name: loss_between(content.select(name), copy) for name, copy in pairs
+    }, None
+
+
+def _better(content: Signal | Events, kind: HapticFormat, lost: tuple[float, float]) -> str:
+    """Return those of a format's remedies that lose less than ``lost`` (`loss_rank`), or cannot be tried."""
+    formats, better = haptic_formats(), []
+    for remedy in kind.instead.split(" or "):
+        named = [formats[name] for name in re.findall(r"[a-z_]+", remedy) if name in formats]
+        if not named or any(_rank(content, other) < lost for other in named):
+            better.append(remedy)
+    return " or ".join(better)
+
+
+def _rank(content: Signal | Events, kind: HapticFormat) -> tuple[float, float]:
+    """Return the `loss_rank` of a format, infinite if it refuses the content."""
+    if isinstance(content, Signal) and kind.encode_waveform:
+        return 0.0, 0.0
+    events = content if isinstance(content, Events) else events_of(content, kind.bands)
+    share = 1 / max(1.0, _peak(events, kind))
+    try:
+        back = decoded(kind.encode(events.scaled(share), DocumentHeader()), kind, Notes())
+    except ParameterError:
+        return np.inf, np.inf
+    if isinstance(content, Signal):
+        found, counts = _measured(content.with_samples(share * content.samples), back, kind)
+    else:
+        found, counts = _measured(events.scaled(share), back, kind)
+    return loss_rank(found["The file"], counts)
+
+
+def _peak(events: Events, kind: HapticFormat) -> float:
+    """Return the largest amplitude in any of a format's bands, each of which has an actuator of its own."""
+    edges = [high for _, high in kind.bands[:-1]]
+    peaks = [one.amplitude for one in events.transients]
+    for band in range(len(edges) + 1):
+        inside = (np.searchsorted(edges, part.frequency) == band for part in events.parts)
+        shares = zip(events.parts, inside, strict=True)
+        peaks.append(joined([replace(one, amplitude=one.amplitude * on) for one, on in shares]).peak)
+    return max(peaks)
 
 
 def _scale(peak: float, unit: str, full_scale: float | None, usual: float) -> float:

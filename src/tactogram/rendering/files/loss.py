@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactogram.rendering.files.analysis import envelope_of
-from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, spans_of
+from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, spans_of, stepped
+from tactogram.rendering.files.steps import Pulse
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 
@@ -16,19 +17,18 @@ FLAT = 1e-6
 """Spread of samples, relative to their largest, below which a correlation is meaningless."""
 FLAT_ENVELOPE = 0.02
 """The same for an envelope: smaller variations are noise of the analysis."""
-KEPT, ROUGHLY = 0.9, 0.6
-"""Correlations of the envelopes above which `loss_sentence` calls the strength kept, or roughly kept. Ours."""
-STEADY = 0.3
-"""Error of an envelope without correlation, one that hardly varies, below which it is kept. Ours."""
 KEPT_DB, KEPT_OCTAVES = 3.0, 0.25
 """Differences up to which level and frequency count as kept. Ours."""
 LOSSLESS_DB = 60.0
-FELT = 0.2
-"""Error of an envelope that may be felt: the smallest Weber fraction of intensity that publications report."""
+FELT, LOST = 0.2, 0.7
+"""Errors of an envelope, apart from its level: the smallest that may be felt, the smallest Weber fraction of intensity
+that publications report; and that of which as much is lost as kept. Up to it the strength is roughly kept."""
 CLOSE_DB = 20.0
 """Signal over error from which a stored waveform counts as the signal. Ours: a tenth of its amplitude."""
 MERGED_S = 0.060
 """A transient without a counterpart is merged if one of the file begins within this time. Ours."""
+SAME_S = 0.001
+"""Difference of a pulse's length up to which it is the same: files state whole ms."""
 ABOUT, ABOUT_SHARE = 0.02, 0.05
 """Difference of a transient's strength, of full scale and of the strength, up to which it is the same. Ours."""
 
@@ -58,8 +58,8 @@ def loss_between(original: Signal, copy: Signal) -> ConversionLoss:
         return ConversionLoss(None, None, None, None, correlation, snr)
     one, other = envelope_of(original), envelope_of(copy)
     b = np.interp(one.times, other.times, other.amplitude, right=0.0)  # the copy may be shorter
-    loss = _strength_loss(one.amplitude, b, one.frequency, other.hz(one.times))
-    return replace(loss, waveform_correlation=correlation, snr_db=snr)
+    octaves = _octaves(Events(one.end, (one,)), Events(other.end, (other,)))
+    return _strength_loss(one.amplitude, b, octaves, correlation, snr)
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class EventCounts:
     """Numbers of events: the source's transients, and what became of them in a file.
 
     Each is ``kept``, ``merged`` with a neighbour, ``in_vibration`` (a part of the vibration), or ``lost``. Of those
-    kept some are of another ``strength`` or ``frequency``. ``added`` are transients that the source has not;
-    ``vibrations`` are those of the source, from silence to silence, of which ``vibrations_lost`` are silent.
+    kept some are of another ``strength``, ``frequency`` or ``length``. ``added`` are transients that the source has
+    not; ``vibrations`` are those of the source, from silence to silence, of which ``vibrations_lost`` are silent.
     """
 
     transients: int = 0
@@ -78,6 +78,7 @@ class EventCounts:
     lost: int = 0
     strength: int = 0
     frequency: int = 0
+    length: int = 0
     added: int = 0
     vibrations: int = 0
     vibrations_lost: int = 0
@@ -90,32 +91,42 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     """
     if source.span and copy.span and source.span != copy.span:
         copy = copy.in_span(source.span)
-    t = np.arange(0.0, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
-    one, other = source.joined, copy.joined
-    loss = _strength_loss(source.strength(t), copy.strength(t), one.hz(t), other.hz(t))
-    if one.peak == 0:
-        loss = replace(loss, frequency_octaves=None)
-    on = (one.amplitude[:-1] > 0) | (one.amplitude[1:] > 0)
-    spans = spans_of(one.times[:-1][on], one.times[1:][on], PULSE_S)
-    silent = sum(copy.strength(np.linspace(*span, 33)).max() == 0 for span in spans)
-    counts = Counter(transients=len(source.transients), vibrations=len(spans), vibrations_lost=int(silent))
-    free, times = list(copy.transients), np.array([tap.time for tap in copy.transients])
-    used: set[int] = set()
-    for tap in source.transients:
+    times = np.array([tap.time for tap in copy.transients])
+    pairs: dict[int, int] = {}
+    for i, tap in enumerate(source.transients):
         near = range(*np.searchsorted(times, [tap.time - close_s - 1e-9, tap.time + close_s + 1e-9]))
-        found = min((i for i in near if i not in used), key=lambda i: abs(times[i] - tap.time), default=None)
-        if found is None:
-            around = other.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
-            merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
-            counts["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
-            continue
-        used.add(found)
-        counts["kept"] += 1
-        difference = abs(free[found].amplitude - tap.amplitude)
+        found = min((j for j in near if j not in pairs), key=lambda j: abs(times[j] - tap.time), default=None)
+        if found is not None:
+            pairs[found] = i
+    counts: Counter[str] = Counter(kept=len(pairs))
+    for j, i in pairs.items():
+        tap, other = source.transients[i], copy.transients[j]
+        difference = abs(other.amplitude - tap.amplitude)
         counts["strength"] += difference > max(ABOUT, ABOUT_SHARE * tap.amplitude)
-        octaves = abs(np.log2(max(free[found].frequency, 1.0) / max(tap.frequency, 1.0)))
+        octaves = abs(np.log2(max(other.frequency, 1.0) / max(tap.frequency, 1.0)))
         counts["frequency"] += bool(octaves > KEPT_OCTAVES)
-    counts["added"] = len(free) - len(used)
+        counts["length"] += isinstance(tap, Pulse) and not (
+            isinstance(other, Pulse) and abs(other.seconds - tap.seconds) <= SAME_S
+        )
+    kept = set(pairs.values())
+    missing = [tap for i, tap in enumerate(source.transients) if i not in kept]
+    added = [tap for j, tap in enumerate(copy.transients) if j not in pairs and not isinstance(tap, Pulse)]
+    counts["transients"], counts["added"] = len(source.transients), len(added)
+    own = source.joined
+    source, copy = _lasting(source, kept), _lasting(copy, set(pairs))
+    # Beside whole ms, at which rounding would decide whether a transient has begun.
+    t = np.arange(3e-4, max(source.seconds, copy.seconds) + STEP_S, STEP_S)
+    loss = _strength_loss(source.strength(t), copy.strength(t), _octaves(source, copy))
+    on = (own.amplitude[:-1] > 0) | (own.amplitude[1:] > 0)
+    spans = spans_of(own.times[:-1][on], own.times[1:][on], PULSE_S)
+    counts["vibrations"] = len(spans)
+    begins, stops = np.array(spans).reshape(-1, 2).T
+    within = np.linspace(begins, stops, 33, axis=1)
+    counts["vibrations_lost"] = int((copy.strength(within.ravel()).reshape(-1, 33).max(axis=1) == 0).sum())
+    for tap in missing:
+        around = copy.joined.at(tap.time + np.linspace(0, 2 * PULSE_S, 9)).max()
+        merged = len(times) and float(np.abs(times - tap.time).min()) <= MERGED_S
+        counts["merged" if merged else "in_vibration" if around >= tap.amplitude / 2 else "lost"] += 1
     return loss, EventCounts(**counts)
 
 
@@ -128,15 +139,19 @@ def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None =
         if loss.snr_db is None or loss.snr_db > LOSSLESS_DB:
             return "keeps the waveform"
         return f"keeps the waveform with an error of {-loss.snr_db:.0f} dB"
+    kept, lost = _kept_and_lost(loss, counts)
+    return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost) or 'nothing'}"
+
+
+def _kept_and_lost(loss: ConversionLoss, counts: EventCounts | None) -> tuple[list[str], list[str]]:
+    """Return what is kept, and what is lost, in words: `loss_sentence` and `verdict` follow it."""
     kept, lost = _counted(counts) if counts else ([], ["the waveform"])
     if counts is None or counts.vibrations:
-        similar = loss.envelope_correlation
-        if similar is None:
-            similar = float(loss.envelope_error is None or loss.envelope_error < STEADY)
-        if similar > ROUGHLY:
-            kept.append("the strength over time" if similar > KEPT else "roughly the strength over time")
-        else:
-            lost.append("the changes of strength")
+        shape = _shape_error(loss)
+        if shape < LOST:
+            kept.append(f"{'' if shape < FELT else 'roughly '}the strength over time")
+        if shape >= (FELT if counts else LOST):
+            lost.append(f"{'some' if shape < LOST else 'the'} changes of strength")
         level, octaves = loss.level_db, loss.frequency_octaves
         if level is not None:
             found = abs(level) <= KEPT_DB
@@ -146,7 +161,24 @@ def loss_sentence(loss: ConversionLoss, holds: str, counts: EventCounts | None =
             (kept if found else lost).append(
                 "the frequency" + ("" if found else f" ({octaves:.1f} octaves off)")
             )
-    return f"keeps {_listed(kept) or 'little'}; loses {_listed(lost) or 'nothing'}"
+    return kept, lost
+
+
+def loss_rank(loss: ConversionLoss, counts: EventCounts | None) -> tuple[float, float]:
+    """Return the number of missing events, or else the share that `loss_sentence` calls lost, and the error."""
+    missing = counts.transients - counts.kept + counts.vibrations_lost if counts else 0
+    kept, lost = _kept_and_lost(loss, counts)
+    return missing or len(lost) / (1 + len(kept) + len(lost)), loss.envelope_error or 0.0
+
+
+def _shape_error(loss: ConversionLoss) -> float:
+    """Return the error of the strength over time apart from its level, relative to that of the copy."""
+    if loss.envelope_error is None or loss.level_db is None:
+        return float(loss.envelope_error or 0.0)
+    # The copy is the strength times a factor, and a rest: error and level are known, so the rest is.
+    power = 10 ** (loss.level_db / 10)
+    factor = (1 + power - loss.envelope_error**2) / 2
+    return float(max(0.0, 1 - factor**2 / power) ** 0.5)
 
 
 def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
@@ -159,6 +191,7 @@ def _counted(counts: EventCounts) -> tuple[list[str], list[str]]:
         "lost": f"{counts.lost} {of} (left out)",
         "strength": f"the strength of {counts.strength} {of}",
         "frequency": f"the frequency of {counts.frequency} {of}",
+        "length": f"the length of {counts.length} {of}",
         "vibrations_lost": f"{counts.vibrations_lost} of {_number(counts.vibrations, 'vibration')}",
         "added": f"{_number(counts.added, 'vibration')} (now short pulses)",
     }
@@ -170,53 +203,78 @@ def verdict(
 ) -> str:
     """Return in a sentence what remains in a file, and what to use instead where that is too little.
 
-    ``holds`` and ``instead`` are those of the file's format (`HapticFormat`), ``buzzes`` is how often a pattern
-    switches on. Events have ``counts``, a signal has none.
+    ``holds`` is that of the file's format (`HapticFormat`), ``instead`` what keeps more, if anything, ``buzzes`` how
+    often a pattern switches on. Events have ``counts``, a signal has none.
     """
-    remedy = f"use {instead} instead"
+    remedy = f": use {instead} instead" if instead else ""
     if holds == "on and off":
-        return f"{'one buzz' if buzzes == 1 else f'{buzzes} buzzes of one strength'}: {remedy}"
+        return f"{'one buzz' if buzzes == 1 else f'{buzzes} buzzes of one strength'}{remedy}"
     if counts:
         gone = {"transient": counts.transients - counts.kept, "vibration": counts.vibrations_lost}
         count = {"transient": counts.transients, "vibration": counts.vibrations}
         lost = [f"{gone[noun]} of {_number(count[noun], noun)}" for noun in gone if gone[noun]]
         if lost:
-            return f"not all events: {_listed(lost)} missing; {remedy}"
+            return f"not all events: {_listed(lost)} missing{remedy.replace(':', ';', 1)}"
     elif holds == "waveform":
         close = loss.snr_db is None or loss.snr_db >= CLOSE_DB
-        return "the signal itself" if close else f"the signal, roughly: {remedy}"
+        return "the signal itself" if close else f"the signal, roughly{remedy}"
     elif loss.envelope_error is None:
         return "silence, as the signal"
-    similar, error = loss.envelope_correlation, loss.envelope_error
-    if (
-        (counts is None or counts.vibrations)
-        and (error is not None and error >= FELT)
-        and (similar is None or similar <= KEPT)
-    ):
-        return f"a vibration too coarse for the changes of strength: {remedy}"
+    if (counts is None or counts.vibrations) and _shape_error(loss) >= FELT:
+        return f"a vibration too coarse for the changes of strength{remedy}"
     if (loss.frequency_octaves or 0) > KEPT_OCTAVES or (counts and counts.frequency):
-        return f"the strength, at the wrong frequency: {remedy}"
+        return f"the strength, at the wrong frequency{remedy}"
     if counts:
-        return "the events themselves"
+        lost = _kept_and_lost(loss, counts)[1]
+        return f"the events without {_listed(lost)}{remedy}" if lost else "the events themselves"
     return (
         "one tone of the signal's strength and frequency: enough for an effect; a texture needs a waveform "
         "(.wav, .hjif)"
     )
 
 
-def _strength_loss(a: Line, b: Line, hz: Line, copied_hz: Line) -> ConversionLoss:
-    """Return the loss of a strength ``b`` of ``copied_hz`` compared to ``a`` of ``hz``, at the same times."""
+def _strength_loss(
+    a: Line, b: Line, octaves: float | None, correlation: float | None = None, snr: float | None = None
+) -> ConversionLoss:
+    """Return the loss of a strength ``b`` compared to ``a`` at the same times, with what is known of it."""
     power, copied = float(np.mean(a**2)), float(np.mean(b**2))
-    audible = power > 0 and copied > 0
-    octaves = np.abs(np.log2(np.maximum(copied_hz, 1.0) / np.maximum(hz, 1.0)))
     return ConversionLoss(
         envelope_correlation=_correlation(a, b, flat=FLAT_ENVELOPE),
         envelope_error=float(np.sqrt(np.mean((a - b) ** 2) / power)) if power > 0 else None,
-        level_db=10 * float(np.log10(copied / power)) if audible else None,
-        frequency_octaves=float(np.average(octaves, weights=a**2)) if audible else None,
-        waveform_correlation=None,
-        snr_db=None,
+        level_db=10 * float(np.log10(copied / power)) if power > 0 and copied > 0 else None,
+        frequency_octaves=octaves,
+        waveform_correlation=correlation,
+        snr_db=snr,
     )
+
+
+def _lasting(events: Events, matched: set[int]) -> Events:
+    """Return events with the pulses that are not ``matched`` as what they are, short vibrations."""
+    whole, parts = events.joined, list(events.parts)
+    pulses = [tap for i, tap in enumerate(events.transients) if i not in matched and isinstance(tap, Pulse)]
+    for tap in pulses:
+        above = tap.amplitude**2 - float(whole.at(tap.time + tap.seconds / 2)) ** 2
+        edges = np.array([tap.time, tap.time + tap.seconds])
+        parts.append(stepped(edges, np.array([max(0.0, above) ** 0.5]), tap.frequency))
+    taps = tuple(tap for tap in events.transients if tap not in pulses)
+    return replace(events, parts=tuple(parts), transients=taps)
+
+
+def _octaves(source: Events, copy: Events) -> float | None:
+    """Return the mean difference of frequency of each vibration to the closest that sounds at its time in the copy."""
+    starts, ends = (np.array([getattr(one, name) for one in copy.parts]) for name in ("start", "end"))
+    total = weight = 0.0
+    for part in source.parts:
+        edges = np.linspace(part.start, part.end, 2 + int((part.end - part.start) / STEP_S))
+        t = (edges[:-1] + edges[1:]) / 2
+        off = np.full(len(t), np.inf)
+        for i in np.flatnonzero((starts < part.end) & (ends > part.start)):
+            hz = np.maximum(copy.parts[i].hz(t), 1) / np.maximum(part.hz(t), 1)
+            off = np.minimum(off, np.where(copy.parts[i].at(t) > 0, np.abs(np.log2(hz)), np.inf))
+        power = np.where(np.isfinite(off), part.at(t) ** 2 * (edges[1] - edges[0]), 0.0)
+        total += float(power @ np.where(power > 0, off, 0.0))
+        weight += float(power.sum())
+    return total / weight if weight else None
 
 
 def _number(count: int, noun: str) -> str:

@@ -66,6 +66,8 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`; nothing is written then.
     """
     source, target = Path(request.source), Path(request.target)
+    if source.exists() and target.exists() and source.samefile(target):
+        raise ParameterError(f"{target} would overwrite its source; choose another target")
     photograph = (mimetypes.guess_type(source.name)[0] or "").startswith("image/")
     kind = format_for(target, _haptic_name(request.format, target))
     known = (*WRITABLE, *haptic_suffixes())
@@ -142,15 +144,16 @@ def convert_folder(
     dict
         ``source``, ``target``, ``format``, ``files`` (as `convert`, each), ``failed`` (the error by file; the others
         are written), ``notes`` (names of ``.txt`` files without a table of numbers, skipped), ``left_out`` (number of
-        files of no known format), ``beside`` (the haptic file by the signal beside it, of the same name: the designed
-        file is converted, the signal is not).
+        files of no known format), ``beside`` (the converted haptic file by each file beside it, of the same name,
+        which is not converted: the signal of a design, or the design in another format than ``format``).
 
     Raises
     ------
     DataError
         If nothing there can be read.
     ParameterError
-        If there is no such format, two files would become one, or ``target`` cannot be written to.
+        If there is no such format, two signals would become one, a file in ``source`` would be overwritten, or
+        ``target`` cannot be written to.
     """
     source, target = Path(source), Path(target)
     suffix = _suffix_of(format)
@@ -165,14 +168,17 @@ def convert_folder(
     made: dict[Path, Path] = {}
     beside: dict[str, str] = {}
     haptic = haptic_suffixes()
-    for path in sorted(paths, key=lambda path: path.suffix.lower() not in haptic):
+    suffix_of = {path: path.suffix.lower() for path in paths}
+    for path in sorted(paths, key=lambda path: (suffix_of[path] not in haptic, suffix_of[path] != suffix)):
         place = (target / path.relative_to(source)).with_suffix(suffix)
         first = made.setdefault(place, path)
         if first is path:
             continue
-        if first.suffix.lower() not in haptic or path.suffix.lower() in haptic:
+        if suffix_of[first] not in haptic:
             raise ParameterError(f"{first} and {path} would both become {place}; rename one")
         beside[str(path)] = str(first)
+    for place in made.keys() & set(present):
+        raise ParameterError(f"{place} would be overwritten; choose another folder than that of the sources")
     check_writable(target, folder=True)
     files, failed, notes = [], {}, []
     for done, (place, path) in enumerate(made.items()):

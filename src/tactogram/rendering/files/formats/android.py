@@ -14,11 +14,11 @@ import numpy as np
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.steps import StepRules
+from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 STRONGEST = 255
 LONGEST_MS = 24 * 3600 * 1000
-STEPS = StepRules(step_ms=10, pulse_ms=15, gap_ms=5, tap_ms=30, levels=STRONGEST)
+STEPS = StepRules(step_ms=10, pulse_ms=15, gap_ms=5, tap_ms=TAP_MS, levels=STRONGEST)
 """A transient of 15 ms: a phone's actuator needs about that to start, and it is no multiple of a step. A choice."""
 
 
@@ -40,6 +40,8 @@ def decode(document: Node) -> DecodedDocument:
     timings = document.numbers("timings", 0, LONGEST_MS)
     if timings and not any(timings):
         notes.problems.append("timings: at least one must be above 0 ms")
+    if broken := [ms for ms in timings if ms % 1]:
+        notes.warn("timings must be whole ms", f"{broken[0]:g}")
     strength = [float(i % 2) for i in range(len(timings))]
     if document.has("amplitudes"):
         stated = [STRONGEST if one == -1 else one for one in document.numbers("amplitudes", -1, STRONGEST)]

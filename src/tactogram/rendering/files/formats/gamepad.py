@@ -16,14 +16,14 @@ from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import Events, Part
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.steps import StepRules
+from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 LONGEST_MS = 5000
 SPLIT_HZ = 100.0
 """Lower frequencies drive the strong motor, higher ones the weak one. A choice: the specification names none."""
 STRONG_HZ, WEAK_HZ = 60.0, 160.0
 """Assumed when a file is read. A choice."""
-STEPS = StepRules(step_ms=50, pulse_ms=40, gap_ms=10, tap_ms=60, levels=100)
+STEPS = StepRules(step_ms=50, pulse_ms=40, gap_ms=10, tap_ms=TAP_MS, levels=100, least_ms=40)
 """An eccentric motor follows nothing faster than 50 ms, nor starts in much less than 40 ms. Choices."""
 
 
@@ -56,6 +56,8 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
 def decode(document: Node) -> DecodedDocument:
     """Return the events of a document, of `STRONG_HZ` and `WEAK_HZ`."""
     notes = document.notes
+    if bare := _bare(document.value):
+        document = Node({"effects": bare}, notes)
     if document.text("type", "dual-rumble") != "dual-rumble":
         notes.warn("type must be dual-rumble", document.value["type"], "read as one")
     spans, values = [], []
@@ -80,6 +82,12 @@ def decode(document: Node) -> DecodedDocument:
     return DecodedDocument(events, document.text("description"), "nothing in the file: two motors' usual")
 
 
+def _bare(document: Any) -> list[Any]:
+    """Return effects that are no sequence of this package: one, or a list of them."""
+    listed = document if isinstance(document, list) else [document]
+    return listed if any(map(has_key("duration"), listed)) and not has_key("effects")(document) else []
+
+
 def _of_motor(part: Part, strong: bool) -> Part:
     """Return a vibration where its frequency drives this motor, silent elsewhere."""
     return replace(part, amplitude=np.where((part.frequency <= SPLIT_HZ) == strong, part.amplitude, 0.0))
@@ -92,7 +100,7 @@ FORMAT = HapticFormat(
     holds="envelope",
     encode=encode,
     decode=decode,
-    recognise=has_key("effects"),
+    recognise=lambda document: has_key("effects")(document) or bool(_bare(document)),
     bands=((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)),
-    instead="a pad's sound channels (display dualsense), or .haptic",
+    instead="a pad's sound channels (display dualsense) or .haptic",
 )

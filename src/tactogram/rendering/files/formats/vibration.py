@@ -1,7 +1,7 @@
 """Pattern of `navigator.vibrate` (W3C Vibration API, Recommendation 2016) as JSON: on, off, on … in integral ms.
 
 Browsers limit the length: Chromium takes 99 entries of at most 10,000 ms (its VibrationController) and silently drops
-the rest. A bare list can be read, too.
+the rest. A bare list or number can be read, too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, sample_count
 from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
 from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.steps import StepRules
+from tactogram.rendering.files.steps import TAP_MS, StepRules, span_ms
 
 MOST_ENTRIES = 99
 LONGEST_MS = 10_000
@@ -26,8 +26,8 @@ SHARE = 0.25
 """On where the vibration is above this share of its peak. A choice: half would lose fading vibrations."""
 MOTOR = "phone-on-off"
 """Display whose ``shortest_ms`` holds where none is given: shorter pauses are filled and shorter pulses extended."""
-STEPS = StepRules(step_ms=1, pulse_ms=0, gap_ms=0, tap_ms=50, levels=1)
-"""How a pattern is read: a pulse of up to 50 ms is a transient, since few motors have shorter ones. A choice."""
+STEPS = StepRules(step_ms=1, pulse_ms=0, gap_ms=0, tap_ms=TAP_MS, levels=1)
+"""How a pattern is read: a short pulse is a transient."""
 
 
 def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
@@ -44,11 +44,12 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     if events.peak == 0:
         raise ParameterError("the signal is silent: a vibration pattern cannot be empty")
     shortest = math.ceil(header.shortest_ms or open_display(MOTOR).shortest_ms or 1)
-    taps = [round(1e3 * one.time) for one in events.transients]
+    taps = [span_ms(one, shortest, shortest) for one in events.transients]
     whole = events.joined
-    strength = whole.at(np.arange(0.5, max([length, shortest, *(tap + shortest for tap in taps)])) / 1e3)
+    strength = whole.at(np.arange(0.5, max([length, shortest, *(end for _, end in taps)])) / 1e3)
     on = (strength >= SHARE * whole.peak) & (strength > 0)
-    on[taps] = True
+    for start, end in taps:
+        on[start:end] = True
     while len(pattern := _entries(_cleaned(on, shortest))) > MOST_ENTRIES:
         shortest *= 2
         if shortest > len(on):
@@ -61,8 +62,8 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
 def decode(document: Node) -> DecodedDocument:
     """Return the events of a document, at `PHONE_HZ`."""
     notes = document.notes
-    bare = isinstance(document.value, list)
-    document = Node({"pattern": document.value}, notes) if bare else document
+    bare = [document.value] if isinstance(document.value, int | float) else document.value
+    document = Node({"pattern": bare}, notes) if isinstance(bare, list) else document
     pattern = list(document.numbers("pattern", 0, math.inf))
     if not any(pattern[::2]):
         notes.problems.append(
@@ -116,6 +117,6 @@ FORMAT = HapticFormat(
     holds="on and off",
     encode=encode,
     decode=decode,
-    instead="the phone's envelope (android_envelope, or android before Android 16)",
-    recognise=lambda document: isinstance(document, list) or has_key("pattern")(document),
+    instead="the phone's envelope (android_envelope) or android (before Android 16)",
+    recognise=lambda document: isinstance(document, list | int | float) or has_key("pattern")(document),
 )
