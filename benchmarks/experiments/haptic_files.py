@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from tactogram.rendering.files import (
     to_one_axis,
     write_haptic,
 )
-from tactogram.rendering.files.conversion import losses
+from tactogram.rendering.files.loss import loss_between
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.progress import ProgressCallback
@@ -103,7 +103,7 @@ def _round_trip(name: str, signal: Signal, place: Path) -> RoundTrip:
     if name in SIGNAL_FORMATS:
         path = place.with_suffix(f".{name[:3]}")
         write_signal(path, signal, **SIGNAL_FORMATS[name])
-        loss = losses(signal, read_signal(path))
+        one, copy = signal, read_signal(path)
         trip = RoundTrip(valid=True)
     else:
         path = place.with_suffix(haptic_format(name).suffix)
@@ -114,10 +114,11 @@ def _round_trip(name: str, signal: Signal, place: Path) -> RoundTrip:
             reduced=written["reduced_by"] is not None,
         )
         one = signal if haptic_format(name).holds == "waveform" else to_one_axis(signal)[0]
-        loss = losses(one, read_haptic(path, format=name).signal)
+        copy = read_haptic(path, format=name).signal
     size = path.stat().st_size
     path.unlink()
-    by_axis = (loss,) if "envelope_error" in loss else tuple(loss.values())
+    axes = zip(one.axes, copy.axes, strict=True)
+    by_axis = tuple(asdict(loss_between(one.select(name), copy.select(other))) for name, other in axes)
     return replace(trip, losses=by_axis, bytes=size)
 
 

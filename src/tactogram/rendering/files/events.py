@@ -234,7 +234,7 @@ def joined(parts: Sequence[Part], *, strongest: bool = False) -> Part:
             t.append(np.arange(start, min(reached, end), STEP_S))  # The root of a sum of squares is no line.
         reached = max(reached, end)
     times: Line = np.unique(np.round(np.concatenate(t), 7)).astype(np.float64)
-    times = times[(times >= spans[0][0]) & (times <= reached)]
+    times = times[(times >= round(spans[0][0], 7)) & (times <= round(reached, 7))]
     starts = {round(start, 6) for start, _ in spans}
     total = np.zeros((3, len(times)))  # power, frequency times weight, weight
     for part in parts:
