@@ -203,6 +203,7 @@ def test_a_dropped_zip_is_mapped_and_imported(tab, workspace, tmp_path, faults):
         ("Kraft", "force"),
         ("data:1", "time"),
         ("data:2", "x"),
+        ("data:3", "not read"),
         ("data:4", "z"),
     ):
         choose(tab, f"{name}: read as", role)
