@@ -188,7 +188,10 @@ def watched(context, address):
     wrong = []
     page.on("pageerror", lambda error: wrong.append(f"error in the page: {error}"))
     page.on(
-        "console", lambda entry: wrong.append(f"console: {entry.text}") if entry.type == "error" else None
+        "console",
+        lambda entry: (
+            wrong.append(f"console: {entry.text} {entry.location}") if entry.type == "error" else None
+        ),
     )
     host = urlsplit(address).netloc
     page.on(

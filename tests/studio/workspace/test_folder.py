@@ -57,6 +57,10 @@ def test_folders_of_recordings_are_found_above_their_files(workspace):
 
     names = [workspace.name_of(path) for path in workspace.recording_folders()]
     assert names == ["lab", "lab/cork", "lab/felt"]
+    for name in ("server.log", "a.txt", "a.txt.gz"):
+        (workspace.folder / name).touch()
+    files = [workspace.name_of(path) for path in workspace.signal_files() if path.parent == workspace.folder]
+    assert files == ["a.txt.gz"]
 
 
 def test_a_study_is_a_file_with_a_design(workspace):

@@ -123,6 +123,10 @@ class Workspace:
             if name.lower().endswith(suffixes) and not name.startswith(".")
         )
 
+    def signal_files(self) -> list[Path]:
+        """Return the files that may hold signals, by name; notes and logs rarely do."""
+        return self.files(*(suffix for suffix in READABLE if suffix not in (".txt", ".log")))
+
     def recording_folders(self) -> list[Path]:
         """Return the folders with signal files in or below them, by name, except runs, stores and the studio's own."""
         others = {self.studio_folder}

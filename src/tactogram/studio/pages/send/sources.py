@@ -9,7 +9,7 @@ from pathlib import Path
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.io import READABLE, read_metadata, read_signal, write_signal
+from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.studio.workspace.folder import STORE, Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 
@@ -52,9 +52,8 @@ class SignalSources:
         hidden = [self.workspace.studio_folder / name for name in ("kept", "sent", "state", "first")]
         names = [
             self.workspace.name_of(path)
-            for path in self.workspace.files(*READABLE)
+            for path in self.workspace.signal_files()
             if not any(path.is_relative_to(folder) for folder in hidden)
-            and path.suffix != ".txt"
             and path.name not in TABLES
             and not (path.parent / STORE).is_file()
         ]

@@ -9,7 +9,6 @@ from typing import Literal
 
 from tactogram import models
 from tactogram.errors import TactogramError
-from tactogram.signal.io.files import READABLE
 from tactogram.studio.workspace.folder import RUN, STORE, Workspace
 from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.text_files import read_json, read_toml
@@ -67,9 +66,8 @@ def _of_files(workspace: Workspace) -> Iterator[TextureChoice]:
     """Yield signal files outside of runs, stores and the studio's own folder."""
     names = [
         workspace.name_of(path)
-        for path in workspace.files(*READABLE)
-        if path.suffix.lower() != ".txt"
-        and not path.is_relative_to(workspace.studio_folder)
+        for path in workspace.signal_files()
+        if not path.is_relative_to(workspace.studio_folder)
         and not any(
             (folder / name).is_file() for folder in _folders(workspace, path) for name in (RUN, STORE)
         )
