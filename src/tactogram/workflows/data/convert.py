@@ -66,7 +66,8 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`; nothing is written then.
     """
     source, target = Path(request.source), Path(request.target)
-    if source.exists() and target.exists() and source.samefile(target):
+    designed = source.suffix.lower() in haptic_suffixes()  # with what a format of ours cannot keep
+    if designed and source.exists() and target.exists() and source.samefile(target):
         raise ParameterError(f"{target} would overwrite its source; choose another target")
     photograph = (mimetypes.guess_type(source.name)[0] or "").startswith("image/")
     kind = format_for(target, _haptic_name(request.format, target))
