@@ -263,3 +263,10 @@ def test_a_model_from_another_folder_is_found_by_every_verb(tmp_path, monkeypatc
     (folder / "model.toml").write_text(facts)
     assert main(["models", "--models", str(tmp_path / "mine"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["my_model"]["title"] == "Mine"
+
+
+def test_a_check_says_what_to_type(tmp_path, capsys):
+    rows = "".join(f"{t},{t % 3}\n" for t in [*range(50), *range(300, 350)])
+    (tmp_path / "t.csv").write_text(f"t [ms],x [g]\n{rows}")
+    assert main(["convert", "--check", str(tmp_path / "t.csv")]) == 1
+    assert "choose one of the 2 parts between, e.g. the longest, `--part 1`" in capsys.readouterr().out
