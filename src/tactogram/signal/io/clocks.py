@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import stamp_kind
-from tactogram.signal.io.vocabulary import Heading, heading, time_unit_of, words_of
+from tactogram.signal.io.vocabulary import Heading, heading, headings_of, time_unit_of, words_of
 from tactogram.signal.units import parse_seconds, split_heading
 
 NONE = "none"
@@ -79,10 +79,7 @@ def split_by_clocks(table: RawTable) -> list[RawTable]:
 
     Clocks that are alike, or are not alternately with their channels, leave it as it is.
     """
-    found = [
-        heading(text, unit)
-        for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)
-    ]
+    found = headings_of(table.headings, table.units)
     clocks = [i for i in clocks_of(table, found) if table.columns[i].dtype != object]
     named = {re.sub(r"\d+", "", found[i].name.lower()) for i in clocks}
     if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(found)]) < 2):

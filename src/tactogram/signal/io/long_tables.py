@@ -14,27 +14,25 @@ from tactogram.signal.io.labels import HEADINGS, label_of_cell
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_head import is_number
-from tactogram.signal.io.vocabulary import heading, words_of
+from tactogram.signal.io.vocabulary import headings_of, words_of
 
 MOST_SENSORS = 16
 MOSTLY = 0.1
 """Share of rows at which the name changes, of columns that are not called after sensors."""
-SENSORS = frozenset(
-    [
-        "sensor",
-        "sensors",
-        "device",
-        "node",
-        "imu",
-        "mac",
-        "hand",
-        "side",
-        "finger",
-        "axis",
-        "channel",
-        "field",
-        "source",
-    ]
+SENSORS = (
+    "sensor",
+    "sensors",
+    "device",
+    "node",
+    "imu",
+    "mac",
+    "hand",
+    "side",
+    "finger",
+    "axis",
+    "channel",
+    "field",
+    "source",
 )
 """Words of the heading of such a column."""
 _SWITCHES = frozenset(["true", "false", "yes", "no", "on", "off", "ok", "am", "pm"])
@@ -91,10 +89,7 @@ def _tells_apart(table: RawTable, place: int) -> bool:
 def _part(table: RawTable, key: int, name: str, rows: NDArray[np.int64]) -> RawTable:
     """Return the rows of one sensor, without the columns that are empty there; the clock comes first."""
     columns = [column[rows] for column in table.columns]
-    found = [
-        heading(text, unit)
-        for text, unit in zip(table.headings, table.units or (None,) * len(columns), strict=True)
-    ]
+    found = headings_of(table.headings, table.units)
     clocks = clocks_of(replace(table, columns=tuple(columns), rows=()), found)
     kept = [
         i

@@ -19,7 +19,7 @@ from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayo
 from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import is_date
 from tactogram.signal.io.table_head import is_number
-from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, Heading, heading
+from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, Heading, heading, headings_of
 from tactogram.signal.units import split_heading
 
 MAIN = (
@@ -73,10 +73,7 @@ def roles_of(
     signal; else headings, units and values decide. ``time`` names the time stamps (``none`` for none), with their
     unit if need be: ``ticks [us]``. Columns of labels are found if ``labelled``.
     """
-    found = [
-        heading(text, unit)
-        for text, unit in zip(table.headings, table.units or (None,) * len(table.headings), strict=True)
-    ]
+    found = headings_of(table.headings, table.units)
     alike = layouts_of(table, layouts) if table.description is None else []
     by_layout = [layout for layout in alike if layout.axes]
     clocks = clocks_of(table, found)
@@ -322,7 +319,7 @@ def _axes_of(
     if sensors:
         lettered = sorted((i for each in sensors.values() for i in each), key=lambda i: found[i].axis or "")
         letters = axis_letters([found[i] for i in lettered])
-        others |= {i: _beside(found[i]) for i in places if i not in lettered}
+        others |= {i: "beside the axes" for i in places if i not in lettered}
         names = [*letters] if letters else _names(lettered, table, found)
         return _converted(name, lettered, names, [found[i] for i in lettered], table)
     matrix = [bool(table.groups) and table.headings[i] != table.groups[i] for i in places]
@@ -340,10 +337,6 @@ def _axes_of(
 def _one_set(sensors: Mapping[str, Sequence[int]], found: Sequence[Heading]) -> bool:
     """Return whether the axes of all sensors together are x, y and z once each."""
     return axis_letters([found[i] for each in sensors.values() for i in each]) is not None
-
-
-def _beside(each: Heading) -> str:
-    return "beside the axes"
 
 
 def _names(places: Sequence[int], table: RawTable, found: Sequence[Heading]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tactogram.errors import UnitError
@@ -145,6 +146,11 @@ class Heading:
             return parse_unit(unit)
         except UnitError:
             return None, 1.0
+
+
+def headings_of(texts: Sequence[str], units: Sequence[str | None]) -> list[Heading]:
+    """Return what the headings of a table say; ``units`` may be empty."""
+    return [heading(text, unit) for text, unit in zip(texts, units or (None,) * len(texts), strict=True)]
 
 
 def heading(text: str, unit: str | None = None) -> Heading:
