@@ -26,7 +26,7 @@ def ship(folder, store):
                 known.signal(info.id, loaded.recipe.prepare.stream_of(known.streams_of(info.id)))
             ),
             info.material,
-            condition={name: getattr(info, name) for name in ("speed_mm_s", "force_n")},
+            condition={name: getattr(info, name) for name in ("speed_mm_s", "force_n", "contactor")},
         )
         for info in known.index
     ]

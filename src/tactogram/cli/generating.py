@@ -52,10 +52,14 @@ class _GenerateRequest(SignalOptions):
     vibration: Annotated[str | None, Option("recording of the surface", "FILE")] = None
     vibration_speed: Annotated[float | None, Option("speed of that recording, mm/s", "MM_S")] = None
     vibration_force: Annotated[float | None, Option("force of that recording, N", "N")] = None
+    vibration_contactor: Annotated[
+        Literal["finger", "stylus"] | None, Option("what stroked in that recording")
+    ] = None
     raters: Annotated[Sequence[str], Option("rater model that scores the result", "RUN", "--rater")] = ()
     image: Annotated[str | None, Option("photograph of the surface", "FILE")] = None
     speed: Annotated[float | None, Option("stroking speed, mm/s", "MM_S")] = None
     force: Annotated[float | None, Option("normal force, N", "N")] = None
+    contactor: Annotated[Literal["finger", "stylus"] | None, Option("what strokes the surface")] = None
     motion: Annotated[
         str | None,
         Option(
@@ -103,6 +107,8 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
             "motion",
             "vibration_speed",
             "vibration_force",
+            "vibration_contactor",
+            "contactor",
         ):
             if getattr(request, name) is not None:
                 raise ParameterError(f"--{name.replace('_', '-')} is not for models conditioned on words")
@@ -118,6 +124,8 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
         "force_n": request.force,
         "vibration_speed_mm_s": request.vibration_speed,
         "vibration_force_n": request.vibration_force,
+        "vibration_contactor": request.vibration_contactor,
+        "contactor": request.contactor,
     }
     written = generate_files(
         runs[0],

@@ -223,6 +223,7 @@ class _Condition(Mapping[str, Any]):
         values: dict[str, Any] = {
             "speed_mm_s": info.speed_mm_s,
             "force_n": info.force_n,
+            "contactor": info.contactor,
             "words": dict(info.ratings) or None,
             "image": image,
         }

@@ -9,6 +9,7 @@ from tactogram.model.conditions import CONDITIONS as CONDITIONS
 from tactogram.model.conditions import Condition as Condition
 from tactogram.model.conditions import check_condition as check_condition
 from tactogram.model.conditions import check_state as check_state
+from tactogram.model.conditions import contactor_number as contactor_number
 from tactogram.model.conditions import material_weights as material_weights
 from tactogram.model.conditions import some_of as some_of
 from tactogram.model.examples import Example as Example

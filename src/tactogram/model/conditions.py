@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
@@ -18,9 +19,11 @@ CONDITIONS: Mapping[str, str] = {
     "vibration": "measured vibration of the surface (Signal)",
     "speed_mm_s": "stroking speed, mm/s",
     "force_n": "normal force, N",
+    "contactor": "what strokes the surface: finger or stylus",
     "motion": "speed and force of the finger over time (Motion), in place of these two",
     "vibration_speed_mm_s": "speed of the measured vibration, mm/s",
     "vibration_force_n": "force of the measured vibration, N",
+    "vibration_contactor": "what the measured vibration was stroked with: finger or stylus",
     "latent": "float array, shape (dimension,): the model's random input, to interpolate; by default drawn by the seed",
 }
 """All condition names. Command line and studio build their forms from them."""
@@ -94,6 +97,14 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
     if not weights.any():
         raise ParameterError("at least one material needs a weight > 0, got all 0")
     return weights
+
+
+def contactor_number(name: str) -> float:
+    """Return -1 for a finger, 1 for a stylus (a pen, tool or tip of any kind), NaN for other names."""
+    words = set(name.lower().replace("-", " ").replace("_", " ").split())
+    if words & {"finger", "fingertip", "hand"}:
+        return -1.0
+    return 1.0 if words & {"stylus", "pen", "tool", "tip", "probe"} else math.nan
 
 
 def some_of(names: Sequence[str], *, like: str = "") -> str:

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.signal import welch
 
 from tactogram.datasets.simulate import make, tasks
-from tactogram.datasets.simulate.everyday import EVERYDAY, SYNONYMS
+from tactogram.datasets.simulate.everyday import EVERYDAY, KINDS, MEMBERS, RELIEF, SYNONYMS, known_from
 from tactogram.datasets.simulate.random_surfaces import FORCES_N, SPEEDS_MM_S
+from tactogram.datasets.simulate.stroke import RecordingTask
 
 
 def strokes(name, speed):
@@ -22,10 +24,34 @@ def test_names_are_different_and_only_surfaces_have_others():
     assert len(set(others)) == len(others)
 
 
+def test_each_surface_is_of_one_kind_and_says_what_it_was_set_from():
+    members = [name for names in MEMBERS.values() for name in names]
+    assert sorted(members) == sorted(surface.name for surface in EVERYDAY) == sorted(RELIEF)
+    assert set(MEMBERS) == set(KINDS)
+    assert "the mean of 14 real materials of the kind fabric" in known_from("velvet")
+    assert "of 60 real materials of all kinds" in known_from("oak")
+
+
+@pytest.mark.parametrize("kind", ["fabric", "mineral"])
+def test_a_kind_has_the_level_of_its_real_materials(kind):
+    """By a stylus at 120 mm/s and 1 N, 20 to 480 Hz, other strokes than the heights were set with."""
+    names = [surface.name for surface in EVERYDAY]
+    found = []
+    for name in MEMBERS[kind][:4]:
+        task = RecordingTask(
+            "everyday", 9, names.index(name), "stylus", 120.0, 1, 2.0, 2500.0, 1.0, own_image=False
+        )
+        signal = make(task).streams["acceleration"].samples
+        frequency, density = welch(signal, 2500, nperseg=1024)
+        band = (frequency >= 20) & (frequency <= 480)
+        found.append(10 * np.log10(density[:, band].sum() * frequency[1]))
+    assert np.mean(found) == pytest.approx(KINDS[kind].level_db, abs=3.5)
+
+
 def test_each_stroke_has_a_speed_and_a_force_of_its_own():
     found = tasks("everyday", seed=0, own_images=False)
     assert len(found) == 8 * len(EVERYDAY)
-    assert {task.contactor for task in found} == {"finger"}
+    assert {task.contactor for task in found} == {"finger", "stylus"}
     assert len({(task.speed_mm_s, task.force_n) for task in found}) > 0.99 * len(found)
     for limits, values in (
         (SPEEDS_MM_S, [task.speed_mm_s for task in found]),

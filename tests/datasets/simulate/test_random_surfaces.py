@@ -2,12 +2,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import welch
 from scipy.stats import spearmanr
 
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.datasets.simulate import make, tasks
 from tactogram.datasets.simulate.random_surfaces import (
+    FITTED,
     FORCES_N,
     SPEEDS_MM_S,
     random_contactor,
@@ -49,6 +51,34 @@ def test_strokes_cover_speeds_and_forces_and_are_felt():
         assert np.median(recording.streams["force"].samples) == pytest.approx(task.force_n, rel=0.3)
 
 
+def test_finger_and_stylus_take_turns_on_a_fitted_surface():
+    todo = tasks("fitted-surfaces", seed=0, random=2, per_class=4)
+    assert [task.contactor for task in todo] == ["finger", "stylus"] * 4
+    again = random_contactor(0, 0, FITTED, 2)
+    assert again == random_contactor(0, 0, FITTED, 0) != random_contactor(0, 0, FITTED, 1)
+
+
+def test_fitted_surfaces_grow_with_speed_and_hardly_move_or_grow_with_force():
+    """Real materials under a stylus: level by speed^1.0 and force^0.2, centroid by speed^0.2."""
+    todo = tasks("fitted-surfaces", seed=1, random=4, per_class=8, own_images=False)
+    rows = []
+    for surface in range(4):
+        at, figures = [], []
+        for task in [each for each in todo if each.surface == surface and each.contactor == "stylus"]:
+            x = make(task).streams["acceleration"].samples
+            frequency, density = welch(x, 2500, nperseg=512)
+            density = density.sum(0) * ((frequency >= 20) & (frequency <= 480))
+            centroid = (density * frequency).sum() / density.sum()
+            at.append(np.log([task.speed_mm_s, task.force_n]))
+            figures.append([np.log(density.sum()) / 2, np.log(centroid)])
+        rows.append(np.hstack([np.array(at) - np.mean(at, 0), np.array(figures) - np.mean(figures, 0)]))
+    table = np.vstack(rows)
+    by_speed, by_force = np.linalg.lstsq(table[:, :2], table[:, 2:], rcond=None)[0]
+    assert by_speed[0] == pytest.approx(1.0, abs=0.3)
+    assert by_force[0] == pytest.approx(0.2, abs=0.2)
+    assert by_speed[1] == pytest.approx(0.2, abs=0.25)
+
+
 def test_speeds_may_be_given():
     todo = tasks("surfaces", seed=0, random=2, per_class=3, speeds_mm_s=(50.0, 200.0))
     assert [task.speed_mm_s for task in todo] == [50.0] * 3 + [200.0] * 3 + [50.0] * 3 + [200.0] * 3
@@ -59,7 +89,9 @@ def test_speeds_may_be_given():
     ("set_name", "random", "got"), [("stroking9", 5, "5 of stroking9"), ("surfaces", 0, "0 of surfaces")]
 )
 def test_other_sets_and_no_surfaces_are_refused(set_name, random, got):
-    with pytest.raises(ParameterError, match=f"random must be at least 1, of surfaces; got {got}"):
+    with pytest.raises(
+        ParameterError, match=f"random must be at least 1, of surfaces or fitted-surfaces; got {got}"
+    ):
         tasks(set_name, seed=0, random=random)
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import rfft2
+from scipy.fft import irfft, rfft, rfft2, rfftfreq
 
 from tactogram.datasets.simulate.slide import COLUMNS, compiled
 from tactogram.datasets.simulate.stroke import Stroke
@@ -45,6 +45,13 @@ class Contactor:
     grip_n_s_m: float
     force_n: float  # usual normal force
     pitch_deg: float  # inclination of the sensor on it, backwards about y
+    passed: float = 1.0  # share of a height that reaches it
+    pushed: float = (
+        1.0  # share of the push of the surface's slopes that moves it; the rest bends tool or skin
+    )
+    response_db: tuple[
+        tuple[float, float], ...
+    ] = ()  # of tool, hand and sensor: gain, dB, at frequencies, Hz
 
 
 # Damping and stiffness of the finger are of the order of Wiertlewski & Hayward 2012 (elastic below, viscous above about
@@ -52,6 +59,21 @@ class Contactor:
 FINGER = Contactor("finger", 2.0, 0.45, 0.3, 0.004, 1000.0, 1.4, 0.006, 900.0, 2.0, 0.7, 25.0)
 PEN = Contactor("pen", 0.25, 1.0, 0.0, 0.012, 4000.0, 2.5, 0.015, 700.0, 2.5, 0.9, 40.0)
 CONTACTORS = {c.name: c for c in (FINGER, PEN)}
+
+# Fitted to aggregates of recordings (`random_surfaces.FITTED`): over self-affine roughness spectra hardly move with
+# speed and grow with it, and little with force; resonances of tool, hand and sensor stay where they are. The steel tip
+# of a stylus touches over some 0.1 mm. No such aggregates were found for a bare finger with an accelerometer: it has
+# the same roughness under it and, softer and wider, a spectrum that moves more (Manfredi et al. 2014, J. Neurophysiol.
+# 111:1792; Greenspon et al. 2020, J. R. Soc. Interface 17:20200002).
+STYLUS = Contactor(
+    "stylus", 0.08, 1.0, 0.0, 0.012, 1200.0, 5.0, 0.015, 700.0, 2.5, 0.9, 40.0, passed=0.25, pushed=0.14,
+    response_db=((20, 22), (40, 16), (80, 13), (130, 16), (200, 16), (300, 14.5), (400, 10), (480, 0)),
+)  # fmt: skip
+FINGERTIP = Contactor(
+    "finger", 0.2, 0.45, 0.3, 0.004, 700.0, 2.5, 0.006, 900.0, 2.0, 0.7, 25.0, passed=0.25, pushed=0.14,
+    response_db=((20, 18), (60, 13), (200, 13), (400, 11), (1000, 7)),
+)  # fmt: skip
+FITTED_CONTACTORS = {c.name: c for c in (FINGERTIP, STYLUS)}
 
 
 @dataclass(frozen=True)
@@ -91,7 +113,7 @@ def feel(
     b = contactor.damping_n_s_m + surface.loss * np.sqrt(k * contactor.mass_kg)
     columns = compiled()(
         felt_spline(surface, contactor),
-        1e-3 * wear * left,
+        1e-3 * wear * left * contactor.passed,
         1e-3 * MM_PER_PIXEL,
         1 / stroke.rate,
         1e-3 * stroke.path_mm,
@@ -100,11 +122,24 @@ def feel(
         (1e-3 * start_mm[0], 1e-3 * start_mm[1]),
         (float(np.cos(angle)), float(np.sin(angle))),
         (contactor.mass_kg, k, b),
-        (contactor.grip_mass_kg, contactor.grip_n_m, contactor.grip_n_s_m),
+        (contactor.grip_mass_kg, contactor.grip_n_m, contactor.grip_n_s_m, contactor.pushed),
         (surface.friction, surface.friction * surface.stiction, 1e-3 * surface.stribeck_mm_s),
         (bristles.sigma0, bristles.sigma1, bristles.sigma2),
     )
     return ContactSignals(**dict(zip(COLUMNS, columns, strict=True)))
+
+
+def responded(acceleration: NDArray[np.float64], rate: float, contactor: Contactor) -> NDArray[np.float64]:
+    """Return an acceleration, (axis, time), after the response of tool, hand and sensor, which no speed moves.
+
+    The gain is interpolated over the logarithm of the frequency and constant beyond its ends, without delay.
+    """
+    if not contactor.response_db:
+        return acceleration
+    hertz, gain = np.array(contactor.response_db).T
+    x = np.maximum(rfftfreq(acceleration.shape[1], 1 / rate), hertz[0])
+    curve = 10 ** (np.interp(np.log(x), np.log(hertz), gain) / 20)
+    return np.asarray(irfft(rfft(acceleration) * curve, acceleration.shape[1]))
 
 
 @lru_cache(maxsize=4)

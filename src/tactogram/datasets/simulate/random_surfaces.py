@@ -1,7 +1,12 @@
-"""Surfaces, and fingers and pens that stroke them, drawn at random: a variety to train on, not models of materials.
+"""Surfaces, and fingers and pens that stroke them, drawn at random: populations to train on, not models of materials.
 
-Sizes, heights and mechanics are log-uniform over ranges that include most surfaces of `materials`; colours say nothing
-of the heights, but hollows, light and spots show them.
+Sizes, heights and mechanics are log-uniform; colours say nothing of the heights, but hollows, light and spots show
+them. `WIDE` has ranges that include most surfaces of `materials`. `FITTED` resembles recordings: by a stylus it has the
+level and spread, the centroid and slope of the spectrum, and the powers of speed and force with which they grow, of 50
+of the 100 materials of the Penn Haptic Texture Toolkit (Culbertson et al. 2014), as aggregates; on the other 50 they
+are compared by ``python -m benchmarks real_surfaces``. Self-affine roughness has them by itself: where heights fall
+as k^-beta, a speed multiplies all of the spectrum by v^(beta - 1) (beta from 2 to 3: Persson et al. 2005, J. Phys.
+Condens. Matter 17:R1).
 """
 
 from __future__ import annotations
@@ -9,12 +14,12 @@ from __future__ import annotations
 import colorsys
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from tactogram.datasets.simulate.contact import FINGER, PEN, Contactor
+from tactogram.datasets.simulate.contact import FINGER, FINGERTIP, PEN, STYLUS, Contactor
 from tactogram.datasets.simulate.surfaces import (
     Appearance,
     Cells,
@@ -25,27 +30,80 @@ from tactogram.datasets.simulate.surfaces import (
     Surface,
     Texture,
     Weave,
+    in_relief,
 )
 
 SPEEDS_MM_S = (30.0, 400.0)
 """Range of stroking speeds."""
 FORCES_N = (0.2, 3.0)
 """Range of mean normal forces."""
-BODIES = 0.25
-"""Standard deviation of the logarithms of a contactor's size, mass (sensor included), stiffness and damping."""
+
+
+@dataclass(frozen=True)
+class Population:
+    """Ranges of what is drawn.
+
+    Attributes
+    ----------
+    name : str
+        Begins the names of its surfaces.
+    textures : tuple of float
+        Shares of the surfaces with none to three textures.
+    relief : float
+        Heights of these, as a share of those of `WIDE`.
+    rms_mm, beta, low, high : tuple of float
+        Of the roughness that every surface has, as of `Roughness`.
+    contactors : tuple of Contactor
+        They take turns over a surface's strokes, or one of them strokes each surface.
+    by_turns : bool
+    bodies : float
+        Standard deviation of the logarithms of a contactor's size, mass (sensor included), stiffness and damping.
+    """
+
+    name: str
+    textures: tuple[float, float, float, float]
+    relief: float
+    rms_mm: tuple[float, float]
+    beta: tuple[float, float]
+    low: tuple[float, float]
+    high: tuple[float, float]
+    contactors: tuple[Contactor, Contactor]
+    by_turns: bool
+    bodies: float
+
+
+WIDE = Population(
+    "random",
+    (0.15, 0.45, 0.3, 0.1),
+    1.0,
+    (0.002, 0.06),
+    (0.8, 2.2),
+    (0.05, 0.4),
+    (3, 6),
+    (FINGER, PEN),
+    False,
+    0.25,
+)
+FITTED = Population(
+    "fitted", (0.75, 0.2, 0.05, 0.0), 0.24, (0.018, 0.045), (2.1, 4.1), (0.03, 0.06), (6, 9.9), (FINGERTIP, STYLUS),
+    True, 0.35,
+)  # fmt: skip
 
 
 @lru_cache(maxsize=64)
-def random_surface(seed: int, number: int) -> Surface:
-    """Return surface ``number`` of those that ``seed`` draws: one to three textures and fine roughness."""
+def random_surface(seed: int, number: int, population: Population = WIDE) -> Surface:
+    """Return surface ``number`` of those that ``seed`` draws: up to three textures and fine roughness."""
     rng = np.random.default_rng([seed, number, 0])
-    drawn = tuple(
-        _TEXTURES[rng.integers(len(_TEXTURES))](rng) for _ in range(rng.choice(4, p=(0.15, 0.45, 0.3, 0.1)))
-    )
+    drawn = [
+        _TEXTURES[rng.integers(len(_TEXTURES))](rng, population)
+        for _ in range(rng.choice(4, p=population.textures))
+    ]
+    if population.relief != 1:
+        drawn = [t if isinstance(t, Roughness) else in_relief(t, population.relief) for t in drawn]
     hard = rng.random() < 0.4
     return Surface(
-        f"random-{seed}-{number:05d}",
-        (*drawn, _roughness(rng)),
+        f"{population.name}-{seed}-{number:05d}",
+        (*drawn, _roughness(rng, population)),
         rng.uniform(0.25, 1.0),
         rng.uniform(1.05, 1.35),
         rng.uniform(5, 20),
@@ -55,13 +113,14 @@ def random_surface(seed: int, number: int) -> Surface:
     )
 
 
-def random_contactor(seed: int, number: int) -> Contactor:
+def random_contactor(seed: int, number: int, population: Population = WIDE, take: int = 0) -> Contactor:
     """Return what strokes surface ``number``: a finger, or as often a pen, with a body and a grip of its own."""
     rng = np.random.default_rng([seed, number, 1])
-    base = FINGER if rng.random() < 0.5 else PEN
+    drawn = rng.random() >= 0.5
+    base = population.contactors[take % 2 if population.by_turns else int(drawn)]
 
     def varied(value: float) -> float:
-        return float(value * math.exp(BODIES * rng.standard_normal()))
+        return float(value * math.exp(population.bodies * rng.standard_normal()))
 
     return replace(
         base,
@@ -88,18 +147,18 @@ def _between(rng: np.random.Generator, low: float, high: float) -> float:
     return float(low * (high / low) ** rng.random())
 
 
-def _roughness(rng: np.random.Generator) -> Texture:
+def _roughness(rng: np.random.Generator, of: Population) -> Texture:
     stretch = _between(rng, 2, 16) if rng.random() < 0.25 else 1.0
     return Roughness(
-        _between(rng, 0.002, 0.06),
-        rng.uniform(0.8, 2.2),
-        _between(rng, 0.05, 0.4),
-        rng.uniform(3, 6),
+        _between(rng, *of.rms_mm),
+        rng.uniform(*of.beta),
+        _between(rng, *of.low),
+        rng.uniform(*of.high),
         stretch,
     )
 
 
-def _grating(rng: np.random.Generator) -> Texture:
+def _grating(rng: np.random.Generator, of: Population) -> Texture:
     period = _between(rng, 0.8, 10)
     wander = period * _between(rng, 0.01, 0.3) if rng.random() < 0.7 else 0.0
     height = period * _between(rng, 0.006, 0.12)
@@ -108,12 +167,12 @@ def _grating(rng: np.random.Generator) -> Texture:
     )
 
 
-def _weave(rng: np.random.Generator) -> Texture:
+def _weave(rng: np.random.Generator, of: Population) -> Texture:
     period = _between(rng, 0.7, 4)
     return Weave(period, period * _between(rng, 0.03, 0.15))
 
 
-def _particles(rng: np.random.Generator) -> Texture:
+def _particles(rng: np.random.Generator, of: Population) -> Texture:
     radius = _between(rng, 0.25, 2.2)
     density = _between(rng, 0.1, 1.5) / (math.pi * radius**2)
     order = rng.choice((0.0, 1.0, rng.random()))
@@ -122,13 +181,13 @@ def _particles(rng: np.random.Generator) -> Texture:
     return Particles(density, radius, radius * _between(rng, 0.03, 0.6), order)
 
 
-def _cells(rng: np.random.Generator) -> Texture:
+def _cells(rng: np.random.Generator, of: Population) -> Texture:
     size = _between(rng, 1.2, 5)
     height = size * _between(rng, 0.01, 0.06)
     return Cells(size, height, height * rng.uniform(0, 0.5))
 
 
-_TEXTURES: tuple[Callable[[np.random.Generator], Texture], ...] = (
+_TEXTURES: tuple[Callable[[np.random.Generator, Population], Texture], ...] = (
     _grating,
     _weave,
     _particles,

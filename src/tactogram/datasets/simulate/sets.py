@@ -10,13 +10,26 @@ from typing import Literal
 import numpy as np
 
 from tactogram.datasets.recording import Recording
-from tactogram.datasets.simulate.contact import CONTACTORS, Contactor, ContactSignals, feel
+from tactogram.datasets.simulate.contact import (
+    CONTACTORS,
+    FITTED_CONTACTORS,
+    Contactor,
+    ContactSignals,
+    feel,
+    responded,
+)
 from tactogram.datasets.simulate.everyday import EVERYDAY
 from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.photo import photograph, photographs
-from tactogram.datasets.simulate.random_surfaces import random_contactor, random_stroke, random_surface
+from tactogram.datasets.simulate.random_surfaces import (
+    FITTED,
+    WIDE,
+    random_contactor,
+    random_stroke,
+    random_surface,
+)
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
 from tactogram.datasets.simulate.strain_sensor import SENSOR, trace_plate
 from tactogram.datasets.simulate.stroke import RecordingTask, Stroke, slow_noise, stroke
@@ -29,8 +42,8 @@ INTERNAL_RATE = 8000.0
 """Lowest rate of the contact simulation, Hz, which runs at a multiple of the sensor's rate."""
 SLOW_RATE = 100.0
 """Rate of force and position, Hz, as in real collections. Friction has the rate of a wired accelerometer."""
-RANDOM = "surfaces"
-"""The set of surfaces drawn at random."""
+RANDOM = {"surfaces": WIDE, "fitted-surfaces": FITTED}
+"""The sets of surfaces drawn at random, and their populations."""
 RANDOM_SURFACES = 100
 """Surfaces of it, unless stated."""
 MOUNT_DEG, TREMOR_DEG = 6.0, 1.0
@@ -78,13 +91,18 @@ SETS: Mapping[str, SimulatedSet] = {
         tuple(plate.surface for plate in PLATES), (SENSOR.name,), (20.0,), 2.5, 10, wired(10_000.0), False, "strain",
     ),
     "everyday": SimulatedSet(
-        f"simulated: {len(EVERYDAY)} everyday surfaces, each stroked in one direction by a finger at random speeds "
-        "(30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire",
-        EVERYDAY, ("finger",), (), 2.0, 8, wired(2500.0), False,
+        f"simulated: {len(EVERYDAY)} everyday surfaces, each stroked in one direction by a finger and a stylus at "
+        "random speeds (30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire",
+        EVERYDAY, ("finger", "stylus"), (), 2.0, 8, wired(2500.0), False,
     ),
-    RANDOM: SimulatedSet(
+    "surfaces": SimulatedSet(
         "simulated: surfaces drawn at random, each stroked in one direction by a finger or a pen at random speeds "
         "(30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire; ten words scored 1-7 by simulated raters",
+        (), (), (), 2.0, 8, wired(2500.0), False,
+    ),
+    "fitted-surfaces": SimulatedSet(
+        "simulated: surfaces drawn at random from a population that is fitted to aggregates of recordings, each "
+        "stroked by a finger and a stylus in turn; otherwise as surfaces",
         (), (), (), 2.0, 8, wired(2500.0), False,
     ),
     "tactile_images": SimulatedSet(
@@ -179,8 +197,11 @@ def _tasks_of_any_speed(
     """Return ``takes`` strokes of each surface at each of ``speeds``, or if there are none at any; at any force."""
     found = []
     for surface in surfaces:
-        contactor = _contactor(set_name, seed, surface).name
+        names = SETS[set_name].contactors
         for place in range(takes * max(1, len(speeds))):
+            contactor = (
+                names[place % len(names)] if names else _contactor(set_name, seed, surface, take=place).name
+            )
             drawn, force = random_stroke(seed, surface, place)
             speed = speeds[place // takes] if speeds else drawn
             found.append(
@@ -202,9 +223,11 @@ def _tasks_of_any_speed(
 
 def surface_count(set_name: str, random: int | None = None) -> int:
     """Return the number of surfaces of a set, of which `RANDOM` has ``random``."""
-    if random is not None and (set_name != RANDOM or random < 1):
-        raise ParameterError(f"random must be at least 1, of {RANDOM}; got {random} of {set_name}")
-    return (random or RANDOM_SURFACES) if set_name == RANDOM else len(_set(set_name).surfaces)
+    if random is not None and (set_name not in RANDOM or random < 1):
+        raise ParameterError(
+            f"random must be at least 1, of {' or '.join(RANDOM)}; got {random} of {set_name}"
+        )
+    return (random or RANDOM_SURFACES) if set_name in RANDOM else len(_set(set_name).surfaces)
 
 
 def surface_photographs(
@@ -226,14 +249,16 @@ def surface_photographs(
 
 
 def _surface(set_name: str, seed: int, number: int) -> Surface:
-    return random_surface(seed, number) if set_name == RANDOM else SETS[set_name].surfaces[number]
+    if set_name in RANDOM:
+        return random_surface(seed, number, RANDOM[set_name])
+    return SETS[set_name].surfaces[number]
 
 
-def _contactor(set_name: str, seed: int, surface: int, name: str | None = None) -> Contactor:
-    """Return a contactor of a set, by default its first."""
-    if set_name == RANDOM:
-        return random_contactor(seed, surface)
-    return CONTACTORS[name or SETS[set_name].contactors[0]]
+def _contactor(set_name: str, seed: int, surface: int, name: str = "", *, take: int = 0) -> Contactor:
+    """Return the contactor of a ``name`` or, of surfaces drawn at random, that of the stroke numbered ``take``."""
+    if set_name in RANDOM:
+        return random_contactor(seed, surface, RANDOM[set_name], take)
+    return (FITTED_CONTACTORS if set_name == "everyday" else CONTACTORS)[name]
 
 
 def _set(set_name: str) -> SimulatedSet:
@@ -255,7 +280,7 @@ def make(task: RecordingTask) -> Recording:
 def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
     """Return the acceleration of a contactor, with force, position and friction."""
     surface = _surface(task.set_name, task.seed, task.surface)
-    contactor = _contactor(task.set_name, task.seed, task.surface, task.contactor)
+    contactor = _contactor(task.set_name, task.seed, task.surface, task.contactor, take=task.take - 1)
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
     rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
     rate = task.rate * max(2.0, np.ceil(INTERNAL_RATE / task.rate))
@@ -283,7 +308,8 @@ def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
         [slow_noise(rng, len(moved.path_mm), rate, 1.5) for _ in AXES]
     )
     sensor = replace(facts.sensor, rate=task.rate)
-    acceleration, lost = sense(np.stack([felt.along, felt.across, felt.normal]), rate, angles, sensor, rng)
+    moved_by = responded(np.stack([felt.along, felt.across, felt.normal]), rate, contactor)
+    acceleration, lost = sense(moved_by, rate, angles, sensor, rng)
     return Recording(
         streams={"acceleration": acceleration} | _others(felt, moved, direction, sensor),
         image=photograph(surface) if task.own_image else None,

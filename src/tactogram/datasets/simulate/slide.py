@@ -31,7 +31,7 @@ def slide(
     start: tuple[float, float],
     heading: tuple[float, float],
     contact: tuple[float, float, float],
-    grip: tuple[float, float, float],
+    grip: tuple[float, float, float, float],
     friction: tuple[float, float, float],
     bristles: tuple[float, float, float],
 ) -> NDArray[np.float64]:
@@ -61,7 +61,7 @@ def slide(
     start, heading : (x, y)
         Start of the stroke, m, and the unit vector along it.
     contact, grip : (mass kg, spring N/m, damper N s/m)
-        Normal to the surface, and in it.
+        Normal to the surface, and in it; the grip's fourth number is the share of the slopes' push that it takes.
     friction : (mu_c, mu_s, v_s in m/s)
     bristles : (sigma0 N/m, sigma1 N s/m, sigma2 N s/m)
     """
@@ -69,7 +69,7 @@ def slide(
     out = np.empty((6, n))
     rows, columns = spline.shape
     m, k, b = contact
-    mg, kg, bg = grip
+    mg, kg, bg, share = grip
     mu_c, mu_s, v_s = friction
     sigma0, sigma1, sigma2 = bristles
     wx, wy, gx, gy = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
@@ -107,12 +107,12 @@ def slide(
             slope_y += gy[a] * value
             slope_x += wy[a] * slope
         height *= scale
-        along = scale * (slope_x * heading[0] + slope_y * heading[1]) / cell
-        across = scale * (slope_y * heading[0] - slope_x * heading[1]) / cell
+        along = share * scale * (slope_x * heading[0] + slope_y * heading[1]) / cell
+        across = share * scale * (slope_y * heading[0] - slope_x * heading[1]) / cell
         if i == 0:
             u = z = height
             # It rides on the slope already: no jump of the heights' rate at the start.
-            w = along * v
+            w = scale * (slope_x * heading[0] + slope_y * heading[1]) / cell * v
 
         # Normal: the mean force of the step, by how far and how fast spring and damper are pressed.
         rise = (height - u) / dt

@@ -51,10 +51,8 @@ class Config(BaseModel):
     rattles and pauses that its data lack (Tobin et al. 2017)."""
     photographs: bool = True
     """Whether to learn which material a photograph shows."""
-    prediction_steps: int = Field(default=0, ge=0)
-    """Training steps of the prediction of a surface at other speeds and forces, from one stroke; 0 is none."""
-    prediction_batch: int = Field(default=256, gt=0)
-    """Pairs of strokes in each."""
+    prediction: bool = False
+    """Whether to learn what a surface is at other speeds and forces, from one stroke or from words."""
     components: int = Field(default=64, gt=0)
     """Principal components of surfaces that are predicted."""
     straightening_steps: int = Field(default=0, ge=0)
@@ -77,10 +75,8 @@ class Config(BaseModel):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if self.modulated and not self.prediction_steps:
-            raise ValueError(
-                "modulated needs prediction_steps: a material is otherwise one surface, not several"
-            )
+        if self.modulated and not self.prediction:
+            raise ValueError("modulated needs prediction: a material is otherwise one surface, not several")
         if self.frames % self.multiple:
             raise ValueError(
                 f"frames must be a multiple of {self.multiple} for these widths, got {self.frames}"

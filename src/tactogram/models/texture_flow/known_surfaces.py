@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -12,19 +13,19 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_classifier import PhotoClassifier
-from tactogram.model import Condition, Example, SignalKind, material_weights, unit_scores
+from tactogram.model import Condition, Example, SignalKind, contactor_number, material_weights, unit_scores
 from tactogram.models.texture_flow.rated_words import word_weights
 from tactogram.models.texture_flow.surface_prediction import Strokes, SurfacePredictor
 from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.models.texture_flow.tonal_surfaces import StrokeTones, TonalSurface, split_signals
-from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Signal
 from tactogram.signal.tones import no_tones
 
 DESCRIPTIONS = ("material", "image", "vibration", "words")
 """Conditions that describe a surface, of which one is needed."""
-OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n")
+OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n", "vibration_contactor")
+CONDITIONS_OF_A_STROKE = (*NUMBERS, "contactor")
 DescribedSurface = Callable[[Condition], tuple[TonalSurface, Condition | None]]
 """The surface at a speed and force, and those of the one stroke that it was measured from or predicted for."""
 
@@ -45,7 +46,7 @@ class KnownSurfaces:
         self.rated = np.full((len(kind.materials), len(kind.words)), np.nan)
         """Mean scores of each material, 0 to 1, shape (material, word); NaN if unknown."""
         self.photographs = PhotoClassifier(kind.materials)
-        self.predictor: Any = predictor
+        self.predictor = predictor
 
     def described(self, condition: Condition, *, draw: float) -> DescribedSurface:
         """Return the surface that a condition describes, at any speed and force.
@@ -97,6 +98,19 @@ class KnownSurfaces:
             instead += ", or train on recordings with photographs of two materials or more"
         return f"condition {description!r} was not learned by this run; give {instead}"
 
+    def check_contactors(self, condition: Condition) -> None:
+        """Refuse a contactor that is no finger or stylus, or was not learned."""
+        for name in ("contactor", "vibration_contactor"):
+            given = condition.get(name)
+            if given is None:
+                continue
+            if math.isnan(contactor_number(str(given))):
+                raise ParameterError(f"{name} must be finger or stylus, got {given!r}")
+            if self.predictor is None or not self.predictor.knows("contactor"):
+                raise ParameterError(
+                    f"{name} makes no difference to this run, whose recordings have one or none; omit it"
+                )
+
     def rate(self, members: Sequence[Sequence[Example]]) -> None:
         """Take over the scores of the examples of each material."""
         for row, examples in zip(self.rated, members, strict=True):
@@ -107,10 +121,10 @@ class KnownSurfaces:
         self, weights: NDArray[np.float64], draw: float, condition: Condition
     ) -> tuple[TonalSurface, Condition | None]:
         chosen = np.flatnonzero(weights).tolist()
-        if self.strokes is None:
+        predictor = self.predictor
+        if self.strokes is None or predictor is None:
             surfaces = [self._with_tones(self.surfaces[number], number, draw, condition) for number in chosen]
             return TonalSurface.mixed(surfaces, weights[chosen]), None
-        predictor = bare(self.predictor)
         wanted = predictor.conditions_of(condition)
         predicted = [
             predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
@@ -120,7 +134,7 @@ class KnownSurfaces:
             self._with_tones(surface, number, draw, condition)
             for surface, number in zip(predicted, chosen, strict=True)
         ]
-        return TonalSurface.mixed(surfaces, weights[chosen]), _speed_and_force(condition)
+        return TonalSurface.mixed(surfaces, weights[chosen]), _stroked_with(condition)
 
     def _with_tones(self, surface: Surface, material: int, draw: float, condition: Condition) -> TonalSurface:
         """Return a material's surface with the tones of one of its strokes, if any, at the speed of a condition."""
@@ -144,14 +158,15 @@ class KnownSurfaces:
 
     def _from_words(self, condition: Condition, draw: float) -> DescribedSurface:
         scores = unit_scores(condition["words"], self.kind, partial=True)
-        if self.predictor is None:
+        predictor = self.predictor
+        if predictor is None:
             return partial(self._of_materials, word_weights(self.rated, scores), draw)
         like, words = self.spectra.blank(len(self.kind.axes)), torch.from_numpy(scores).float()
         tones = no_tones(len(self.kind.axes))
 
         def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
-            surface = self.predictor.from_words(words, self.predictor.conditions_of(wanted), like)
-            return TonalSurface(surface, tones, self.spectra.variance), _speed_and_force(wanted)
+            surface = predictor.from_words(words, predictor.conditions_of(wanted), like)
+            return TonalSurface(surface, tones, self.spectra.variance), _stroked_with(wanted)
 
         return at
 
@@ -173,7 +188,7 @@ class KnownSurfaces:
         """Return speed and force of a given vibration, without those unknown."""
         found = {
             name: condition[f"vibration_{name}"]
-            for name in NUMBERS
+            for name in CONDITIONS_OF_A_STROKE
             if condition.get(f"vibration_{name}") is not None
         }
         if found and condition.get("vibration") is None:
@@ -183,14 +198,14 @@ class KnownSurfaces:
 
     def _at(self, surface: Surface, measured: Condition, wanted: Condition) -> tuple[Surface, Condition]:
         """Return a surface at the speed and force wanted, if these can be predicted, and the condition it is at."""
-        if self.predictor is None:
+        predictor = self.predictor
+        if predictor is None:
             return surface, measured
-        predictor = bare(self.predictor)
         at, to = predictor.conditions_of(measured), predictor.conditions_of(wanted)
         if to.isnan().all():
             return surface, measured
         known = {name: value for name, value in wanted.items() if value is not None}
-        return predictor.predict(surface, at, to), {**measured, **known}
+        return predictor.predict(surface, at, to, self.spectra.bands), {**measured, **known}
 
     def measured(self, name: str, signals: Sequence[Signal]) -> Surface:
         """Return the surface of signals, refused in the ``name`` of what they are if all are too short."""
@@ -225,8 +240,7 @@ class KnownSurfaces:
         self.photographs.load_state(state["photographs"])
         if self.predictor is not None:
             self.predictor.load_state_dict(state["predictor"])
-            self.predictor.eval()
 
 
-def _speed_and_force(condition: Condition) -> Condition:
-    return {name: condition.get(name) for name in NUMBERS}
+def _stroked_with(condition: Condition) -> Condition:
+    return {name: condition.get(name) for name in CONDITIONS_OF_A_STROKE}

@@ -58,14 +58,13 @@ class SignalFlow:
             network = VelocityUNet(config, channels=len(kind.axes), labels=self.label_size)
         self.flow = FlowModel(network, config, device=self.device)
         predictor = None
-        if config.prediction_steps:
-            with torch_seeded(seed, "predictor"):
-                predictor = SurfacePredictor(
-                    self.spectra.vector_size(len(kind.axes)),
-                    components=config.components,
-                    conditions=conditions,
-                    words=len(kind.words),
-                ).to(self.device)
+        if config.prediction:
+            predictor = SurfacePredictor(
+                self.spectra.vector_size(len(kind.axes)),
+                components=config.components,
+                conditions=(*conditions, "contactor"),
+                words=len(kind.words),
+            )
         self.known = KnownSurfaces(kind, self.spectra, self.labels, predictor)
         self.seconds = self.rms = 0.0
         """Medians of the training recordings (mm over displacement instead of seconds)."""
@@ -100,15 +99,17 @@ class SignalFlow:
         Trained on signals over displacement, it returns one, or with ``speed_mm_s`` or a ``motion`` that signal as
         felt at this speed, over time, for ``seconds``, which need a speed.
 
-        Trained with ``config.prediction_steps``, it predicts surfaces at the speed and force wanted: a material's from
-        its strokes, or that of a vibration, more accurately with ``vibration_speed_mm_s`` and ``vibration_force_n``,
-        those that it was measured with. So is the surface of words, if surfaces were rated; without such a training it
-        is a mix of those rated alike (`word_weights`).
+        Trained with ``config.prediction``, it predicts surfaces at the speed, force and contactor wanted: a material's
+        from its strokes, or that of a vibration, given ``vibration_speed_mm_s``, ``vibration_force_n`` and
+        ``vibration_contactor``, those that it was measured with: one not given counts as the mean in training. So is
+        the surface of words, if surfaces were rated; without such a training it is a mix of those rated alike
+        (`word_weights`).
 
         A ``motion`` changes speed and force over time, as far as the training recordings have them, and silences the
         signal where its gain is 0; over displacement, where the finger is lifted. The signal is as long as the motion.
         """
-        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, "motion", *OF_THE_VIBRATION))
+        check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, "contactor", "motion", *OF_THE_VIBRATION))
+        self.known.check_contactors(condition)
         motion = condition.get("motion")
         if motion is not None and not isinstance(motion, Motion):
             raise ParameterError(f"motion must be a Motion, got {type(motion).__name__}")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,19 +27,16 @@ from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.modulation import modulated
 from tactogram.models.texture_flow.signal_flow import SignalFlow, rms
-from tactogram.models.texture_flow.surface_prediction import (
-    UNKNOWN,
-    Reference,
-    StrokePair,
-    Strokes,
-)
+from tactogram.models.texture_flow.surface_prediction import Reference, Strokes, SurfacePredictor
 from tactogram.models.texture_flow.tonal_surfaces import split_strokes
-from tactogram.nn.bare_and_fixed import bare
+from tactogram.nn.labels import NUMBERS
 from tactogram.training.checkpoint import load_state
 from tactogram.training.seeds import child_rng
 
 MOST_PHOTOGRAPHS = 50
 """Photographs of a material that are learned from."""
+UNKNOWN = 0.3
+"""Share of the crops whose speed and force are not told in training, where surfaces are predicted."""
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
 
@@ -53,30 +49,16 @@ class SignalFlowLearner(SignalFlow):
     ) -> None:
         super().__init__(config, kind, seed=seed, device=device)
         self.share = WHOLE_BATCH
-        self.backward: Callable[[Tensor], None] = Tensor.backward
-
-    @cached_property
-    def prediction_optimiser(self) -> Any:
-        """AdamW."""
-        return torch.optim.AdamW(self.known.predictor.parameters(), lr=self.config.learning_rate)
 
     def setup(self, fabric: Any) -> None:
         self.flow.setup(fabric)
-        if self.known.predictor is not None:
-            self.known.predictor, self.prediction_optimiser = fabric.setup(
-                self.known.predictor, self.prediction_optimiser
-            )
-            self.known.predictor.mark_forward_method("loss")
-        self.backward, self.device = fabric.backward, fabric.device
+        self.device = fabric.device
         self.share = BatchShare.of_process(fabric)
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.require_materials("texture_flow")
         self.kind.check_all_present(examples)
-        predict = (
-            (Stage("predict", self.config.prediction_steps),) if self.known.predictor is not None else ()
-        )
-        return Stage("fit", 1), *predict, *self.flow.stages
+        return Stage("fit", 1), *self.flow.stages
 
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
@@ -87,17 +69,6 @@ class SignalFlowLearner(SignalFlow):
         examples = modulated(self._without_tones(examples), self.config.modulated, seed=self.seed)
         measured = self._measured(examples)
         step = start
-        if stage.name == "predict":
-            several = [found for found in measured.values() if len(found) > 1]
-            if not several:
-                raise ParameterError(
-                    "config.prediction_steps needs several recordings of a material; set it to 0"
-                )
-            strokes = Strokes.of(several, bare(self.known.predictor))
-            while True:
-                rng = child_rng(seed, "pairs", step, *self.share.purpose)
-                yield step, strokes.pairs(self.share.size(self.config.prediction_batch), rng)
-                step += 1
         crops = self._crops(examples)
         while True:
             yield (
@@ -174,21 +145,8 @@ class SignalFlowLearner(SignalFlow):
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
             return self._fit(batch)
-        if stage.name == "predict":
-            return self._step_of_prediction(stage, *batch)
         number, spectra, label = batch
         return {"loss": self.flow.step(stage, number, spectra, self._with_some_dropped(label))}
-
-    def _step_of_prediction(self, stage: Stage, number: int, pairs: StrokePair) -> dict[str, float]:
-        self.known.predictor.train()
-        for group in self.prediction_optimiser.param_groups:
-            group["lr"] = self.config.learning_rate * (1 + math.cos(math.pi * number / stage.steps)) / 2
-        loss = self.known.predictor.loss(StrokePair(*(tensor.to(self.device) for tensor in pairs)))
-        self.prediction_optimiser.zero_grad()
-        self.backward(loss)
-        self.prediction_optimiser.step()
-        self.known.predictor.eval()
-        return {"loss": loss.item()}
 
     def _with_some_dropped(self, label: Tensor) -> Tensor:
         """Return labels, (batch, label), of which some lack the surface, others speed and force."""
@@ -213,8 +171,8 @@ class SignalFlowLearner(SignalFlow):
         measured = self._measured(modulated(trained_on, self.config.modulated, seed=self.seed)).values()
         codes = torch.stack([reference.surface.code for references in measured for reference in references])
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
-        if self.known.predictor is not None:
-            self._fit_predictor(Strokes.of([*measured], bare(self.known.predictor)))
+        if (predictor := self.known.predictor) is not None:
+            self._fit_predictor(predictor, Strokes.of([*measured], predictor))
             self.known.strokes = self._strokes_of(noise, self.materials)
         if self.config.photographs:
             self.known.photographs.fit(
@@ -237,18 +195,20 @@ class SignalFlowLearner(SignalFlow):
                 f"and widths {self.config.widths}; {run} is not"
             ) from error
 
-    def _fit_predictor(self, strokes: Strokes) -> None:
-        predictor = bare(self.known.predictor)
-        if strokes.at.isnan().any(0).all():
+    def _fit_predictor(self, predictor: SurfacePredictor, strokes: Strokes) -> None:
+        if strokes.at[:, [name in NUMBERS for name in predictor.conditions]].isnan().any(0).all():
             raise ParameterError(
-                f"config.prediction_steps needs the {' or '.join(predictor.conditions)} of every recording; set it to 0"
+                "config.prediction needs the speed_mm_s or force_n of every recording; set it to false"
             )
-        predictor.fit(strokes.vectors, strokes.at, strokes.words)
-        predictor.eval()
+        if not (strokes.counts > 1).any():
+            raise ParameterError("config.prediction needs several recordings of a material; set it to false")
+        predictor.fit(strokes)
 
     def _strokes_of(self, examples: Sequence[Example], materials: Sequence[str]) -> Strokes:
-        measured = self._measured(examples)
-        return Strokes.of([measured[name] for name in materials], bare(self.known.predictor))
+        measured, predictor = self._measured(examples), self.known.predictor
+        if predictor is None:
+            raise ParameterError("strokes of materials need a run with config.prediction")
+        return Strokes.of([measured[name] for name in materials], predictor)
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return the loss on unseen crops; well above that of the training crops if these were memorised."""
@@ -270,7 +230,7 @@ class SignalFlowLearner(SignalFlow):
             **self.known.state(),
             "conditions": self.labels.state(),
             **self.flow.state(),
-            "optimisers": [optimiser.state_dict() for optimiser in self._optimisers],
+            "optimiser": self.flow.optimiser.state_dict(),
         }
 
     def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
@@ -284,10 +244,6 @@ class SignalFlowLearner(SignalFlow):
         others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
         return {name: value for name, value in self.state().items() if name in names} | others
 
-    @property
-    def _optimisers(self) -> list[Any]:
-        return [self.flow.optimiser, *([] if self.known.predictor is None else [self.prediction_optimiser])]
-
     def load_state(self, state: Mapping[str, Any]) -> None:
         check_state(state["materials"], self.materials)
         self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
@@ -295,6 +251,5 @@ class SignalFlowLearner(SignalFlow):
         self.known.load_state(state)
         self.labels.load_state(state["conditions"])
         self.flow.load_state(state)
-        if saved := state.get("optimisers"):
-            for optimiser, own in zip(self._optimisers, saved, strict=True):
-                optimiser.load_state_dict(own)
+        if saved := state.get("optimiser"):
+            self.flow.optimiser.load_state_dict(saved)

@@ -1,33 +1,42 @@
-"""Prediction of a surface at any speed and force, from one stroke of it or from scores of words."""
+"""Prediction of a surface at another speed and force or under another contactor, from one stroke of it or from words.
+
+All in closed form. From a stroke: real spectra hardly move with speed, they grow, so what is predicted is the stroke
+itself plus a change that is a law pooled over the training surfaces, a slope of each number of a surface per octave,
+and how this law depends on the stroke: ridge regression of the change between two strokes of a surface on the steps of
+the conditions and on their products with the stroke's first principal components. Where nothing changes, a stroke stays
+as it is. From words: the mean of a surface's components given the scores that are known, as if both were Gaussian.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from tactogram.model import Condition
-from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface
+from tactogram.model import Condition, contactor_number
+from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, LEAST_POWER, Surface
 
-HIDDEN = 256
-DROPOUT = 0.1
 LEAST_SPREAD = 1e-3
 """Least standard deviation that a measurement is divided by."""
-UNKNOWN = 0.3
-"""Share of the strokes whose speed, or force, is not told in training."""
-WITHOUT_STROKE = 0.4
-"""Share of the surfaces that are predicted from words alone in training, if there are words."""
 REACH = 0.8
-"""Distance between two strokes, in standard deviations of the logarithms of speed and force, over which a measurement
-counts for more than its prediction."""
-
-
+"""Distance between two strokes, in standard deviations of the logarithms of speed and force, over which the farther one
+counts for less."""
 LEAST_SHARE = 1e-3
 """Weight of the farthest stroke of a material, as a share of that of one at the speed and force wanted."""
+DEPENDENT = 8
+"""Components of a stroke that the law depends on."""
+RIDGE = 0.03
+"""Of the law, as a share of the pairs of strokes that it is fitted to; chosen on half of the materials of
+``benchmarks real_surfaces``, on which 0.003 to 0.3 differ by less than 0.2 dB."""
+WORD_RIDGE = 0.1
+"""Of the words, added to the variance of 1 that each score has."""
+UNSEEN = 0.1
+"""Variance of a number of a stroke that its components do not explain, where some numbers are unknown."""
+LARGEST = 2.5
+"""Components of words are at most so many standard deviations of those of the training strokes."""
 
 
 class Reference(NamedTuple):
@@ -36,26 +45,6 @@ class Reference(NamedTuple):
     id: str
     surface: Surface
     condition: Condition
-    words: Tensor
-
-
-class StrokePair(NamedTuple):
-    """Strokes of surfaces, from which those of others are to be predicted.
-
-    Attributes
-    ----------
-    given, wanted : float32 tensors, shape (pair, number)
-        Surfaces, as `vector_of` gives them.
-    given_at, wanted_at : float32 tensors, shape (pair, condition)
-        Their speeds and forces; NaN if unknown.
-    words : float32 tensor, shape (pair, word)
-        Scores of the surface, 0 to 1; NaN if unknown.
-    """
-
-    given: Tensor
-    given_at: Tensor
-    wanted: Tensor
-    wanted_at: Tensor
     words: Tensor
 
 
@@ -78,6 +67,19 @@ def surface_of(vector: Tensor, like: Surface) -> Surface:
     )
 
 
+def empty_numbers(surface: Surface, bands: Sequence[slice]) -> Tensor:
+    """Return which numbers of the vector are of bins or bands without power, as above half the rate of a recording."""
+    root = surface.log_root
+    power = torch.linalg.eigvalsh(root).mul(2).exp().mean(1)  # K
+    empty = power < 4 * LEAST_POWER * power.mean()  # K
+    by_bin = empty.expand(len(surface.mean), -1)  # A, K
+    by_band = torch.stack([empty[band].all() for band in bands])
+    return torch.cat((
+        empty.repeat_interleave(2 * root[0].numel()), by_bin.ravel(), by_bin.ravel(),
+        by_band.repeat(len(surface.code) // len(bands)),
+    ))  # fmt: skip
+
+
 class Strokes:
     """Strokes of several materials, one material after the other.
 
@@ -86,7 +88,7 @@ class Strokes:
     vectors : float32 tensor, shape (stroke, number)
         Their surfaces, as `vector_of` gives them.
     at : float32 tensor, shape (stroke, condition)
-        Their speeds and forces; NaN if unknown.
+        Their speeds, forces and contactors; NaN if unknown.
     words : float32 tensor, shape (stroke, word)
         Scores of their surfaces, 0 to 1; NaN if unknown.
     counts : int64 tensor, shape (material,)
@@ -108,20 +110,20 @@ class Strokes:
         )
 
     def of_material(self, number: int) -> tuple[Tensor, Tensor]:
-        """Return the vectors of a material's strokes, and their speeds and forces."""
+        """Return the vectors of a material's strokes, and their speeds, forces and contactors."""
         end = int(self.counts[: number + 1].sum())
         own = slice(end - int(self.counts[number]), end)
         return self.vectors[own], self.at[own]
 
-    def pairs(self, count: int, rng: np.random.Generator) -> StrokePair:
-        """Return pairs of strokes of one material each, which may be the same stroke."""
-        counts = self.counts.numpy()
-        material = rng.integers(len(counts), size=count)
-        first = np.cumsum(counts) - counts
-        given, wanted = (torch.from_numpy(first[material] + rng.integers(counts[material])) for _ in range(2))
-        return StrokePair(
-            self.vectors[given], self.at[given], self.vectors[wanted], self.at[wanted], self.words[wanted]
-        )
+    def pairs(self) -> tuple[Tensor, Tensor]:
+        """Return the numbers of both strokes of every pair of one material, in either order."""
+        first = self.counts.cumsum(0) - self.counts
+        found = [
+            begin + torch.cartesian_prod(torch.arange(count), torch.arange(count)).view(-1, 2)
+            for begin, count in zip(first, self.counts.tolist(), strict=True)
+        ]
+        one, other = torch.cat(found).T
+        return one[one != other], other[one != other]
 
     def state(self) -> dict[str, Any]:
         """Return the arrays."""
@@ -134,10 +136,9 @@ class Strokes:
 
 
 class SurfacePredictor(nn.Module):
-    """Predicts the principal components of a surface by a perceptron and a linear map.
+    """Principal components of surfaces, their change with the conditions, and their mean given words.
 
-    The label is the components of a stroke, its speed and force and those wanted (logarithms, limited to the range of
-    the training strokes) and the scores of words: standardised, 0 if unknown, each with a 1 if it is known.
+    Of speed and force logarithms count, limited to the range of the training strokes; a contactor is -1 or 1.
     """
 
     mean: Tensor
@@ -147,99 +148,103 @@ class SurfacePredictor(nn.Module):
     at_mean: Tensor
     at_deviation: Tensor
     at_range: Tensor
-    word_mean: Tensor
-    word_deviation: Tensor
+    law: Tensor
+    told_mean: Tensor
+    told_deviation: Tensor
+    told_range: Tensor
+    told: Tensor
+    tells: Tensor
 
     def __init__(self, size: int, *, components: int, conditions: Sequence[str], words: int = 0) -> None:
         super().__init__()
         self.conditions = tuple(conditions)
         count = len(self.conditions)
+        told = count + words
+        steps = 2 * count * (1 + min(DEPENDENT, components))
         for name, shape in (
             ("mean", (size,)), ("scale", (size,)), ("basis", (components, size)), ("spread", (components,)),
-            ("at_mean", (count,)), ("at_deviation", (count,)), ("at_range", (2, count)),
-            ("word_mean", (words,)), ("word_deviation", (words,)),
+            ("at_mean", (count,)), ("at_deviation", (count,)), ("at_range", (2, count)), ("law", (steps, components)),
+            ("told_mean", (told,)), ("told_deviation", (told,)), ("told_range", (2, told)), ("told", (told, told)),
+            ("tells", (told, components)),
         ):  # fmt: skip
             self.register_buffer(name, torch.zeros(shape))
-        label = components + 1 + 4 * count + 2 * words
-        self.linear = nn.Linear(label, components)
-        self.perceptron = nn.Sequential(
-            nn.Linear(label, HIDDEN), nn.SiLU(), nn.Dropout(DROPOUT),
-            nn.Linear(HIDDEN, HIDDEN), nn.SiLU(), nn.Dropout(DROPOUT),
-            nn.Linear(HIDDEN, components),
-        )  # fmt: skip
 
     @torch.no_grad()
-    def fit(self, vectors: Tensor, at: Tensor, words: Tensor) -> None:
-        """Measure principal components of surfaces, (stroke, number), and the range of ``at``, (stroke, condition).
+    def fit(self, strokes: Strokes) -> None:
+        """Measure components, law and words of strokes.
 
-        A condition that is unknown for any of them counts as unknown, or the same, for all. ``words`` are scores,
-        (stroke, word), of which some may be NaN.
+        A condition that is unknown for any of them counts as unknown, or the same, for all.
         """
+        vectors, at, words = strokes.vectors, strokes.at, strokes.words
         self.mean.copy_(vectors.mean(0))
         self.scale.copy_(vectors.std(0, correction=0).clamp_min(LEAST_SPREAD))
         _, values, basis = torch.linalg.svd((vectors - self.mean) / self.scale, full_matrices=False)
         count = min(len(basis), len(self.basis))
         self.basis[:count], self.spread[:count] = basis[:count], values[:count] / len(vectors) ** 0.5
-        logs = torch.where(at.isnan().any(0), 1.0, at).clamp_min(torch.finfo(torch.float32).tiny).log()
-        self.at_mean.copy_(logs.mean(0))
-        self.at_deviation.copy_(logs.std(0, correction=0).clamp_min(LEAST_SPREAD))
-        self.at_range.copy_(torch.stack((logs.amin(0), logs.amax(0))))
-        self.word_mean.copy_(words.nanmean(0).nan_to_num(0.0))
-        self.word_deviation.copy_((words - self.word_mean).square().nanmean(0).sqrt().nan_to_num(0.0))
+        numbers = self._numbers(torch.where(at.isnan().any(0), 1.0, at))
+        self.at_mean.copy_(numbers.mean(0))
+        self.at_deviation.copy_(numbers.std(0, correction=0).clamp_min(LEAST_SPREAD))
+        self.at_range.copy_(torch.stack((numbers.amin(0), numbers.amax(0))))
+        place, components = self._standardised(at), self._components(vectors)
+        one, other = strokes.pairs()
+        if len(one):
+            steps = self._steps(components[one], place[other] - place[one]).double()
+            change = ((components[other] - components[one]) * self.spread).double()
+            gram = steps.T @ steps + RIDGE * len(one) * torch.eye(steps.shape[1], dtype=torch.float64)
+            self.law.copy_(torch.linalg.solve(gram, steps.T @ change))
+        rated = words.isfinite().any(1)
+        if not rated.any():
+            return
+        told = torch.cat((place, words), 1)[rated]
+        self.told_mean.copy_(told.nanmean(0).nan_to_num(0.0))
+        self.told_deviation.copy_(
+            (told - self.told_mean).square().nanmean(0).sqrt().clamp_min(LEAST_SPREAD).nan_to_num(1.0)
+        )
+        limits = [value[rated].nan_to_num(nan) for value, nan in ((words, torch.inf), (words, -torch.inf))]
+        wide = place.amin(0), place.amax(0)
+        self.told_range.copy_(
+            torch.stack((torch.cat((wide[0], limits[0].amin(0))), torch.cat((wide[1], limits[1].amax(0)))))
+        )
+        told = self._told(told).nan_to_num(0.0)
+        self.told.copy_(told.T @ told / len(told))
+        self.tells.copy_(told.T @ components[rated] / len(told))
 
     def conditions_of(self, condition: Condition, *, prefix: str = "") -> Tensor:
-        """Return speed and force of a condition, float32, shape (condition,); NaN if unknown."""
-        found = (condition.get(prefix + name) for name in self.conditions)
-        return torch.tensor([torch.nan if value is None else float(value) for value in found])
+        """Return speed, force and contactor of a condition, float32, shape (condition,); NaN if unknown."""
+        found = {name: condition.get(prefix + name) for name in self.conditions}
+        if (contactor := found.get("contactor")) is not None:
+            found["contactor"] = contactor_number(contactor)
+        return torch.tensor([torch.nan if value is None else float(value) for value in found.values()])
 
-    def loss(self, pair: StrokePair) -> Tensor:
-        """Return the squared error of the components, weighed by their variance.
+    def knows(self, name: str) -> bool:
+        """Return whether the training strokes differ in a condition."""
+        place = self.conditions.index(name)
+        return bool(self.at_range[0, place] < self.at_range[1, place])
 
-        Some speeds and forces are hidden; so are some words, and where any is known, some strokes.
+    def predict(self, surface: Surface, at: Tensor, wanted: Tensor, bands: Sequence[slice] = ()) -> Surface:
+        """Return a surface that was measured ``at`` conditions, at those ``wanted``; (condition,), NaN if unknown.
+
+        One that is unknown counts as the mean of the training strokes; one that is not wanted stays. ``bands`` are
+        those of the code: bins and bands without power stay so, and say nothing of the rest.
         """
-        device = pair.given.device
-        hidden = (torch.rand(pair.given_at.shape) < UNKNOWN).to(device)
-        some = torch.rand(pair.words.shape) < torch.rand(len(pair.words), 1)
-        words = pair.words.masked_fill(some.to(device), torch.nan)
-        alone = (torch.rand(len(words)) < WITHOUT_STROKE).to(device) & words.isfinite().any(1)
-        found = self._components(
-            self._coordinates(pair.given),
-            ~alone,
-            pair.given_at.masked_fill(hidden, torch.nan),
-            pair.wanted_at,
-            words,
-        )
-        weight = self.spread.square() / self.spread.square().mean()
-        return ((found - self._coordinates(pair.wanted)).square() * weight).mean()
-
-    def predict(self, surface: Surface, at: Tensor, wanted: Tensor) -> Surface:
-        """Return a surface that was measured ``at`` speed and force, at those ``wanted``; (condition,), NaN if unknown.
-
-        What the prediction lacks of the measured stroke itself is added, the less the further it is away.
-        """
-        return surface_of(self._predicted(vector_of(surface)[None], at[None], wanted)[0], surface)
+        empty = empty_numbers(surface, bands) if bands else None
+        return surface_of(self._predicted(vector_of(surface)[None], at[None], wanted, empty)[0], surface)
 
     @torch.no_grad()
-    def _predicted(self, vectors: Tensor, at: Tensor, wanted: Tensor) -> Tensor:
+    def _predicted(self, vectors: Tensor, at: Tensor, wanted: Tensor, empty: Tensor | None = None) -> Tensor:
         """Return surfaces, (stroke, number), measured ``at`` (stroke, condition), at those ``wanted``, (condition,)."""
-        device = self.mean.device
-        wanted = torch.where(wanted.isnan(), at, wanted).to(device)
-        vectors, at = vectors.to(device), at.to(device)
-        stroke, unknown = self._coordinates(vectors), self.word_mean.expand(len(at), -1) * torch.nan
-        given = torch.ones(len(at), dtype=torch.bool, device=device)
-        found = self._vectors(self._components(stroke, given, at, wanted, unknown))
-        missed = vectors - self._vectors(self._components(stroke, given, at, at, unknown))
-        distance = (self._standardised(wanted) - self._standardised(at)).norm(dim=1) / REACH
-        nearness = torch.exp(-distance.square() / 2) * (at.isfinite() == wanted.isfinite()).all(1)
-        return (found + nearness[:, None] * missed).cpu()
+        wanted = torch.where(wanted.isnan(), at, wanted)
+        step = self._standardised(wanted) - self._standardised(at)
+        change = self._steps(self._components(vectors, empty), step) @ self.law @ self.basis * self.scale
+        return vectors + (change if empty is None else change.masked_fill(empty, 0.0))
 
     def from_strokes(self, vectors: Tensor, at: Tensor, wanted: Tensor, like: Surface) -> Surface:
         """Return the mean of a material's surfaces predicted from each of its strokes, the nearest counting most.
 
-        ``vectors``, (stroke, number), were measured ``at`` speeds and forces, (stroke, condition). ``wanted`` and
-        ``like`` are as for `from_words`.
+        ``vectors``, (stroke, number), were measured ``at`` conditions, (stroke, condition). ``wanted`` and ``like`` are
+        as for `from_words`.
         """
-        wanted = self._or_median(wanted)
+        wanted = self._or_usual(wanted)
         distance = (self._standardised(at) - self._standardised(wanted)).norm(dim=1) / REACH
         weights = torch.exp(-distance.square() / 2).clamp_min(LEAST_SHARE)
         found = [surface_of(vector, like) for vector in self._predicted(vectors, at, wanted)]
@@ -247,51 +252,57 @@ class SurfacePredictor(nn.Module):
 
     @torch.no_grad()
     def from_words(self, words: Tensor, wanted: Tensor, like: Surface) -> Surface:
-        """Return the surface of scores, (word,), 0 to 1, at speed and force, (condition,), medians if NaN.
+        """Return the surface of scores, (word,), 0 to 1, at conditions, (condition,), the usual ones if NaN.
 
-        Unknown scores are NaN. ``like`` is any surface of as many axes and bins, without a mean.
+        Unknown scores are NaN; others are limited to those of the training surfaces. ``like`` is any surface of as many
+        axes and bins, without a mean.
         """
-        device = self.mean.device
-        wanted = self._or_median(wanted)[None].to(device)
-        nothing = torch.zeros(1, len(self.spread), device=device)
-        given = torch.zeros(1, dtype=torch.bool, device=device)
-        unknown = torch.full_like(wanted, torch.nan)
-        found = self._components(nothing, given, unknown, wanted, words[None].to(device))
-        return surface_of(self._vectors(found)[0].cpu(), like)
+        told = torch.cat((self._standardised(self._or_usual(wanted)), words))
+        known = told.isfinite()
+        told = self._told(told.clamp(*self.told_range))[known]
+        cause = self.told[known][:, known]
+        weights = torch.linalg.solve(cause + WORD_RIDGE * torch.eye(len(cause)), told)
+        components = (weights @ self.tells[known]).clamp(-LARGEST, LARGEST)
+        return surface_of((components * self.spread) @ self.basis * self.scale + self.mean, like)
 
-    def _components(self, stroke: Tensor, given: Tensor, at: Tensor, wanted: Tensor, words: Tensor) -> Tensor:
-        """Return the components of what is wanted, (pair, component), standardised.
+    def _told(self, told: Tensor) -> Tensor:
+        return (told - self.told_mean) / self.told_deviation
 
-        ``stroke`` are those of what is given, where ``given``, (pair,), is true; elsewhere it is unknown, ``at`` too.
+    def _steps(self, components: Tensor, step: Tensor) -> Tensor:
+        """Return steps and their sizes, (pair, condition), alone and by components: (pair, feature)."""
+        both = torch.cat((step, step.abs()), 1)
+        dependent = components[:, :DEPENDENT]
+        return torch.cat((both, (dependent[:, :, None] * both[:, None]).flatten(1)), 1)
+
+    def _or_usual(self, wanted: Tensor) -> Tensor:
+        """Return conditions, for those not given the mean, and the finger if there are several contactors.
+
+        One that training did not vary stays unknown.
         """
-        at = at.masked_fill(~given[:, None], torch.nan)
-        scores = (words - self.word_mean) / self.word_deviation.clamp_min(LEAST_SPREAD)
-        label = torch.cat(
-            (
-                stroke * given[:, None], given[:, None],
-                self._standardised(at), self._standardised(wanted), at.isfinite(), wanted.isfinite(),
-                scores.nan_to_num(0.0), words.isfinite(),
-            ),
-            1,
-        )  # fmt: skip
-        found: Tensor = self.linear(label) + self.perceptron(label)
-        return found
+        varied = self.at_range[0] < self.at_range[1]
+        usual = torch.tensor([
+            -1.0 if name == "contactor" else mean.exp().item()
+            for name, mean in zip(self.conditions, self.at_mean, strict=True)
+        ])  # fmt: skip
+        return torch.where(wanted.isnan() & varied, usual, wanted)
 
-    def _or_median(self, wanted: Tensor) -> Tensor:
-        """Return a speed and force with medians for those not given; one that training did not vary stays unknown."""
-        varied = (self.at_range[0] < self.at_range[1]).cpu()
-        return torch.where(wanted.isnan() & varied, self.at_mean.exp().cpu(), wanted)
+    def _components(self, vectors: Tensor, empty: Tensor | None = None) -> Tensor:
+        """Return the components of surfaces, standardised; of those with ``empty`` numbers the likeliest."""
+        found = (vectors - self.mean) / self.scale
+        if empty is None or not empty.any():
+            return F.linear(found, self.basis) / self.spread.clamp_min(LEAST_SPREAD)
+        seen = (self.basis * self.spread[:, None])[:, ~empty]
+        gram = seen @ seen.T + UNSEEN * torch.eye(len(seen))
+        likeliest: Tensor = torch.linalg.solve(gram, seen @ found[:, ~empty].T).T
+        return likeliest
 
-    def _coordinates(self, vectors: Tensor) -> Tensor:
-        return F.linear((vectors - self.mean) / self.scale, self.basis) / self.spread.clamp_min(LEAST_SPREAD)
-
-    def _vectors(self, components: Tensor) -> Tensor:
-        return (components * self.spread) @ self.basis * self.scale + self.mean
+    def _numbers(self, at: Tensor) -> Tensor:
+        """Return logarithms of speed and force, and contactors."""
+        logs = at.clamp_min(torch.finfo(torch.float32).tiny).log()
+        return torch.where(torch.tensor([name == "contactor" for name in self.conditions]), at, logs)
 
     def _standardised(self, at: Tensor) -> Tensor:
-        low, high, mean, deviation = (
-            value.to(at.device) for value in (*self.at_range, self.at_mean, self.at_deviation)
-        )
-        logs = at.clamp_min(torch.finfo(torch.float32).tiny).log().clamp(low, high)
-        found: Tensor = ((logs - mean) / deviation).nan_to_num(0.0)
+        low, high = self.at_range
+        limited = self._numbers(at).clamp(low, high)
+        found: Tensor = ((limited - self.at_mean) / self.at_deviation).nan_to_num(0.0)
         return found

@@ -201,8 +201,8 @@ class _ConditionedGenerator:
 
     def condition(self, example: Example, number: int) -> dict[str, Any]:
         """Return what signal ``number`` of a recording's surface is generated from; refuses a recording without it."""
-        given = {name: example.condition.get(name) for name in ("speed_mm_s", "force_n")}
-        given = {name: value for name, value in given.items() if value is not None}
+        stroked = ["speed_mm_s", "force_n", *(["contactor"] if "contactor" in self.facts.takes else [])]
+        given = {name: value for name in stroked if (value := example.condition.get(name)) is not None}
         pictures = example.photographs
         if "image" in self.facts.needs:
             if not len(pictures):

@@ -60,7 +60,7 @@ def clone(request: CloneRequest) -> Run:
     if not ranges:
         raise ParameterError(
             f"{request.model} predicts no other speeds and forces; take texture_flow as it comes trained, or train it "
-            "on recordings at several speeds with config.prediction_steps"
+            "on recordings at several speeds with config.prediction=true"
         )
     surfaces = _surfaces(request, loaded)
     store = create_store(

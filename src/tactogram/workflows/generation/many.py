@@ -48,6 +48,8 @@ class ConditionRow(BaseModel):
     vibration: str | None = None
     vibration_speed: float | None = None
     vibration_force: float | None = None
+    vibration_contactor: str | None = None
+    contactor: str | None = None
     seconds: float | None = None
     seed: int | None = Field(default=None, ge=0)
 
@@ -70,6 +72,8 @@ class ConditionRow(BaseModel):
             "force_n": self.force,
             "vibration_speed_mm_s": self.vibration_speed,
             "vibration_force_n": self.vibration_force,
+            "vibration_contactor": self.vibration_contactor,
+            "contactor": self.contactor,
         }
         return {name: value for name, value in values.items() if value is not None}
 

@@ -30,6 +30,8 @@ PARTS: Mapping[str, str] = {
     "motion": "motion",
     "vibration_speed_mm_s": "vibration_speed",
     "vibration_force_n": "vibration_force",
+    "contactor": "contactor",
+    "vibration_contactor": "vibration_contactor",
 }
 """Part of the form by condition."""
 Crop = tuple[float, float, float, float]
@@ -79,7 +81,9 @@ class GenerationForm:
         if "words" in self.instead and (request.photo or request.vibration):
             request = replace(request, words={})
         if not request.vibration:
-            request = replace(request, vibration_speed_mm_s=None, vibration_force_n=None)
+            request = replace(
+                request, vibration_speed_mm_s=None, vibration_force_n=None, vibration_contactor=None
+            )
         if request.motion:
             request = replace(request, speed_mm_s=None, force_n=None)
         return request
@@ -136,6 +140,8 @@ class GenerationRequest:
         Left, top, right and bottom of the crop, as shares of the photograph's sides.
     vibration_speed_mm_s, vibration_force_n : float, optional
         Of the stroke in ``vibration``.
+    contactor, vibration_contactor : str, optional
+        ``finger`` or ``stylus``, of what is made and of ``vibration``.
     motion : str
         File of a motion, relative to the workspace, or ``simulated``; empty if none.
     speed_mm_s, force_n, seconds : float, optional
@@ -151,6 +157,8 @@ class GenerationRequest:
     vibration: str = ""
     vibration_speed_mm_s: float | None = None
     vibration_force_n: float | None = None
+    vibration_contactor: str | None = None
+    contactor: str | None = None
     motion: str = ""
     speed_mm_s: float | None = None
     force_n: float | None = None
@@ -218,6 +226,8 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
         vibration=request.vibration if form.has("vibration") else "",
         vibration_speed_mm_s=request.vibration_speed_mm_s if form.has("vibration_speed") else None,
         vibration_force_n=request.vibration_force_n if form.has("vibration_force") else None,
+        vibration_contactor=request.vibration_contactor if form.has("vibration_contactor") else None,
+        contactor=request.contactor if form.has("contactor") else None,
         motion=request.motion if form.has("motion") else "",
         speed_mm_s=request.speed_mm_s if form.has("speed") else None,
         force_n=request.force_n if form.has("force") else None,
@@ -293,6 +303,11 @@ def command(request: GenerationRequest, form: GenerationForm, *, photo: str = ""
     for option, value in numbers.items():
         if value is not None:
             words += [option, _exact(value)]
+    for option, name in (
+        ("--vibration-contactor", request.vibration_contactor),
+        ("--contactor", request.contactor),
+    ):
+        words += [option, name] if name else []
     words += ["--seed", str(request.seed)]
     if request.count > 1:
         words += ["--count", str(request.count)]

@@ -99,6 +99,8 @@ def _draw_recording(page: MakePage) -> None:
         ):
             if form.has(part):
                 _draw_number(page, field, label, most=most)
+        if form.has("vibration_contactor"):
+            _draw_contactor(page, "vibration_contactor", "Recorded by")
 
 
 def _draw_numbers(page: MakePage) -> None:
@@ -115,6 +117,9 @@ def _draw_numbers(page: MakePage) -> None:
             if shown:
                 _draw_number(page, field, label, most=most)
                 optional.append(name)
+        if form.has("contactor"):
+            _draw_contactor(page, "contactor", "Contactor")
+            optional.append("contactor")
         _draw_number(page, "seed", "Seed", whole=True, least=0, most=MOST_SEED)
         _draw_number(page, "count", "Number of results", whole=True, least=1, most=MOST_COUNT)
     if optional:
@@ -123,6 +128,17 @@ def _draw_numbers(page: MakePage) -> None:
         hint(
             "With the same seed the noise stays the same: results differ only by the settings that you change."
         )
+
+
+def _draw_contactor(page: MakePage, name: str, label: str) -> None:
+    def changed(event: Any) -> None:
+        page.state.set(**{name: event.value})
+        page.committed()
+
+    chosen = ui.select(
+        ["finger", "stylus"], label=label, value=getattr(page.state.request, name), clearable=True
+    )
+    chosen.on_value_change(report_errors(changed)).props(f'outlined dense data-number="{name}"')
 
 
 def _draw_number(

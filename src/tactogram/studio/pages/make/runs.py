@@ -178,7 +178,10 @@ class RunCatalogue:
             condition["vibration"] = (
                 run.prepare_vibration(vibration) if "vibration" in form.instead else vibration
             )
-        for name in ("speed_mm_s", "force_n", "vibration_speed_mm_s", "vibration_force_n"):
+        for name in (
+            "speed_mm_s", "force_n", "contactor",
+            "vibration_speed_mm_s", "vibration_force_n", "vibration_contactor",
+        ):  # fmt: skip
             if getattr(request, name) is not None:
                 condition[name] = getattr(request, name)
         return condition
