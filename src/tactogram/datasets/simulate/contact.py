@@ -113,7 +113,7 @@ def feel(
     b = contactor.damping_n_s_m + surface.loss * np.sqrt(k * contactor.mass_kg)
     columns = compiled()(
         felt_spline(surface, contactor),
-        1e-3 * wear * left * contactor.passed,
+        1e-3 * wear * left * contactor.passed * surface.felt,
         1e-3 * MM_PER_PIXEL,
         1 / stroke.rate,
         1e-3 * stroke.path_mm,

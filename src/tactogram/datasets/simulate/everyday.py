@@ -17,7 +17,6 @@ from tactogram.datasets.simulate.surfaces import (
     Roughness,
     Surface,
     Weave,
-    in_relief,
 )
 
 FABRICS = (
@@ -511,19 +510,43 @@ MEMBERS: Mapping[str, tuple[str, ...]] = {
         "cork",
     ),
 }
-RELIEF: Mapping[str, tuple[float, float]] = {}
-"""Factor of a surface's heights, and what its roughness falls more steeply by (`Roughness.beta`): written by
-``python -m benchmarks.set_everyday``."""
+RELIEF: Mapping[str, tuple[float, float]] = {
+    "cotton-sheet": (0.111, 2.04), "linen": (0.0726, 2.60), "denim": (0.071, 1.89), "canvas": (0.0455, 1.72),
+    "burlap": (0.0454, 2.25), "silk": (0.512, 2.20), "satin": (0.707, 1.36), "velvet": (0.0734, 3.00),
+    "corduroy": (0.035, 1.21), "terry-towel": (0.0546, 1.74), "wool-knit": (0.0625, 2.04), "felt": (0.0971, 1.42),
+    "fleece": (0.0609, 1.16), "faux-fur": (0.156, 2.60), "microfibre-cloth": (0.0627, 2.42), "gauze": (0.0623, 2.08),
+    "nylon-webbing": (0.0382, 1.60), "loop-carpet": (0.195, 2.32), "shag-rug": (0.317, 2.70),
+    "coir-doormat": (0.0283, 2.24), "artificial-turf": (0.0534, 2.00), "straw-mat": (0.055, -0.12),
+    "bamboo-mat": (0.066, -0.60), "vinyl-flooring": (0.208, 0.32), "printer-paper": (0.294, -0.08),
+    "cardboard": (0.372, 0.60), "corrugated-cardboard": (0.14, -0.19), "paper-towel": (0.102, 0.04),
+    "wallpaper": (0.0895, -0.50), "fine-sandpaper": (0.227, 1.69), "sandpaper": (0.113, 0.60),
+    "coarse-sandpaper": (0.073, 0.00), "braille-page": (0.0682, -0.60), "polished-wood": (0.423, -0.41),
+    "pine-board": (0.37, 1.14), "oak": (0.171, 0.79), "rough-sawn-wood": (0.109, 1.71), "plywood": (0.341, 1.31),
+    "chipboard": (0.151, 0.81), "tree-bark": (0.0508, 0.75), "cork": (0.148, 1.79), "smooth-leather": (0.478, 1.88),
+    "grained-leather": (0.128, 1.94), "suede": (0.0969, 2.20), "rubber-sheet": (0.0493, -0.80),
+    "ribbed-rubber-mat": (0.0301, -0.80), "silicone": (0.0349, -0.90), "yoga-mat": (0.0386, -0.60),
+    "kitchen-sponge": (0.0483, -0.47), "scouring-pad": (0.0432, 1.70), "polystyrene-foam": (0.115, 0.10),
+    "foam-rubber": (0.0748, -0.34), "bubble-wrap": (0.206, -1.00), "smooth-plastic": (1.06, 0.11),
+    "textured-plastic": (0.117, 1.64), "studded-plastic": (0.0222, -0.61), "hair-comb": (0.0203, -0.11),
+    "plastic-mesh": (0.0369, -1.00), "zip": (0.0325, 1.39), "plastic-film": (0.0977, -1.20), "glass": (0.468, -1.20),
+    "frosted-glass": (0.303, 1.04), "glazed-tiles": (0.338, -1.00), "terracotta": (0.388, 0.23),
+    "polished-marble": (1.1, -1.00), "rough-granite": (0.16, 0.28), "slate": (0.39, -0.21),
+    "sandstone": (0.0923, -0.17), "concrete": (0.131, -0.31), "brick": (0.0959, -0.13), "asphalt": (0.0626, -0.26),
+    "plaster-wall": (0.37, -0.21), "roughcast": (0.0738, -0.40), "polished-steel": (0.92, -0.15),
+    "brushed-steel": (0.303, 1.49), "aluminium-foil": (0.217, -0.27), "hammered-copper": (0.111, -0.80),
+    "perforated-metal": (0.0486, -0.78), "wire-mesh": (0.0386, 0.95), "tread-plate": (0.236, 0.55),
+    "knurled-metal": (0.0369, -0.11), "metal-file": (0.0319, -0.20), "rusty-iron": (0.0707, 0.59),
+    "cheese-grater": (0.0366, -0.80),
+}  # fmt: skip
+"""Share of a surface's heights that is felt, and what its roughness falls more steeply by (`Roughness.beta`): written
+by ``python -m benchmarks.set_everyday``."""
 
 
 def _as_measured(surface: Surface) -> Surface:
     """Return a surface whose level and slope are those of its kind."""
-    factor, steeper = RELIEF.get(surface.name, (1.0, 0.0))
-    scaled = [in_relief(texture, factor) for texture in surface.textures]
-    return replace(
-        surface,
-        textures=tuple(replace(t, beta=t.beta + steeper) if isinstance(t, Roughness) else t for t in scaled),
-    )
+    felt, steeper = RELIEF.get(surface.name, (1.0, 0.0))
+    bent = (replace(t, beta=t.beta + steeper) if isinstance(t, Roughness) else t for t in surface.textures)
+    return replace(surface, textures=tuple(bent), felt=felt)
 
 
 EVERYDAY = tuple(_as_measured(surface) for surface in _DRAWN)

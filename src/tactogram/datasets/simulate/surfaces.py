@@ -123,6 +123,7 @@ class Surface:
     stiffness_n_m: float = 1e5  # under the contactor: foam 200, tile 1e6
     loss: float = 0.0  # loss factor of the contact: it adds loss sqrt(k m) to its damping
     look: Appearance = Appearance()
+    felt: float = 1.0  # share of its heights that is felt, where its level was measured
 
 
 @lru_cache(maxsize=4)
