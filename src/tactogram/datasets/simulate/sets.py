@@ -46,6 +46,7 @@ RANDOM = {"surfaces": WIDE, "fitted-surfaces": FITTED}
 """The sets of surfaces drawn at random, and their populations."""
 RANDOM_SURFACES = 100
 """Surfaces of it, unless stated."""
+RAMP_S = 0.25
 MOUNT_DEG, TREMOR_DEG = 6.0, 1.0
 """Variation of the sensor's orientation between takes and within one, about each axis, rms."""
 
@@ -66,6 +67,8 @@ class SimulatedSet:
     gives: Literal["vibration", "friction", "strain"] = "vibration"
     """Vibration of a contactor; friction over displacement, registered to a photograph (`fabrics`); or strain of a
     sensor's gauges on metal plates (`strain_sensor`)."""
+    steady: bool = False
+    """Whether a recording lacks the `RAMP_S` in which the hand sets off and stops."""
 
 
 SETS: Mapping[str, SimulatedSet] = {
@@ -93,7 +96,7 @@ SETS: Mapping[str, SimulatedSet] = {
     "everyday": SimulatedSet(
         f"simulated: {len(EVERYDAY)} everyday surfaces, each stroked in one direction by a finger and a stylus at "
         "random speeds (30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire",
-        EVERYDAY, ("finger", "stylus"), (), 2.0, 8, wired(2500.0), False,
+        EVERYDAY, ("finger", "stylus"), (), 2.0, 8, wired(2500.0), False, steady=True,
     ),
     "surfaces": SimulatedSet(
         "simulated: surfaces drawn at random, each stroked in one direction by a finger or a pen at random speeds "
@@ -103,7 +106,7 @@ SETS: Mapping[str, SimulatedSet] = {
     "fitted-surfaces": SimulatedSet(
         "simulated: surfaces drawn at random from a population that is fitted to aggregates of recordings, each "
         "stroked by a finger and a stylus in turn; otherwise as surfaces",
-        (), (), (), 2.0, 8, wired(2500.0), False,
+        (), (), (), 2.0, 8, wired(2500.0), False, steady=True,
     ),
     "tactile_images": SimulatedSet(
         "simulated: 320 pictures of made-up materials, ten words each called evoked or not by 30 of 37 simulated "
@@ -289,7 +292,7 @@ def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
     direction = 3 + 8 * rng.standard_normal()
     moved = stroke(
         rng,
-        seconds=task.seconds,
+        seconds=task.seconds + 2 * RAMP_S * facts.steady,
         rate=rate,
         speed_mm_s=task.speed_mm_s * (1 + 0.05 * np.clip(rng.standard_normal(), -3, 3)),
         force_n=force,
@@ -310,8 +313,11 @@ def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
     sensor = replace(facts.sensor, rate=task.rate)
     moved_by = responded(np.stack([felt.along, felt.across, felt.normal]), rate, contactor)
     acceleration, lost = sense(moved_by, rate, angles, sensor, rng)
+    streams = {"acceleration": acceleration} | _others(felt, moved, direction, sensor)
+    if facts.steady:
+        streams = {name: _steady(signal, task.seconds) for name, signal in streams.items()}
     return Recording(
-        streams={"acceleration": acceleration} | _others(felt, moved, direction, sensor),
+        streams=streams,
         image=photograph(surface) if task.own_image else None,
         material=surface.name,
         speed_mm_s=task.speed_mm_s,
@@ -334,6 +340,11 @@ def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
         ),
         simulated=True,
     )
+
+
+def _steady(signal: Signal, seconds: float) -> Signal:
+    begin = round(RAMP_S * signal.rate)
+    return signal.with_samples(signal.samples[:, begin : begin + round(seconds * signal.rate)])
 
 
 def _others(felt: ContactSignals, moved: Stroke, direction_deg: float, sensor: Sensor) -> dict[str, Signal]:

@@ -1,10 +1,10 @@
 """Prediction of a surface at another speed and force or under another contactor, from one stroke of it or from words.
 
-All in closed form. From a stroke: real spectra hardly move with speed, they grow, so what is predicted is the stroke
-itself plus a change that is a law pooled over the training surfaces, a slope of each number of a surface per octave,
-and how this law depends on the stroke: ridge regression of the change between two strokes of a surface on the steps of
-the conditions and on their products with the stroke's first principal components. Where nothing changes, a stroke stays
-as it is. From words: the mean of a surface's components given the scores that are known, as if both were Gaussian.
+All in closed form. Real spectra hardly move with speed, they grow; so what is predicted from a stroke is the stroke
+itself plus a law that is pooled over all training surfaces: for each contactor a slope of every number of a surface per
+step of the conditions. (That a law depend on the stroke was learned from simulated surfaces, too, and did not hold on
+real ones: ``benchmarks/texture_flow.md``.) From words: the mean of a surface's components given the scores that are
+known, as if both were Gaussian.
 """
 
 from __future__ import annotations
@@ -26,15 +26,10 @@ REACH = 0.8
 counts for less."""
 LEAST_SHARE = 1e-3
 """Weight of the farthest stroke of a material, as a share of that of one at the speed and force wanted."""
-DEPENDENT = 8
-"""Components of a stroke that the law depends on."""
-RIDGE = 0.03
-"""Of the law, as a share of the pairs of strokes that it is fitted to; chosen on half of the materials of
-``benchmarks real_surfaces``, on which 0.003 to 0.3 differ by less than 0.2 dB."""
+RIDGE = 0.01
+"""Of the law, as a share of the pairs of strokes that it is fitted to."""
 WORD_RIDGE = 0.1
 """Of the words, added to the variance of 1 that each score has."""
-UNSEEN = 0.1
-"""Variance of a number of a stroke that its components do not explain, where some numbers are unknown."""
 LARGEST = 2.5
 """Components of words are at most so many standard deviations of those of the training strokes."""
 
@@ -160,10 +155,9 @@ class SurfacePredictor(nn.Module):
         self.conditions = tuple(conditions)
         count = len(self.conditions)
         told = count + words
-        steps = 2 * count * (1 + min(DEPENDENT, components))
         for name, shape in (
             ("mean", (size,)), ("scale", (size,)), ("basis", (components, size)), ("spread", (components,)),
-            ("at_mean", (count,)), ("at_deviation", (count,)), ("at_range", (2, count)), ("law", (steps, components)),
+            ("at_mean", (count,)), ("at_deviation", (count,)), ("at_range", (2, count)), ("law", (2 * count, size)),
             ("told_mean", (told,)), ("told_deviation", (told,)), ("told_range", (2, told)), ("told", (told, told)),
             ("tells", (told, components)),
         ):  # fmt: skip
@@ -187,11 +181,9 @@ class SurfacePredictor(nn.Module):
         self.at_range.copy_(torch.stack((numbers.amin(0), numbers.amax(0))))
         place, components = self._standardised(at), self._components(vectors)
         one, other = strokes.pairs()
-        if len(one):
-            steps = self._steps(components[one], place[other] - place[one]).double()
-            change = ((components[other] - components[one]) * self.spread).double()
-            gram = steps.T @ steps + RIDGE * len(one) * torch.eye(steps.shape[1], dtype=torch.float64)
-            self.law.copy_(torch.linalg.solve(gram, steps.T @ change))
+        steps = self._steps(place[one], place[other]).double()
+        gram = steps.T @ steps + RIDGE * len(one) * torch.eye(steps.shape[1], dtype=torch.float64)
+        self.law.copy_(torch.linalg.solve(gram, steps.T @ (vectors[other] - vectors[one]).double()))
         rated = words.isfinite().any(1)
         if not rated.any():
             return
@@ -225,7 +217,7 @@ class SurfacePredictor(nn.Module):
         """Return a surface that was measured ``at`` conditions, at those ``wanted``; (condition,), NaN if unknown.
 
         One that is unknown counts as the mean of the training strokes; one that is not wanted stays. ``bands`` are
-        those of the code: bins and bands without power stay so, and say nothing of the rest.
+        those of the code: bins and bands without power stay so.
         """
         empty = empty_numbers(surface, bands) if bands else None
         return surface_of(self._predicted(vector_of(surface)[None], at[None], wanted, empty)[0], surface)
@@ -234,8 +226,7 @@ class SurfacePredictor(nn.Module):
     def _predicted(self, vectors: Tensor, at: Tensor, wanted: Tensor, empty: Tensor | None = None) -> Tensor:
         """Return surfaces, (stroke, number), measured ``at`` (stroke, condition), at those ``wanted``, (condition,)."""
         wanted = torch.where(wanted.isnan(), at, wanted)
-        step = self._standardised(wanted) - self._standardised(at)
-        change = self._steps(self._components(vectors, empty), step) @ self.law @ self.basis * self.scale
+        change = self._steps(self._standardised(at), self._standardised(wanted)) @ self.law
         return vectors + (change if empty is None else change.masked_fill(empty, 0.0))
 
     def from_strokes(self, vectors: Tensor, at: Tensor, wanted: Tensor, like: Surface) -> Surface:
@@ -268,11 +259,10 @@ class SurfacePredictor(nn.Module):
     def _told(self, told: Tensor) -> Tensor:
         return (told - self.told_mean) / self.told_deviation
 
-    def _steps(self, components: Tensor, step: Tensor) -> Tensor:
-        """Return steps and their sizes, (pair, condition), alone and by components: (pair, feature)."""
-        both = torch.cat((step, step.abs()), 1)
-        dependent = components[:, :DEPENDENT]
-        return torch.cat((both, (dependent[:, :, None] * both[:, None]).flatten(1)), 1)
+    def _steps(self, at: Tensor, wanted: Tensor) -> Tensor:
+        """Return the steps from conditions to others, (pair, condition), and these times the first ones' contactor."""
+        step, place = wanted - at, self.conditions.index("contactor")
+        return torch.cat((step, step * at[:, place, None]), 1)
 
     def _or_usual(self, wanted: Tensor) -> Tensor:
         """Return conditions, for those not given the mean, and the finger if there are several contactors.
@@ -286,15 +276,9 @@ class SurfacePredictor(nn.Module):
         ])  # fmt: skip
         return torch.where(wanted.isnan() & varied, usual, wanted)
 
-    def _components(self, vectors: Tensor, empty: Tensor | None = None) -> Tensor:
-        """Return the components of surfaces, standardised; of those with ``empty`` numbers the likeliest."""
-        found = (vectors - self.mean) / self.scale
-        if empty is None or not empty.any():
-            return F.linear(found, self.basis) / self.spread.clamp_min(LEAST_SPREAD)
-        seen = (self.basis * self.spread[:, None])[:, ~empty]
-        gram = seen @ seen.T + UNSEEN * torch.eye(len(seen))
-        likeliest: Tensor = torch.linalg.solve(gram, seen @ found[:, ~empty].T).T
-        return likeliest
+    def _components(self, vectors: Tensor) -> Tensor:
+        """Return the components of surfaces, standardised."""
+        return F.linear((vectors - self.mean) / self.scale, self.basis) / self.spread.clamp_min(LEAST_SPREAD)
 
     def _numbers(self, at: Tensor) -> Tensor:
         """Return logarithms of speed and force, and contactors."""

@@ -98,7 +98,7 @@ def test_a_vector_holds_all_of_a_surface_but_its_mean():
 def test_all_components_give_the_vectors_back():
     torch.manual_seed(0)
     vectors, at = torch.randn(9, 30) * torch.linspace(0.1, 5, 30), torch.rand(9, 2) + 0.1
-    predictor = SurfacePredictor(30, components=16, conditions=("speed_mm_s", "force_n"))
+    predictor = SurfacePredictor(30, components=16, conditions=("speed_mm_s", "contactor"))
     predictor.fit(Strokes(vectors, at, torch.zeros(9, 0), torch.tensor([4, 5])))
     coordinates = predictor._components(vectors)
     again = (coordinates * predictor.spread) @ predictor.basis * predictor.scale + predictor.mean
@@ -108,11 +108,11 @@ def test_all_components_give_the_vectors_back():
 
 
 def test_speeds_are_logarithms_within_the_recorded_range_and_0_if_unknown():
-    predictor = SurfacePredictor(3, components=2, conditions=("speed_mm_s", "force_n"))
-    at = torch.tensor([[50.0, torch.nan], [100.0, 1.0], [200.0, 2.0]])
+    predictor = SurfacePredictor(3, components=2, conditions=("speed_mm_s", "force_n", "contactor"))
+    at = torch.tensor([[50.0, torch.nan, -1], [100.0, 1.0, 1], [200.0, 2.0, 1]])
     predictor.fit(Strokes(torch.randn(3, 3), at, torch.zeros(3, 0), torch.tensor([3])))
     found = predictor._standardised(
-        torch.tensor([[50.0, 2.0], [100.0, 1.0], [400.0, 1.0], [torch.nan, torch.nan]])
+        torch.tensor([[50.0, 2, 1], [100, 1, 1], [400, 1, -1], [torch.nan, torch.nan, torch.nan]])
     )
     torch.testing.assert_close(
         found[:, 0], torch.tensor([-(1.5**0.5), 0.0, 1.5**0.5, 0.0]), atol=1e-3, rtol=0
