@@ -50,7 +50,7 @@ class Config(BaseModel):
     """Share of the materials whose recordings are modulated at random in training, so that the network follows swells,
     rattles and pauses that its data lack (Tobin et al. 2017)."""
     photographs: bool = True
-    """Whether to learn which material a photograph shows."""
+    """Whether to learn what photographs tell of a surface."""
     prediction_steps: int = Field(default=0, ge=0)
     """Training steps of the prediction of a surface at other speeds and forces, from one stroke; 0 is none."""
     prediction_batch: int = Field(default=256, gt=0)

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_classifier import PhotoClassifier, distinct_photographs
+from tactogram.features.photo_novelty import distinct_photographs
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
     WHOLE_BATCH,
@@ -39,7 +39,7 @@ from tactogram.nn.bare_and_fixed import bare
 from tactogram.training.checkpoint import load_state
 from tactogram.training.seeds import child_rng
 
-MOST_PHOTOGRAPHS = 50
+MOST_PHOTOGRAPHS = 10
 """Photographs of a material that are learned from."""
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
@@ -216,11 +216,9 @@ class SignalFlowLearner(SignalFlow):
         if self.known.predictor is not None:
             self._fit_predictor(Strokes.of([*measured], bare(self.known.predictor)))
             self.known.strokes = self._strokes_of(noise, self.materials)
-        if self.config.photographs:
-            self.known.photographs.fit(
-                {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
-                child_rng(self.seed, "photographs"),
-            )
+        most = MOST_PHOTOGRAPHS if self.config.photographs else 0
+        shown = [distinct_photographs(members[name], most) for name in self.materials]
+        self.known.described_by.fit(self.known.surfaces, shown)
         self.seconds = float(np.median([len(example.signal) / example.signal.rate for example in examples]))
         self.rms = float(np.median([rms(example.signal) for example in examples]))
         return {"seconds": self.seconds}
@@ -279,7 +277,7 @@ class SignalFlowLearner(SignalFlow):
         materials = tuple(dict.fromkeys(str(example.material) for example in examples))
         split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
         noise = [example for _, rest in split for example in rest]
-        others: dict[str, Any] = {"surfaces": [], "photographs": PhotoClassifier(materials).state()}
+        others: dict[str, Any] = {"surfaces": []}
         others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials).state()}
         others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
         return {name: value for name, value in self.state().items() if name in names} | others
