@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -86,76 +86,57 @@ class DescribedSurfaces:
             self.trunk = len(self.shown) > 0 and _trunk() is not None
         except MissingExtraError:
             self.trunk = False
-        self.photographs = np.array([self._features(image) for members in photographs for image in members])
+        images = (image for members in photographs for image in members)
+        self.photographs = np.array([_features(image, self.trunk) for image in images])
 
     def recognised(self, image: Image) -> Array:
-        """Return how likely a photograph shows each material, float64, shape (material,), sum at most 1."""
+        """Return how likely a photograph shows the material of the nearest, float64, shape (material,), others 0."""
         if not self.knows_photographs:
             raise ParameterError("this run learned no photographs of two materials or more")
         known, seen = self._scaled(image)
-        likely = np.zeros(len(self.materials))
+        ratios = np.full(len(self.materials), np.inf)
         for number in np.unique(self.shown):
             own = self.shown == number
-            to_others = cdist(known[own], known[~own]).min()
-            ratio = cdist(seen, known[own]).min() / max(to_others, LEAST)
-            likely[number] = 1 / (1 + (ratio / SAME) ** SHARPNESS)
-        return np.asarray(likely / max(likely.sum(), 1))
+            ratios[number] = cdist(seen, known[own]).min() / max(cdist(known[own], known[~own]).min(), LEAST)
+        return np.where(
+            np.arange(len(ratios)) == ratios.argmin(), 1 / (1 + (ratios / SAME) ** SHARPNESS), 0.0
+        )
 
     def predict(self, image: Image | None, text: str | None, rated: Array, scores: Array) -> Prediction:
         """Return the weights of the materials in the surface that a photograph, a text, scores, or some describe.
 
         ``rated``, (material, word), and ``scores``, (word,), are 0 to 1, NaN if unknown.
         """
-        asked = image, text, scores.tobytes()
-        if self._last is None or self._last[0] != asked:
-            self._last = asked, self._predicted(image, text, rated, scores)
-        return self._last[1]
-
-    def _predicted(self, image: Image | None, text: str | None, rated: Array, scores: Array) -> Prediction:
-        count, inputs = (
-            len(self.materials),
-            dict[str, Array](),
-        )  # of each material, and in the last row as asked
+        asked = image, text, scores.tobytes(), id(self.spectra)
+        if self._last is not None and self._last[0] == asked:
+            return self._last[1]
+        count, inputs = len(self.materials), dict[str, Array]()  # by material; in the last row, as asked
         if image is not None:
             known, seen = self._scaled(image)
-            means = [
-                known[self.shown == k].mean(0) if k in self.shown else np.nan * seen[0] for k in range(count)
-            ]
-            inputs["image"] = np.vstack((means, seen[:1]))
+            inputs["image"] = np.full((count + 1, known.shape[1]), np.nan)
+            inputs["image"][-1] = seen[0]
+            for number in np.unique(self.shown):
+                inputs["image"][number] = known[self.shown == number].mean(0)
         if text is not None:
             inputs["text"] = embedded([*self.materials, text]).astype(np.float64)
-            if not inputs["text"][-1].any():
-                raise ParameterError(f"text must describe a surface in English words, got {text!r}")
         if (given := np.isfinite(scores)).any():
             inputs["words"] = np.vstack((rated[:, given], scores[given]))
         whole = np.all([np.isfinite(table).all(1) for table in inputs.values()], axis=0)
         found, facts = _regression([table[whole] for table in inputs.values()], self.spectra[whole[:-1]])
-        weights = np.full(count, 1 / count)
+        weights = np.full(count, 1 / count if facts["mean"] else 0.0)
         if not facts["mean"]:
-            weights[:] = 0
             weights[whole[:-1]] = found
         if image is not None:
             likely = self.recognised(image)
             weights = likely + (1 - likely.sum()) * weights
-        return Prediction(weights, {"given": list(inputs), "materials": int(whole.sum()) - 1, **facts})
+        facts = {"given": list(inputs), "materials": int(whole.sum()) - 1, **facts}
+        self._last = asked, Prediction(weights, facts)
+        return self._last[1]
 
     def _scaled(self, image: Image) -> tuple[Array, Array]:
         """Return the features of known photographs, and of one, upright and turned; descriptors by their spread."""
         spread = np.float64(1) if self.trunk else self.photographs.std(0, dtype=np.float64).clip(1e-6)
-        turned = replace(image, pixels=np.rot90(image.pixels))
-        return self.photographs / spread, np.array([self._features(image), self._features(turned)]) / spread
-
-    def _features(self, image: Image) -> NDArray[np.float32]:
-        """Return features of a photograph, float32, (feature,): of a trunk, the roots of their means over crops."""
-        check_photograph(image)
-        if not self.trunk:
-            return descriptor(image).astype(np.float32)
-        side = min(CROP, *image.size)
-        rows, columns = (np.unique(np.linspace(0, n - side, CROPS).astype(int)) for n in image.size)
-        crops = np.array([image.pixels[a : a + side, b : b + side] for a in rows for b in columns])
-        with torch.inference_mode():
-            maps = _trunk()(torch.from_numpy(crops).permute(0, 3, 1, 2).float() / 127.5 - 1)
-        return np.asarray(maps.mean(0).clamp_min(0).sqrt())
+        return self.photographs / spread, _seen(image, self.trunk) / spread
 
     def state(self) -> dict[str, Any]:
         """Return the arrays."""
@@ -163,10 +144,10 @@ class DescribedSurfaces:
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Continue from `state`."""
+        self.trunk = bool(state["trunk"])
         self.spectra, self.photographs, self.shown = (
             np.asarray(state[name]) for name in ("spectra", "photographs", "shown")
         )
-        self.trunk = bool(state["trunk"])
 
 
 def _regression(inputs: Sequence[Array], spectra: Array) -> tuple[Array, dict[str, Any]]:
@@ -227,6 +208,26 @@ def _spectrum(surface: Surface) -> Array:
     edges = np.unique(np.geomspace(1, len(power) + 1, BANDS + 1).round().astype(int)) - 1
     means = np.add.reduceat(power, edges[:-1]) / np.diff(edges)[:, None]
     return np.asarray(10 * np.log10(means.clip(np.finfo(float).tiny)).ravel())
+
+
+@lru_cache(maxsize=2)
+def _seen(image: Image, trunk: bool) -> NDArray[np.float32]:
+    return np.array(
+        [_features(each, trunk) for each in (image, replace(image, pixels=np.rot90(image.pixels)))]
+    )
+
+
+def _features(image: Image, trunk: bool) -> NDArray[np.float32]:
+    """Return features of a photograph, float32, (feature,): of a trunk, the roots of their means over crops."""
+    check_photograph(image)
+    if not trunk:
+        return descriptor(image).astype(np.float32)
+    side = min(CROP, *image.size)
+    rows, columns = (np.unique(np.linspace(0, n - side, CROPS).astype(int)) for n in image.size)
+    crops = np.array([image.pixels[a : a + side, b : b + side] for a in rows for b in columns])
+    with torch.inference_mode():
+        maps = _trunk()(torch.from_numpy(crops).permute(0, 3, 1, 2).float() / 127.5 - 1)
+    return np.asarray(maps.mean(0).clamp_min(0).sqrt())
 
 
 @cache
