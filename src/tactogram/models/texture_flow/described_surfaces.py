@@ -13,10 +13,9 @@ that, too: the material is recognised, and weighs the more.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import torch
@@ -52,12 +51,8 @@ material left out, 90 were farther than 0.82 from all others."""
 LEAST = 1e-12
 """Squared distance, above 0."""
 
-
-class Prediction(NamedTuple):
-    """Weights of materials, float64, (material,), sum 1, and facts as of `tactogram.model.DescriptionPredictor`."""
-
-    weights: Array
-    facts: dict[str, Any]
+Prediction = tuple[Array, dict[str, Any]]
+"""Weights of materials, float64, (material,), sum 1, and facts as of `tactogram.model.DescriptionPredictor`."""
 
 
 class DescribedSurfaces:
@@ -73,34 +68,29 @@ class DescribedSurfaces:
         """Whether the features are a network's; they are `descriptor`'s without the extra ``vision``."""
         self._last: tuple[Any, Prediction] | None = None
 
-    @property
-    def knows_photographs(self) -> bool:
-        """Whether it has seen photographs of at least two materials."""
-        return len(np.unique(self.shown)) > 1
-
     def fit(self, surfaces: Sequence[Surface], photographs: Sequence[Sequence[Image]]) -> None:
-        """Learn the surfaces of the materials, and their photographs, if there are any."""
+        """Learn the surfaces of the materials, and their photographs, if they are of two or more."""
         self.spectra = np.array([_spectrum(surface) for surface in surfaces])
-        self.shown = np.repeat(np.arange(len(photographs)), [len(members) for members in photographs])
+        shown = [(number, image) for number, members in enumerate(photographs) for image in members]
+        if len({number for number, _ in shown}) < 2:
+            return
         try:
-            self.trunk = len(self.shown) > 0 and _trunk() is not None
+            self.trunk = _trunk().frozen
         except MissingExtraError:
             self.trunk = False
-        images = (image for members in photographs for image in members)
-        self.photographs = np.array([_features(image, self.trunk) for image in images])
+        self.shown = np.array([number for number, _ in shown])
+        self.photographs = np.array([_features(image, self.trunk) for _, image in shown])
 
     def recognised(self, image: Image) -> Array:
         """Return how likely a photograph shows the material of the nearest, float64, shape (material,), others 0."""
-        if not self.knows_photographs:
+        if not len(self.shown):
             raise ParameterError("this run learned no photographs of two materials or more")
         known, seen = self._scaled(image)
         ratios = np.full(len(self.materials), np.inf)
         for number in np.unique(self.shown):
             own = self.shown == number
             ratios[number] = cdist(seen, known[own]).min() / max(cdist(known[own], known[~own]).min(), LEAST)
-        return np.where(
-            np.arange(len(ratios)) == ratios.argmin(), 1 / (1 + (ratios / SAME) ** SHARPNESS), 0.0
-        )
+        return np.asarray(np.eye(len(ratios))[ratios.argmin()] / (1 + (ratios.min() / SAME) ** SHARPNESS))
 
     def predict(self, image: Image | None, text: str | None, rated: Array, scores: Array) -> Prediction:
         """Return the weights of the materials in the surface that a photograph, a text, scores, or some describe.
@@ -130,8 +120,8 @@ class DescribedSurfaces:
             likely = self.recognised(image)
             weights = likely + (1 - likely.sum()) * weights
         facts = {"given": list(inputs), "materials": int(whole.sum()) - 1, **facts}
-        self._last = asked, Prediction(weights, facts)
-        return self._last[1]
+        self._last = asked, (weights, facts)
+        return weights, facts
 
     def _scaled(self, image: Image) -> tuple[Array, Array]:
         """Return the features of known photographs, and of one, upright and turned; descriptors by their spread."""
@@ -195,10 +185,10 @@ def _chosen(kernels: Sequence[Array], spectra: Array, places: NDArray[np.intp]) 
 
 def _weights(known: Array, asked: Array, ridge: float) -> Array:
     """Return weights, (asked, material), each summing to 1, from kernels (material, material), (material, asked)."""
-    solved = np.linalg.solve(
-        known + ridge * np.eye(len(known)), np.column_stack((asked, np.ones(len(known))))
+    ones = np.ones((len(known), 1))
+    found, ones = np.split(
+        np.linalg.solve(known + ridge * np.eye(len(known)), np.hstack((asked, ones))), [-1], 1
     )
-    found, ones = solved[:, :-1], solved[:, -1:]
     return np.asarray((found + ones * (1 - found.sum(0)) / ones.sum()).T)
 
 
@@ -212,9 +202,8 @@ def _spectrum(surface: Surface) -> Array:
 
 @lru_cache(maxsize=2)
 def _seen(image: Image, trunk: bool) -> NDArray[np.float32]:
-    return np.array(
-        [_features(each, trunk) for each in (image, replace(image, pixels=np.rot90(image.pixels)))]
-    )
+    turned = Image(np.rot90(image.pixels))
+    return np.array([_features(each, trunk) for each in (image, turned)])
 
 
 def _features(image: Image, trunk: bool) -> NDArray[np.float32]:

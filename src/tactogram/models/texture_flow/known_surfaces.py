@@ -56,7 +56,7 @@ class KnownSurfaces:
         """
         given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
         if (prediction := self.prediction(condition)) is not None:
-            return partial(self._of_materials, prediction.weights, draw, predicted=True)
+            return partial(self._of_materials, prediction[0], draw, predicted=True)
         if not given:
             first, *others = self._named
             instead = f", or {' or '.join(others)} instead" if others else ""
@@ -90,7 +90,7 @@ class KnownSurfaces:
         """Those of `DESCRIPTIONS` that were learned."""
         known = {
             "material": bool(self.kind.materials),
-            "image": self.described_by.knows_photographs,
+            "image": len(self.described_by.shown) > 0,
             "text": self.described_by.spectra.size > 0,
             "words": bool(self.kind.words)
             and (self.predictor is not None or bool(np.isfinite(self.rated).any())),

@@ -214,7 +214,7 @@ class SignalFlow:
 
     def prediction_facts(self, condition: Condition) -> dict[str, Any]:
         found = self.known.prediction(condition)
-        return {} if found is None else found.facts
+        return {} if found is None else found[1]
 
     def _spectrum(self, labels: Tensor, length: int, *, seed: int) -> Tensor:
         """Return a spectrum, (axis, bin, frame), of at least ``length`` samples.
