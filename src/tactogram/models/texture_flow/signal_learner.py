@@ -39,7 +39,7 @@ from tactogram.nn.bare_and_fixed import bare
 from tactogram.training.checkpoint import load_state
 from tactogram.training.seeds import child_rng
 
-MOST_PHOTOGRAPHS = 10
+MOST_PHOTOGRAPHS = 5
 """Photographs of a material that are learned from."""
 UNSEEN_CROPS = 64
 """Crops of unseen recordings that the loss is measured on."""
