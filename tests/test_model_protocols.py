@@ -35,6 +35,7 @@ KEPT = {
     "Embedder": {"stroke_cnn"},
     "NoiselessGenerator": {"pix2pixhd", "residue_fusion_gan", "visual_tactile_gan"},
     "PhotographClassifier": {"nearest_photo", "residue_fusion_gan", "texture_flow", "visual_tactile_gan"},
+    "DescriptionPredictor": {"texture_flow"},
     "PictureGenerator": {"pix2pix", "pix2pixhd", "residue_fusion_gan", "visual_tactile_gan"},
     "PublishedEvaluator": {"frictgan"},
     "SelectionReporter": {"ultrasonic_cgan"},

@@ -37,7 +37,7 @@ class _GenerateRequest(SignalOptions):
     mix: Annotated[Mapping[str, float] | None, Option("weights by material", "A=0.6,B=0.4")] = None
     text: Annotated[
         str | None,
-        Option("the material in English, e.g. 'corrugated cardboard': a mix of those most like it", "TEXT"),
+        Option("the surface in English, e.g. 'coarse cork'; with --image, both", "TEXT"),
     ] = None
     words: Annotated[Mapping[str, float] | None, Option("scores from 1 to 7 by word", "rough=6,sticky=2")] = (
         None
@@ -56,7 +56,9 @@ class _GenerateRequest(SignalOptions):
         Literal["finger", "stylus"] | None, Option("what stroked in that recording")
     ] = None
     raters: Annotated[Sequence[str], Option("rater model that scores the result", "RUN", "--rater")] = ()
-    image: Annotated[str | None, Option("photograph of the surface", "FILE")] = None
+    image: Annotated[str | None, Option("photograph of the surface; also with --text or --words", "FILE")] = (
+        None
+    )
     speed: Annotated[float | None, Option("stroking speed, mm/s", "MM_S")] = None
     force: Annotated[float | None, Option("normal force, N", "N")] = None
     contactor: Annotated[Literal["finger", "stylus"] | None, Option("what strokes the surface")] = None
@@ -143,7 +145,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     lines = [line for row in written for line in (row["file"], *loss_lines(row.get("written", {})))]
     if seen := photograph_text(first):
         lines.append(seen)
-    if "text" in first:
+    if "material" in first:
         lines.append(f"described: {text_of(first['material'])}")
     if "differ_by" in first:
         lines.append(f"they differ by {first['differ_by']}")

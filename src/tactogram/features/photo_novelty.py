@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.features.photo_descriptor import descriptor
+from tactogram.model import Example
 from tactogram.signal import Image
 
 UNLIKE = 0.25
@@ -86,6 +87,19 @@ class PhotoNovelty:
         """Return the photographs of `facts`; raises `KeyError`, `TypeError` or `ValueError` for others."""
         materials = tuple(map(str, facts["materials"]))
         return cls(materials, np.array(facts["descriptors"], np.float64).reshape(len(materials), -1))
+
+
+def distinct_photographs(examples: Sequence[Example], most: int) -> list[Image]:
+    """Return up to ``most`` photographs of examples, which many of them may share."""
+    shared = {id(example.photographs): example.photographs for example in examples}
+    found: dict[bytes, Image] = {}
+    for photographs in shared.values():
+        for k in range(len(photographs)):
+            if len(found) == most:
+                return list(found.values())
+            image = photographs[k]
+            found[image.pixels.tobytes()] = image
+    return list(found.values())
 
 
 def _described(image: Image) -> NDArray[np.float64]:

@@ -43,10 +43,10 @@ def describe(
     MissingExtraError
         Without the extra ``text``.
     """
-    names = [(name, called) for name in materials for called in (_plain(name), *synonyms.get(name, ()))]
-    embedded = _embed([_plain(text), *(called for _, called in names)])
+    names = [(name, called) for name in materials for called in (name, *synonyms.get(name, ()))]
+    vectors = embedded([text, *(called for _, called in names)])
     similarity = dict.fromkeys(materials, -1.0)
-    for (name, _), cosine in zip(names, embedded[1:] @ embedded[0], strict=True):
+    for (name, _), cosine in zip(names, vectors[1:] @ vectors[0], strict=True):
         similarity[name] = max(similarity[name], float(cosine))
     nearest = sorted(materials, key=lambda name: -similarity[name])
     best = similarity[nearest[0]]
@@ -62,13 +62,14 @@ def describe(
     return {name: round(weight / sum(kept.values()), 4) for name, weight in kept.items()}
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
+    """Return a name in lower case, with single spaces for hyphens, underscores and spaces."""
     return " ".join(name.replace("-", " ").replace("_", " ").lower().split())
 
 
-def _embed(texts: Sequence[str]) -> NDArray[np.float32]:
+def embedded(texts: Sequence[str]) -> NDArray[np.float32]:
     """Return embeddings of length 1, shape (text, number); 0 of a text without known words."""
-    found = np.asarray(_encoder().embed(list(texts)), np.float32)
+    found = np.asarray(_encoder().embed([plain(text) for text in texts]), np.float32)
     length = np.linalg.norm(found, axis=1, keepdims=True)
     return np.asarray(found / np.maximum(length, np.finfo(np.float32).tiny), np.float32)
 

@@ -23,6 +23,7 @@ from tactogram.model.kinds import SignalKind as SignalKind
 from tactogram.model.kinds import unit_scores as unit_scores
 from tactogram.model.protocols import CheckpointSelector as CheckpointSelector
 from tactogram.model.protocols import Classifier as Classifier
+from tactogram.model.protocols import DescriptionPredictor as DescriptionPredictor
 from tactogram.model.protocols import Embedder as Embedder
 from tactogram.model.protocols import FeatureReporter as FeatureReporter
 from tactogram.model.protocols import FigureReporter as FigureReporter

@@ -15,6 +15,7 @@ from tactogram.errors import ParameterError
 CONDITIONS: Mapping[str, str] = {
     "material": "weight per material name, e.g. {'cork': 0.6, 'tile': 0.4}; a lone name is weight 1",
     "image": "photograph of the surface (Image)",
+    "text": "the surface in English, e.g. 'coarse cork', for a model that learned materials by name",
     "words": "score per sensory word, e.g. {'rough': 6.0}",
     "vibration": "measured vibration of the surface (Signal)",
     "speed_mm_s": "stroking speed, mm/s",

@@ -245,6 +245,21 @@ class PhotographClassifier(Protocol):
 
 
 @runtime_checkable
+class DescriptionPredictor(Protocol):
+    """A generator that predicts a surface that it need not know from a photograph, an English text or both."""
+
+    def prediction_facts(self, condition: Condition) -> dict[str, Any]:
+        """Return facts about the prediction as JSON values; empty if this run predicts nothing from the condition.
+
+        ``given`` are the names of the inputs, ``materials`` those learned from, ``mean`` whether the inputs tell
+        nothing, so that the mean of all was predicted; ``explained`` is the share of the variance of the spectra of
+        materials left out, ``explained_range`` its interval of 95 %, ``error_db`` the standard deviation of what was
+        predicted of them; these are missing if the materials are too few.
+        """
+        ...
+
+
+@runtime_checkable
 class PictureGenerator(Generator, Protocol):
     """A generator that turns photographs into spectrogram pictures, which are evaluated as pictures, too."""
 

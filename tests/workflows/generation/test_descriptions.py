@@ -3,16 +3,23 @@
 import json
 import sys
 
+import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from tactogram.cli import main
+from tactogram.datasets import Recording, create_store
 from tactogram.datasets.simulate.everyday import SYNONYMS
+from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features import text_classifier
 from tactogram.features.text_classifier import describe
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_metadata, read_signal
 from tactogram.workflows.generation.descriptions import with_materials
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.train import train
 
 MATERIALS = load_run("texture_flow").kind.materials
 
@@ -84,3 +91,90 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "wordllama", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'tactogram\[text\]'"):
         describe("silk", ["silk"], synonyms={})
+
+
+# -- a library of one's own ----------------------------------------------------------------------------------
+
+GRAINS = dict(
+    zip(
+        (
+            "silk", "velvet", "cotton_fabric", "linen_cloth", "satin", "cashmere",
+            "granite", "limestone", "marble", "sandstone", "slate", "basalt",
+        ),
+        np.linspace(0.5, 4.0, 12),
+        strict=True,
+    )
+)  # fmt: skip
+"""Simulated: the coarser a material looks, in pixels, the louder it feels."""
+
+
+def photograph(grain, seed):
+    noise = gaussian_filter(np.random.default_rng(seed).standard_normal((224, 224)), grain)
+    grey = np.clip(0.5 + 0.12 * noise / noise.std(), 0, 1)
+    return Image(np.uint8(255 * np.repeat(grey[..., None], 3, axis=2)))
+
+
+def library(folder, looks):
+    def recording(number, grain, name):
+        x = np.random.default_rng(number).standard_normal((1, 2000))
+        signal = Signal(0.03 * 2.4**grain * x, 1000.0, "m/s^2", ("z",))
+        return Recording(streams={"acceleration": signal}, material=name, simulated=True)
+
+    store = create_store(
+        folder / "store",
+        [recording(10 * k + turn, g, n) for k, (n, g) in enumerate(GRAINS.items()) for turn in range(2)],
+        name="library",
+        licence="none",
+        simulated=True,
+        photographs=[(name, photograph(grain, k)) for k, (name, grain) in enumerate(looks.items())],
+    )
+    return train(
+        "texture_flow", store.path, recipe="tiny", split="all", out=folder / "run", accelerator="cpu"
+    )
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    return library(tmp_path_factory.mktemp("own"), GRAINS).folder
+
+
+def generated(run, tmp_path, capsys, *described):
+    out = tmp_path / "x.wav"
+    (tmp_path / "coarse.png").write_bytes(photograph_of(photograph(3.7, 99)).data)
+    assert main(["generate", str(run), "--seconds", "1", *described, "--out", str(out)]) == 0
+    return capsys.readouterr().out, read_metadata(out), read_signal(out).samples.std()
+
+
+def test_photograph_and_text_predict_a_surface_that_the_run_does_not_know(own, tmp_path, capsys):
+    image = ("--image", str(tmp_path / "coarse.png"))
+    printed, facts, level = generated(own, tmp_path, capsys, *image, "--text", "flint stone")
+    assert "predicted from the photograph and text, which explains " in printed
+    assert "of the variance of this run's 12 materials, each left out; standard deviation " in printed
+    assert (facts["text"], facts["prediction"]["given"]) == ("flint stone", ["image", "text"])
+    assert facts["prediction"]["mean"] is False
+    assert "material" not in facts
+    assert level == pytest.approx(0.03 * 2.4**3.7, rel=0.5)
+    printed, facts, level = generated(own, tmp_path, capsys, *image)
+    assert "predicted from the photograph, which explains" in printed
+    printed, facts, _ = generated(own, tmp_path, capsys, "--text", "flint stone")
+    assert facts["prediction"]["given"] == ["text"]
+    assert "the text" in printed
+
+
+def test_the_exact_name_of_a_known_material_gives_that_material(own, tmp_path, capsys):
+    printed, facts, level = generated(own, tmp_path, capsys, "--text", "Cotton fabric")
+    assert "described: cotton_fabric 1" in printed
+    assert facts["material"] == {"cotton_fabric": 1.0}
+    assert "prediction" not in facts
+    assert level == pytest.approx(0.03 * 2.4 ** GRAINS["cotton_fabric"], rel=0.3)
+
+
+def test_what_tells_nothing_gives_the_mean_and_the_file_says_so(tmp_path, capsys):
+    grains = np.random.default_rng(2).permutation(list(GRAINS.values()))
+    run = library(tmp_path, dict(zip(GRAINS, grains, strict=True))).folder
+    printed, facts, level = generated(run, tmp_path, capsys, "--image", str(tmp_path / "coarse.png"))
+    assert (
+        "the mean of all materials was generated, as the photograph may tell nothing: it explains" in printed
+    )
+    assert facts["prediction"]["mean"] is True
+    assert level == pytest.approx(0.03 * 2.4 ** np.mean(list(GRAINS.values())), rel=0.5)

@@ -50,7 +50,7 @@ class Config(BaseModel):
     """Share of the materials whose recordings are modulated at random in training, so that the network follows swells,
     rattles and pauses that its data lack (Tobin et al. 2017)."""
     photographs: bool = True
-    """Whether to learn which material a photograph shows."""
+    """Whether to learn what photographs tell of a surface."""
     prediction: bool = False
     """Whether to learn what a surface is at other speeds and forces, from one stroke or from words."""
     components: int = Field(default=64, gt=0)

@@ -12,18 +12,20 @@ import torch
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_classifier import PhotoClassifier
 from tactogram.model import Condition, Example, SignalKind, contactor_number, material_weights, unit_scores
+from tactogram.models.texture_flow.described_surfaces import DescribedSurfaces, Prediction
 from tactogram.models.texture_flow.rated_words import word_weights
 from tactogram.models.texture_flow.surface_prediction import Strokes, SurfacePredictor
-from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
+from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
 from tactogram.models.texture_flow.tonal_surfaces import StrokeTones, TonalSurface, split_signals
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Signal
 from tactogram.signal.tones import no_tones
 
-DESCRIPTIONS = ("material", "image", "vibration", "words")
-"""Conditions that describe a surface, of which one is needed."""
+DESCRIPTIONS = ("material", "image", "text", "vibration", "words")
+"""Conditions that describe a surface, of which one is needed; photograph, text and words may go together."""
+TONAL = 0.5
+"""Weight from which a predicted surface has the tones of a material; it has none that it shares with others."""
 OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n", "vibration_contactor")
 CONDITIONS_OF_A_STROKE = (*NUMBERS, "contactor")
 DescribedSurface = Callable[[Condition], tuple[TonalSurface, Condition | None]]
@@ -45,7 +47,7 @@ class KnownSurfaces:
         """Of some strokes of each material; not in `surfaces` or `strokes`, which are measured without them."""
         self.rated = np.full((len(kind.materials), len(kind.words)), np.nan)
         """Mean scores of each material, 0 to 1, shape (material, word); NaN if unknown."""
-        self.photographs = PhotoClassifier(kind.materials)
+        self.described_by = DescribedSurfaces(kind.materials)
         self.predictor = predictor
 
     def described(self, condition: Condition, *, draw: float) -> DescribedSurface:
@@ -54,17 +56,19 @@ class KnownSurfaces:
         ``draw``, from 0 to below 1, chooses a stroke of each material, whose tones it has.
         """
         given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
+        if (prediction := self.prediction(condition)) is not None:
+            return partial(self._of_materials, prediction[0], draw, predicted=True)
         if not given:
-            first, *others = self.descriptions
+            first, *others = self._named
             instead = f", or {' or '.join(others)} instead" if others else ""
             raise ParameterError(f"condition {first!r} is needed{instead}")
+        if unknown := [name for name in given if name not in self.descriptions]:
+            raise ParameterError(self._not_learned(unknown[0]))
         if len(given) > 1:
             raise ParameterError(
                 f"conditions {' and '.join(given)} describe the surface twice; give one of them"
             )
         [description] = given
-        if description not in self.descriptions:
-            raise ParameterError(self._not_learned(description))
         measured = self._measured_at(condition)
         if description == "vibration":
             vibration = condition["vibration"]
@@ -72,27 +76,36 @@ class KnownSurfaces:
             return self._of_vibration(vibration, measured)
         if description == "words":
             return self._from_words(condition, draw)
-        weights = (
-            self.photographs.probabilities(condition["image"])
-            if description == "image"
-            else material_weights(condition, self.kind.materials)
-        )
-        return partial(self._of_materials, weights, draw)
+        return partial(self._of_materials, material_weights(condition, self.kind.materials), draw)
+
+    def prediction(self, condition: Condition) -> Prediction | None:
+        """Return the prediction from a photograph or a text or both, and words with them; None of anything else."""
+        given = {name for name in DESCRIPTIONS if condition.get(name) is not None}
+        if not (given & {"image", "text"} and given <= {"image", "text", "words"} & {*self.descriptions}):
+            return None
+        scores = unit_scores(condition.get("words") or {}, self.kind, partial=True)
+        return self.described_by.predict(condition.get("image"), condition.get("text"), self.rated, scores)
 
     @property
     def descriptions(self) -> tuple[str, ...]:
         """Those of `DESCRIPTIONS` that were learned."""
         known = {
             "material": bool(self.kind.materials),
-            "image": self.photographs.fitted,
+            "image": len(self.described_by.shown) > 0,
+            "text": self.described_by.spectra.size > 0,
             "words": bool(self.kind.words)
             and (self.predictor is not None or bool(np.isfinite(self.rated).any())),
         }
         return tuple(name for name in DESCRIPTIONS if known.get(name, True))
 
+    @property
+    def _named(self) -> list[str]:
+        """Names of `descriptions` for messages; a text counts as a material."""
+        return [name for name in self.descriptions if name != "text"]
+
     def _not_learned(self, description: str) -> str:
         """Return a refusal that says what to give instead of a description that was not learned."""
-        instead = " or ".join(self.descriptions)
+        instead = " or ".join(self._named)
         if description == "image":
             instead = instead.replace("material", "material (by name, or a text that describes it)")
             instead += ", or train on recordings with photographs of two materials or more"
@@ -118,23 +131,27 @@ class KnownSurfaces:
                 row[:] = np.mean(means, axis=0)
 
     def _of_materials(
-        self, weights: NDArray[np.float64], draw: float, condition: Condition
+        self, weights: NDArray[np.float64], draw: float, condition: Condition, *, predicted: bool = False
     ) -> tuple[TonalSurface, Condition | None]:
         chosen = np.flatnonzero(weights).tolist()
         predictor = self.predictor
         if self.strokes is None or predictor is None:
-            surfaces = [self._with_tones(self.surfaces[number], number, draw, condition) for number in chosen]
-            return TonalSurface.mixed(surfaces, weights[chosen]), None
-        wanted = predictor.conditions_of(condition)
-        predicted = [
-            predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
-            for number in chosen
-        ]
-        surfaces = [
+            surfaces, reached = [self.surfaces[number] for number in chosen], None
+        else:
+            wanted, reached = predictor.conditions_of(condition), _stroked_with(condition)
+            surfaces = [
+                predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
+                for number in chosen
+            ]
+        tonal = [
             self._with_tones(surface, number, draw, condition)
-            for surface, number in zip(predicted, chosen, strict=True)
+            if not predicted or weights[number] >= TONAL
+            else TonalSurface(surface, no_tones(len(surface.mean)), self.spectra.variance)
+            for surface, number in zip(surfaces, chosen, strict=True)
         ]
-        return TonalSurface.mixed(surfaces, weights[chosen]), _stroked_with(condition)
+        mix = TonalSurface.mixed(tonal, weights[chosen])
+        deviation = mix.surface.deviation.clamp_min(LEAST_DEVIATION)  # some weights may be negative
+        return mix._replace(surface=mix.surface._replace(deviation=deviation)), reached
 
     def _with_tones(self, surface: Surface, material: int, draw: float, condition: Condition) -> TonalSurface:
         """Return a material's surface with the tones of one of its strokes, if any, at the speed of a condition."""
@@ -224,7 +241,7 @@ class KnownSurfaces:
             "strokes": None if self.strokes is None else self.strokes.state(),
             "tones": [[tones.state() for tones in patterns] for patterns in self.tones],
             "rated": self.rated,
-            "photographs": self.photographs.state(),
+            "described": self.described_by.state(),
             "predictor": None if self.predictor is None else self.predictor.state_dict(),
         }
 
@@ -237,7 +254,8 @@ class KnownSurfaces:
             [StrokeTones.from_state(each) for each in patterns] for patterns in state.get("tones", [])
         ]
         self.rated = np.asarray(state.get("rated", self.rated), np.float64)
-        self.photographs.load_state(state["photographs"])
+        if stored := state.get("described"):
+            self.described_by.load_state(stored)
         if self.predictor is not None:
             self.predictor.load_state_dict(state["predictor"])
 

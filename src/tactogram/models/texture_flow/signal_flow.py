@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import torch
@@ -90,11 +91,11 @@ class SignalFlow:
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal, by default as long as the median of the training recordings.
 
-        The surface is a material or mix, with weights scaled to sum to 1; the materials of a photograph, mixed by their
-        probabilities; that of a measured vibration; or that which scores of words describe, of which some may be
-        missing. Of a mix cross-spectra, log magnitudes and codes are mixed. Beyond the recorded range, speed and force
-        count as the nearest recorded ones. A vibration in another unit counts as loud as the training recordings, and
-        the result is in its unit.
+        The surface is a material or mix, with weights scaled to sum to 1; predicted from a photograph, a text or both,
+        and words with them (`DescribedSurfaces`); that of a measured vibration; or that which scores of words describe,
+        of which some may be missing. Of a mix cross-spectra, log magnitudes and codes are mixed. Beyond the recorded
+        range, speed and force count as the nearest recorded ones. A vibration in another unit counts as loud as the
+        training recordings, and the result is in its unit.
 
         Trained on signals over displacement, it returns one, or with ``speed_mm_s`` or a ``motion`` that signal as
         felt at this speed, over time, for ``seconds``, which need a speed.
@@ -209,8 +210,12 @@ class SignalFlow:
         return {name: (known.least, known.most) for name, known in self.labels.ranges.items()}
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:
-        probabilities = self.known.photographs.probabilities(image)
-        return self.materials[probabilities.argmax()], float(probabilities.max())
+        likely = self.known.described_by.recognised(image)
+        return self.materials[likely.argmax()], float(likely.max())
+
+    def prediction_facts(self, condition: Condition) -> dict[str, Any]:
+        found = self.known.prediction(condition)
+        return {} if found is None else found[1]
 
     def _spectrum(self, labels: Tensor, length: int, *, seed: int) -> Tensor:
         """Return a spectrum, (axis, bin, frame), of at least ``length`` samples.

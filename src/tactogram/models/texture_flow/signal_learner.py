@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_classifier import PhotoClassifier, distinct_photographs
+from tactogram.features.photo_novelty import distinct_photographs
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
     WHOLE_BATCH,
@@ -33,7 +33,7 @@ from tactogram.nn.labels import NUMBERS
 from tactogram.training.checkpoint import load_state
 from tactogram.training.seeds import child_rng
 
-MOST_PHOTOGRAPHS = 50
+MOST_PHOTOGRAPHS = 5
 """Photographs of a material that are learned from."""
 UNKNOWN = 0.3
 """Share of the crops whose speed and force are not told in training, where surfaces are predicted."""
@@ -174,11 +174,9 @@ class SignalFlowLearner(SignalFlow):
         if (predictor := self.known.predictor) is not None:
             self._fit_predictor(predictor, Strokes.of([*measured], predictor))
             self.known.strokes = self._strokes_of(noise, self.materials)
-        if self.config.photographs:
-            self.known.photographs.fit(
-                {name: distinct_photographs(members[name], MOST_PHOTOGRAPHS) for name in self.materials},
-                child_rng(self.seed, "photographs"),
-            )
+        most = MOST_PHOTOGRAPHS if self.config.photographs else 0
+        shown = [distinct_photographs(members[name], most) for name in self.materials]
+        self.known.described_by.fit(self.known.surfaces, shown)
         self.seconds = float(np.median([len(example.signal) / example.signal.rate for example in examples]))
         self.rms = float(np.median([rms(example.signal) for example in examples]))
         return {"seconds": self.seconds}
@@ -239,7 +237,7 @@ class SignalFlowLearner(SignalFlow):
         materials = tuple(dict.fromkeys(str(example.material) for example in examples))
         split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
         noise = [example for _, rest in split for example in rest]
-        others: dict[str, Any] = {"surfaces": [], "photographs": PhotoClassifier(materials).state()}
+        others: dict[str, Any] = {"surfaces": []}
         others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials).state()}
         others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
         return {name: value for name, value in self.state().items() if name in names} | others

@@ -1,4 +1,4 @@
-"""Surfaces described by an English text: the materials of a run that it is most like."""
+"""Surfaces described by an English text: one that a run predicts, or the materials of a run that it is most like."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ from typing import Any
 
 from tactogram.datasets.simulate.everyday import SYNONYMS
 from tactogram.errors import ParameterError
-from tactogram.features.text_classifier import describe
-from tactogram.model import Condition
+from tactogram.features.text_classifier import describe, plain
+from tactogram.model import Condition, DescriptionPredictor
 from tactogram.workflows.training.loaded_run import LoadedRun
 
 
 def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     """Return a condition whose ``text``, if it has one, is replaced by the weights of the materials it describes.
+
+    It stays for a run that predicts surfaces from text, unless it is the name of a material, with no photograph.
 
     Raises
     ------
@@ -31,11 +33,18 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     materials = run.any_kind.materials
     if "material" not in run.facts.conditions or not materials:
         raise ParameterError(f"condition 'text' needs a run that knows materials; {run.run.name} knows none")
+    if isinstance(run.model, DescriptionPredictor) and run.model.prediction_facts({"text": _checked(text)}):
+        named = [name for name in materials if plain(name) == plain(text) and found.get("image") is None]
+        return found | ({"material": {named[0]: 1.0}} if named else {"text": text})
     return {**found, "material": materials_like(text, materials)}
 
 
 def materials_like(text: str, materials: Sequence[str]) -> dict[str, float]:
     """Return the weights of the materials that a text describes; errors as of `with_materials`."""
+    return describe(_checked(text), materials, synonyms=SYNONYMS)
+
+
+def _checked(text: Any) -> str:
     if not isinstance(text, str) or not text.strip():
         raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
-    return describe(text, materials, synonyms=SYNONYMS)
+    return text

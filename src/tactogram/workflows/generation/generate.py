@@ -18,7 +18,7 @@ from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, 
 from tactogram.signal.motion import Motion
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.descriptions import with_materials
-from tactogram.workflows.generation.photographs import photograph_facts
+from tactogram.workflows.generation.photographs import description_facts
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 MOST = 100_000
@@ -129,9 +129,9 @@ def generate_files(
     list of dict
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (trained on simulated data), ``rms`` per
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
-        ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. Of a photograph the
-        facts of `tactogram.workflows.generation.photographs.photograph_facts`; of a text the ``material`` that it
-        describes, weight by name; of several results of a model without noise ``differ_by``.
+        ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. The facts
+        of `tactogram.workflows.generation.photographs.description_facts`; of a text the ``material`` that it describes,
+        weight by name, if it is not predicted; of several results of a model without noise ``differ_by``.
 
     Raises
     ------
@@ -144,12 +144,11 @@ def generate_files(
         raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
     found: dict[str, Any] = {}
     if photograph is not None:
-        image = read_image(photograph)
-        condition = {**condition, "image": image}
-        found = photograph_facts(loaded, image)
+        condition = {**condition, "image": read_image(photograph)}
     if (text := condition.get("text")) is not None:
         condition = with_materials(loaded, condition)
-        found |= {"text": text, "material": condition["material"]}
+        found = {"text": text} | {name: condition[name] for name in ("material",) if name in condition}
+    found |= description_facts(loaded, condition)
     if recording is not None:
         condition = {
             **condition,

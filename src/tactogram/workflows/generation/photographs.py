@@ -1,4 +1,4 @@
-"""Facts about the photograph that a run generates from: the material it is classified as, and its novelty."""
+"""Facts about a surface described: the material of its photograph, and what a prediction from it is worth."""
 
 from __future__ import annotations
 
@@ -8,28 +8,34 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_novelty import UNLIKE
-from tactogram.model import PhotographClassifier
-from tactogram.signal import Image
+from tactogram.model import Condition, DescriptionPredictor, PhotographClassifier
 from tactogram.signal.io import read_image
 from tactogram.workflows.training.known_photographs import known_photographs
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
+RECOGNISED = 0.5
+"""Confidence from which a predicted surface is mainly that of the material that its photograph is classified as."""
 
-def photograph_facts(loaded: LoadedRun, image: Image) -> dict[str, Any]:
-    """Return facts about a photograph, as far as the run has them.
+
+def description_facts(loaded: LoadedRun, condition: Condition) -> dict[str, Any]:
+    """Return facts about a photograph or a text, as far as the run has them.
 
     Returns
     -------
     dict
         ``classified_as`` and possibly ``confidence``, if the model classifies photographs; ``nearest_photograph``, the
         material of the nearest training photograph, and ``novelty``, as of `tactogram.features.photo_novelty`, if the
-        run describes its photographs.
+        run describes its photographs; ``prediction``, as of `tactogram.model.DescriptionPredictor`.
     """
     found: dict[str, Any] = {}
+    if isinstance(loaded.model, DescriptionPredictor) and (facts := loaded.model.prediction_facts(condition)):
+        found = {"prediction": facts}
+    if (image := condition.get("image")) is None:
+        return found
     if isinstance(loaded.model, PhotographClassifier):
         try:
             material, confidence = loaded.model.classify_photograph(image)
-            found = {"classified_as": material}
+            found |= {"classified_as": material}
             found |= {} if confidence is None else {"confidence": round(float(confidence), 4)}
         except ParameterError:  # a variant without a label
             pass
@@ -40,24 +46,37 @@ def photograph_facts(loaded: LoadedRun, image: Image) -> dict[str, Any]:
 
 
 def facts_of_files(run: Path | str, files: Sequence[Path | str]) -> dict[str, dict[str, Any]]:
-    """Return `photograph_facts` of each photograph by the file's name without suffix; no file loads no run."""
+    """Return `description_facts` of each photograph by the file's name without suffix; no file loads no run."""
     if not files:
         return {}
     loaded = load_run(run)
-    return {Path(file).stem: photograph_facts(loaded, read_image(file)) for file in files}
+    return {Path(file).stem: description_facts(loaded, {"image": read_image(file)}) for file in files}
 
 
 def photograph_text(facts: Mapping[str, Any]) -> str:
-    """Return `photograph_facts` as a sentence without a full stop; "" if they say nothing that a reader needs."""
+    """Return `description_facts` as a sentence without a full stop; "" if they say nothing that a reader needs."""
     sure = f", confidence {facts['confidence']:.2f}" if "confidence" in facts else ""
+    classified, predicted = f"classified as {facts.get('classified_as')}{sure}", ""
+    if "prediction" in facts and facts.get("confidence", 0) < RECOGNISED:
+        predicted = _prediction_text(facts["prediction"])
+    elif "classified_as" not in facts:
+        predicted = f"the nearest shows {facts.get('nearest_photograph')}"
     if facts.get("novelty", 0) < UNLIKE:
-        return f"photograph classified as {facts['classified_as']}{sure}" if "classified_as" in facts else ""
-    treated = (
-        f"classified as {facts['classified_as']}{sure}{',' * bool(sure)} all the same"
-        if "classified_as" in facts
-        else f"the nearest shows {facts['nearest_photograph']}"
-    )
+        return f"photograph {classified}" if not predicted else predicted * ("prediction" in facts)
+    treated = predicted or f"{classified}{',' * bool(sure)} all the same"
     return (
         "photograph unlike anything the run was trained on: it is farther from the nearest training photograph than "
         f"{100 * facts['novelty']:.0f} % of these are from one of another material; {treated}"
     )
+
+
+def _prediction_text(found: Mapping[str, Any]) -> str:
+    given = " and ".join("photograph" if name == "image" else name for name in found["given"])
+    which = f"of this run's {found['materials']} materials"
+    if "explained" not in found:
+        return f"the mean of all materials was generated: {which}, too few show what the {given} tells"
+    share, low, high = (100 * each for each in (found["explained"], *found["explained_range"]))
+    explains = f"explains {share:.0f} % ({low:.0f} to {high:.0f}) of the variance {which}, each left out"
+    if found["mean"]:
+        return f"the mean of all materials was generated, as the {given} may tell nothing: it {explains}"
+    return f"predicted from the {given}, which {explains}; standard deviation {found['error_db']:.1f} dB"

@@ -199,10 +199,10 @@ class RunCatalogue:
         request = run.form.used(request)
         if not (request.photo and run.form.has("photo")):
             return ""
-        from tactogram.workflows.generation.photographs import photograph_facts, photograph_text
+        from tactogram.workflows.generation.photographs import description_facts, photograph_text
 
         with self._lock:
-            text = photograph_text(photograph_facts(self.load(run), self.photograph(request)))
+            text = photograph_text(description_facts(self.load(run), {"image": self.photograph(request)}))
         return f"{text[:1].upper()}{text[1:]}." if text else ""
 
     def places(self, run: FinishedRun) -> NDArray[np.float64]:
