@@ -67,11 +67,11 @@ CONTACTORS = {c.name: c for c in (FINGER, PEN)}
 # 111:1792; Greenspon et al. 2020, J. R. Soc. Interface 17:20200002).
 STYLUS = Contactor(
     "stylus", 0.08, 1.0, 0.0, 0.012, 1200.0, 5.0, 0.015, 700.0, 2.5, 0.9, 40.0, passed=0.25, pushed=0.14,
-    response_db=((20, 28), (30, 22), (40, 19), (80, 14), (130, 16), (200, 16), (300, 14.5), (400, 10), (480, 0)),
+    response_db=((20, 22), (40, 16), (80, 13), (130, 16), (200, 16), (300, 14.5), (400, 10), (480, 0)),
 )  # fmt: skip
 FINGERTIP = Contactor(
     "finger", 0.2, 0.45, 0.3, 0.004, 700.0, 2.5, 0.006, 900.0, 2.0, 0.7, 25.0, passed=0.25, pushed=0.14,
-    response_db=((20, 24), (30, 19), (60, 14), (200, 13), (400, 11), (1000, 7)),
+    response_db=((20, 18), (60, 13), (200, 13), (400, 11), (1000, 7)),
 )  # fmt: skip
 FITTED_CONTACTORS = {c.name: c for c in (FINGERTIP, STYLUS)}
 

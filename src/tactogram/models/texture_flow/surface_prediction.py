@@ -26,7 +26,7 @@ REACH = 0.8
 counts for less."""
 LEAST_SHARE = 1e-3
 """Weight of the farthest stroke of a material, as a share of that of one at the speed and force wanted."""
-RIDGE = 0.01
+RIDGE = 0.1
 """Of the law, as a share of the pairs of strokes that it is fitted to."""
 WORD_RIDGE = 0.1
 """Of the words, added to the variance of 1 that each score has."""
