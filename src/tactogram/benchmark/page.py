@@ -14,7 +14,7 @@ import numpy as np
 from markupsafe import escape
 
 from tactogram.benchmark.ranking import RankedModel
-from tactogram.benchmark.result import check_result, read_results
+from tactogram.benchmark.result import brief, check_result, read_results
 from tactogram.benchmark.shown import REAL_FOLDER, RECORDED
 from tactogram.benchmark.table import (
     NOTES,
@@ -50,12 +50,13 @@ OTHERS = 4
 def write_table(
     folders: Sequence[Path], out: Path | str | None = None, *, task_folders: Sequence[Path | str] = ()
 ) -> tuple[dict[str, Any], str]:
-    """Rank the results in folders, and write the tables to ``out``, if given.
+    """Rank the results in folders, and write the tables to ``out``, if given; as JSON, what `committed_results` reads.
 
     Returns
     -------
     dict
-        By task: the ranked models, ``rank``, ``value``, ``sd``, ``low``, ``high``, ``seeds`` and ``not_told_apart``.
+        By task: the ranked models, ``rank``, ``value``, ``sd``, ``low``, ``high``, ``seeds``, ``not_told_apart`` and
+        ``informed`` (better than what ignores the input).
     str
         The Markdown tables, or where the file was written.
 
@@ -65,8 +66,8 @@ def write_table(
         If ``out`` is of another format, there are no results, or one is of another version of its task.
     """
     suffix = Path(out).suffix if out else ".md"
-    if suffix not in (".md", ".html"):
-        raise ParameterError(f"out must end with .md or .html, got {out}")
+    if suffix not in (".md", ".html", ".json"):
+        raise ParameterError(f"out must end with .md, .html or .json, got {out}")
     tasks = available_tasks(task_folders)
     results = read_results(folders)
     for result in results:
@@ -79,7 +80,10 @@ def write_table(
     report = {table.task.name: [_facts(entry) for entry in table.ranked] for table in tables}
     if out is None:
         return report, markdown(tables)
-    write_text(Path(out), markdown(tables) if suffix == ".md" else html(tables, folders))
+    if suffix == ".json":
+        write_text(Path(out), brief(results))
+    else:
+        write_text(Path(out), markdown(tables) if suffix == ".md" else html(tables, folders))
     return report, f"{len(tables)} tasks: {out}"
 
 
@@ -92,8 +96,13 @@ def html(tables: Sequence[TaskTable], folders: Sequence[Path]) -> str:
         lstrip_blocks=True,
     )
     template = loader.get_template("page.html.jinja")
-    notes = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", str(escape(NOTES)))
-    return template.render(tasks=[_task(table, folders) for table in tables], notes=notes)
+    return template.render(tasks=[_task(table, folders) for table in tables], notes=_marked(NOTES))
+
+
+def _marked(text: str) -> str:
+    """Return Markdown of strong words and code as HTML."""
+    strong = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", str(escape(text)), flags=re.DOTALL)
+    return re.sub("`(.+?)`", r"<code>\1</code>", strong)
 
 
 def _facts(entry: RankedModel) -> dict[str, Any]:
@@ -107,6 +116,7 @@ def _facts(entry: RankedModel) -> dict[str, Any]:
         "high": entry.high,
         "seeds": len(entry.results),
         "not_told_apart": list(entry.not_told_apart),
+        "informed": entry.informed,
     }
 
 
@@ -133,6 +143,7 @@ def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
         ],
         "columns": [(heading(key), first.figures[key].title) for key in others],
         "rows": [_row(entry, table, others) for entry in table.ranked],
+        "uninformed": _marked(table.uninformed),
         "failed": [(r.model, r.failed) for r in table.failed],
         "shown": _shown(task, [entry.model for entry in table.ranked], folders),
     }

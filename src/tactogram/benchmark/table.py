@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from tactogram.benchmark.ignoring import IGNORING
 from tactogram.benchmark.ranking import RankedModel, rank_models
 from tactogram.benchmark.result import BenchmarkResult
 from tactogram.benchmark.task import BenchmarkTask
@@ -19,7 +21,10 @@ questions and, if there are several seeds, over trainings. **At best** is the va
 material, or a perfect answer, would have; **by chance** that of other materials, or of a guess. The rank 2–4 means
 that one model is better, and that two others are not told apart from this one. Models are told apart if a paired
 permutation test over the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task,
-and the difference has the same sign for every seed. Fewer than three seeds are of baselines, which are not trained,
+and the difference has the same sign for every seed. `random` answers with training items drawn at
+random, `mean` with their mean, for signals noise of their mean log spectrum: both **ignore what is given** (not the
+speed and force). A model whose difference from either has a 95 % interval that reaches 0 **does not show that it uses
+its input**. Fewer than three seeds are of baselines, which are not trained,
 and of models whose trainings took too long for more. A model that **copies** plays back its training recordings, and
 makes nothing new."""
 
@@ -45,6 +50,21 @@ class TaskTable:
         )
 
     @property
+    def ignoring(self) -> str:
+        """The rows that ignore what is given, and their means."""
+        return " or ".join(f"`{e.model}` ({number(e.value)})" for e in self.ranked if e.model in IGNORING)
+
+    @property
+    def uninformed(self) -> str:
+        """The sentence on models that are not better than those that ignore what is given; empty if all are."""
+        names = [f"`{entry.model}`" for entry in self.ranked if entry.informed is False]
+        given = kind_of(self.task.kind).given_in(self.task)
+        told = (
+            f"Not better, by the 95 % interval, than {self.ignoring}, which ignore what is given ({given}): "
+        )
+        return f"{told}{', '.join(names)}." if names else ""
+
+    @property
     def main(self) -> tuple[str, str]:
         """Name and title of the main figure."""
         result = self.ranked[0].results[0]
@@ -68,6 +88,22 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
         if ranked:
             found.append(TaskTable(task, tuple(ranked), tuple(failed.values())))
     return found
+
+
+def standing_of(
+    task: BenchmarkTask, results: Sequence[BenchmarkResult], others: Sequence[BenchmarkResult]
+) -> tuple[dict[str, Any], str]:
+    """Return ``mean`` and ``rank`` (best, worst) of a model's results on a task among ``others``, and a sentence."""
+    model = results[0].model
+    (table,) = tables_of([*results, *(other for other in others if other.model != model)], {task.name: task})
+    entry = next(each for each in table.ranked if each.model == model)
+    facts = {"mean": entry.value, "rank": [entry.best_rank, entry.worst_rank], "informed": entry.informed}
+    told = f"mean {value_text(entry)}: rank {entry.rank_text} of {len(table.ranked)} models with results"
+    if entry.informed is False:
+        told += (
+            f"; not better, by the 95 % interval, than answers that ignore what is given: {table.ignoring}"
+        )
+    return facts | {"models": len(table.ranked)}, told
 
 
 def markdown(tables: Sequence[TaskTable]) -> str:
@@ -110,6 +146,8 @@ def _section(table: TaskTable) -> list[str]:
         model = f"`{entry.model}`{about_text(entry)}"
         figures = (value_text(entry), *(mean_text(entry, key) for key in others))
         lines.append(_row(entry.rank_text, model, *figures, str(len(entry.results)), training_text(entry)))
+    if table.uninformed:
+        lines += ["", table.uninformed]
     if table.failed:
         lines += ["", "Without a result:", "", *(f"- `{r.model}`: {r.failed}" for r in table.failed)]
     return lines
@@ -133,7 +171,14 @@ def copies(entry: RankedModel) -> bool:
 def about_text(entry: RankedModel) -> str:
     """Return what sets an entry apart: a baseline, answers from outside, or one that copies."""
     marks = ["copies"] if copies(entry) else []
-    marks += [entry.entry] if entry.entry != "model" else []
+    marks += (
+        ["ignores what is given"]
+        if entry.model in IGNORING
+        else [entry.entry]
+        if entry.entry != "model"
+        else []
+    )
+    marks += ["no use of its input shown"] if entry.informed is False else []
     return f" ({', '.join(marks)})" if marks else ""
 
 

@@ -19,6 +19,7 @@ from tactogram.text_files import read_toml
 from tactogram.validation import validated
 
 TASKS = Path(__file__).parent / "tasks"
+NOT_HASHED = {"title", "file", "seeds", "recipes", "choose_on", "aggregate_only"}
 FOLDERS_VARIABLE = "TACTOGRAM_TASKS"
 """Environment variable with further folders of tasks, separated as in PATH."""
 
@@ -75,6 +76,8 @@ class TaskDescription(BaseModel):
     recipes: dict[str, TaskRecipe] = Field(default_factory=dict)
     """By model."""
     seeds: tuple[int, ...] = (0, 1, 2)
+    aggregate_only: bool = False
+    """Whether results keep no value of an item, sound or picture, since the licence of the data forbids to pass it on."""
     choose_on: str = "the validation part"
     """What may be used to choose among models or their settings."""
 
@@ -88,7 +91,7 @@ class BenchmarkTask(TaskDescription):
     @cached_property
     def sha256(self) -> str:
         """Hash of everything that decides a result: a result is of one hash."""
-        facts = self.model_dump(mode="json", exclude={"title", "file", "seeds", "recipes", "choose_on"})
+        facts = self.model_dump(mode="json", exclude=NOT_HASHED)
         del facts["data"]["what"]
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 

@@ -51,7 +51,11 @@ class _TableRequest(Request):
     results: Annotated[Sequence[str], Argument("folders of results", metavar="RESULTS")]
     _: KW_ONLY
     out: Annotated[
-        str | None, Option(".md, or .html for the page that sorts and plays (default: print)", "FILE")
+        str | None,
+        Option(
+            ".md, .html for the page that sorts and plays, or .json for what `score` ranks among (default: print)",
+            "FILE",
+        ),
     ] = None
 
 
@@ -151,6 +155,8 @@ def _questions(request: _QuestionsRequest, show: Printer) -> None:
 def _score(request: _ScoreRequest, show: Printer) -> None:
     from tactogram.benchmark.data import open_task
     from tactogram.benchmark.outside import score_answers
+    from tactogram.benchmark.result import committed_results
+    from tactogram.benchmark.table import standing_of
     from tactogram.benchmark.task import find_task
 
     work = Path(request.folder)
@@ -165,8 +171,9 @@ def _score(request: _ScoreRequest, show: Printer) -> None:
         ends = text_of(main.floor), text_of(main.ceiling)
         rows.append((str(result.seed), text_of(main.value), interval, *ends))
     files = [str(result.file(out)) for result in results]
-    facts = {"results": [result.model_dump(mode="json") for result in results], "files": files}
-    show(facts, "\n".join([columns(rows), *(f"result: {file}" for file in files)]))
+    standing, sentence = standing_of(opened.task, results, committed_results())
+    facts = {"results": [result.model_dump(mode="json") for result in results], "files": files, **standing}
+    show(facts, "\n".join([columns(rows), sentence, *(f"result: {file}" for file in files)]))
 
 
 PLACES = ("tasks", "stores")

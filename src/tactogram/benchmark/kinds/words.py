@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 
 from tactogram import models
 from tactogram.benchmark.data import OpenTask
+from tactogram.benchmark.ignoring import IGNORING, array_of
 from tactogram.benchmark.options import TaskOptions, options_of
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples, rated_surfaces, ratings_of
-from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
+from tactogram.benchmark.task_kind import Baseline, Content, Figure, Judgement, TaskKind
 from tactogram.benchmark.training import trained_for
 from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.label_following import label_fidelity
-from tactogram.model import Example
+from tactogram.model import Condition, Example
 from tactogram.models import ModelInfo
 from tactogram.signal import Image, Signal
 from tactogram.training.seeds import child_rng, child_seed
@@ -72,8 +73,12 @@ class Words(TaskKind):
 
     @property
     def baselines(self) -> Mapping[str, Baseline]:
-        """The training item whose scores are nearest, and one at random."""
-        return {"nearest_in_words": _nearest, "random_item": _random}
+        """The training item whose scores are nearest, and the rows that ignore what is given."""
+        return {"nearest_in_words": _nearest, **IGNORING}
+
+    def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
+        """Return the rated signals or images of the training part."""
+        return [({}, _recorded(example)) for example in rated_examples(opened, "train")]
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return a signal or an image."""
@@ -204,18 +209,8 @@ def _nearest(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answ
         asked = np.array([question.given["words"].get(word, np.nan) for word in words])
         order = np.argsort(np.nanmean((held - asked) ** 2, axis=1))
         item = list(known)[int(order[int(question.id.rpartition("/")[2])])]  # the next nearest for each draw
-        found[question.id] = _array(_recorded(known[item]))
+        found[question.id] = array_of(_recorded(known[item]))
     return found
-
-
-def _random(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    known = rated_examples(opened, "train")
-    rng = child_rng(seed, "benchmark", "random item")
-    return {question.id: _array(_recorded(known[int(rng.integers(len(known)))])) for question in questions}
-
-
-def _array(content: Signal | Image) -> NDArray[Any]:
-    return content.pixels if isinstance(content, Image) else content.samples
 
 
 KIND = Words()
