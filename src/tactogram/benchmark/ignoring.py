@@ -7,8 +7,7 @@ asked, where there are training items of these: they ignore the surface or the w
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,8 @@ from tactogram.benchmark.task_kind import Baseline, Content, kind_of
 from tactogram.model import Condition
 from tactogram.signal import Image, Signal
 from tactogram.training.seeds import child_rng
+
+T = TypeVar("T")
 
 LONGEST_SEGMENT = 1024
 """Samples of a segment of Welch's method."""
@@ -36,7 +37,7 @@ def array_of(content: Content, seconds: float | None = None) -> NDArray[Any]:
     return content.samples.take(range(int(np.ceil(seconds * content.rate))), axis=1, mode="wrap")
 
 
-def _alike(items: Sequence[tuple[Condition, Content]], given: Condition) -> list[Content]:
+def _alike(items: Sequence[tuple[Condition, T]], given: Condition) -> list[T]:
     """Return the items of the speed and force that are given; all, if there are none of these."""
     wanted = {name: given[name] for name in ("speed_mm_s", "force_n") if name in given}
     found = [of for condition, of in items if all(condition.get(n) == wanted[n] for n in wanted)]
@@ -51,52 +52,40 @@ def _random(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answe
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class _Noise:
-    """Gaussian noise of the mean log spectrum and the mean of signals."""
-
-    power: NDArray[np.float64]  # axis, frequency; per Hz
-    offset: NDArray[np.float64]  # axis
-    rate: float
-    seconds: float
-
-    @classmethod
-    def of(cls, signals: Sequence[Signal]) -> Self:
-        size = min(LONGEST_SEGMENT, *map(len, signals))
-        power = np.array([welch(each.samples, each.rate, nperseg=size)[1] for each in signals])
-        least = np.maximum(LEAST_POWER * power.max((1, 2), keepdims=True), np.finfo(float).tiny)
-        return cls(
-            np.exp(np.log(np.maximum(power, least)).mean(0)),
-            np.mean([each.samples.mean(1) for each in signals], axis=0),
-            signals[0].rate,
-            float(np.median([each.extent for each in signals])),
-        )
-
-    def draw(self, seconds: float | None, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return samples, float64, shape (axis, time)."""
-        samples = int(np.ceil((seconds or self.seconds) * self.rate))
-        white = np.fft.rfft(rng.standard_normal((len(self.power), samples)))
-        places = np.linspace(0, self.power.shape[1] - 1, white.shape[1])
-        power = [np.interp(places, np.arange(len(row)), row) for row in self.power]
-        return (
-            np.fft.irfft(white * np.sqrt(np.multiply(power, self.rate / 2)), samples) + self.offset[:, None]
-        )
-
-
 def _mean(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    """Return mean scores, mean pixels, or noise like the mean signal."""
+    """Return mean scores, mean pixels, or noise of the mean log spectrum and the mean of signals."""
     items = kind_of(opened.task.kind).training_items(opened)
-    means: dict[tuple[Any, ...], Any] = {}
+    signals = [each for _, each in items if isinstance(each, Signal)]
+    size = min([LONGEST_SEGMENT, *map(len, signals)])
+    described = [(condition, _described(each, size)) for condition, each in items]
+    seconds = float(np.median([each.extent for each in signals])) if signals else 0.0
     found = {}
     for question in questions:
-        key = question.given.get("speed_mm_s"), question.given.get("force_n")
-        if key not in means:
-            alike = _alike(items, question.given)
-            signals = [each for each in alike if isinstance(each, Signal)]
-            means[key] = _Noise.of(signals) if signals else np.nanmean([*map(array_of, alike)], axis=0)
-        mean, rng = means[key], child_rng(seed, "benchmark", "mean", question.id)
-        found[question.id] = mean.draw(question.seconds, rng) if isinstance(mean, _Noise) else mean
+        found[question.id] = np.nanmean(_alike(described, question.given), axis=0)
+        if signals:
+            rng, rate = child_rng(seed, "benchmark", "mean", question.id), signals[0].rate
+            samples = int(np.ceil((question.seconds or seconds) * rate))
+            found[question.id] = _noise(found[question.id], samples, rate, rng)
     return found
+
+
+def _described(content: Content, size: int) -> NDArray[np.float64]:
+    """Return scores or pixels; of a signal the mean and the log power in each bin, shape (axis, 1 + frequency)."""
+    if not isinstance(content, Signal):
+        return np.asarray(array_of(content), np.float64)
+    power = welch(content.samples, content.rate, nperseg=size)[1]
+    least = max(LEAST_POWER * float(power.max()), np.finfo(float).tiny)
+    return np.hstack([content.samples.mean(1, keepdims=True), np.log(np.maximum(power, least))])
+
+
+def _noise(
+    described: NDArray[np.float64], samples: int, rate: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    white = np.fft.rfft(rng.standard_normal((len(described), samples)))
+    power = np.exp(described[:, 1:])
+    places = np.linspace(0, power.shape[1] - 1, white.shape[1])
+    gain = np.sqrt([np.interp(places, np.arange(len(row)), row * rate / 2) for row in power])
+    return np.fft.irfft(white * gain, samples) + described[:, :1]
 
 
 IGNORING: Mapping[str, Baseline] = {"random": _random, "mean": _mean}

@@ -18,11 +18,13 @@ from tactogram.benchmark.result import brief, check_result, read_results
 from tactogram.benchmark.shown import REAL_FOLDER, RECORDED
 from tactogram.benchmark.table import (
     NOTES,
+    OTHERS,
     TaskTable,
     about_text,
     data_text,
     heading,
     markdown,
+    mean_of,
     mean_text,
     span_text,
     tables_of,
@@ -43,8 +45,6 @@ HEARD_S = 2.0
 PICTURE = (112, 56)
 """Pixels of a spectrogram."""
 RANGE_DB = 60.0
-OTHERS = 4
-"""Further figures in a table."""
 
 
 def write_table(
@@ -106,25 +106,15 @@ def _marked(text: str) -> str:
 
 
 def _facts(entry: RankedModel) -> dict[str, Any]:
-    return {
-        "model": entry.model,
-        "entry": entry.entry,
-        "rank": [entry.best_rank, entry.worst_rank],
-        "value": entry.value,
-        "sd": entry.sd,
-        "low": entry.low,
-        "high": entry.high,
-        "seeds": len(entry.results),
-        "not_told_apart": list(entry.not_told_apart),
-        "informed": entry.informed,
-    }
+    kept = ("model", "entry", "value", "sd", "low", "high", "not_told_apart", "informed")
+    counted = {"rank": [entry.best_rank, entry.worst_rank], "seeds": len(entry.results)}
+    return counted | {name: getattr(entry, name) for name in kept}
 
 
 def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
     task, kind = table.task, kind_of(table.task.kind)
-    name, title = table.main
     first = table.ranked[0].results[0]
-    others = [key for key in first.figures if key != name][:OTHERS]
+    others = list(first.figures)[1 : 1 + OTHERS]
     return {
         "name": task.name,
         "title": task.title,
@@ -132,18 +122,17 @@ def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
         "simulated": task.data.simulated,
         "given": kind.given_in(task),
         "asked": kind.asked,
-        "figure": title,
+        "figure": first.main.title,
         "unit": first.main.unit,
         "better": first.main.better,
         "span": span_text(first.main),
         "best": [
             (entry.model, about_text(entry), value_text(entry), ", ".join(entry.not_told_apart))
-            for entry in (table.best, table.best_new)
+            for entry in (table.ranked[0], table.best_new)
             if entry
         ],
         "columns": [(heading(key), first.figures[key].title) for key in others],
         "rows": [_row(entry, table, others) for entry in table.ranked],
-        "uninformed": _marked(table.uninformed),
         "failed": [(r.model, r.failed) for r in table.failed],
         "shown": _shown(task, [entry.model for entry in table.ranked], folders),
     }
@@ -158,17 +147,12 @@ def _row(entry: RankedModel, table: TaskTable, others: Sequence[str]) -> dict[st
         "text": value_text(entry),
         "value": entry.value,
         "bar": _bar(entry, table),
-        "cells": [(mean_text(entry, key), _mean(entry, key)) for key in others],
+        "cells": [(mean_text(entry, key), mean_of(entry, key)) for key in others],
         "seeds": len(entry.results),
         "training": training_text(entry),
         "tied": ", ".join(entry.not_told_apart),
         "notes": " ".join(entry.results[0].notes),
     }
-
-
-def _mean(entry: RankedModel, figure: str) -> float:
-    values = [r.figures[figure].value for r in entry.results if figure in r.figures]
-    return float(np.mean(values)) if values else float("nan")
 
 
 def _bar(entry: RankedModel, table: TaskTable) -> dict[str, float]:
@@ -206,20 +190,12 @@ def _shown(task: BenchmarkTask, models: Sequence[str], folders: Sequence[Path]) 
         signals = {model: read_signal(file) for model, file in by_model.items() if file.suffix == ".flac"}
         sounds = {model: audible(_beginning(signal)) for model, signal in signals.items()}
         peak = max((float(np.abs(sound.samples).max()) for sound in sounds.values()), default=0.0)
-        entries = []
-        for model, file in by_model.items():
-            if model in sounds:
-                entries.append(
-                    {
-                        "model": model,
-                        "sound": _flac(sounds[model], peak),
-                        "picture": _spectrogram(signals[model]),
-                    }
-                )
-            else:
-                entries.append(
-                    {"model": model, "sound": "", "picture": base64.b64encode(file.read_bytes()).decode()}
-                )
+        entries = [
+            {"model": model, "sound": _flac(sounds[model], peak), "picture": _spectrogram(signals[model])}
+            if model in sounds
+            else {"model": model, "sound": "", "picture": base64.b64encode(file.read_bytes()).decode()}
+            for model, file in by_model.items()
+        ]
         found.append({"item": item, "entries": entries})
     return found
 

@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -71,11 +72,6 @@ class Judgement:
     shown: Mapping[str, Signal | Image] = field(default_factory=dict)
     """Some answers, and what was recorded, for the page: ``QUESTION`` and ``QUESTION recorded``."""
 
-    def aggregate(self) -> Self:
-        """Return it without answers, and with groups of at least `POOLED` items in place of items."""
-        figures = {n: replace(figure, by_item=_pooled(figure.by_item)) for n, figure in self.figures.items()}
-        return replace(self, figures=figures, shown={})
-
 
 def _pooled(by_item: Mapping[str, float]) -> dict[str, float]:
     """Return values of groups of items, dealt in the order of their names, whose mean is that of the items."""
@@ -105,13 +101,10 @@ class TaskKind(ABC):
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
     """What is asked, in words."""
+    baselines: Mapping[str, Baseline] = MappingProxyType({})
+    """By name, ranked like models; those that are models are not among them."""
     validation_judges: bool = False
     """Whether the validation part trains the judge, so that no model may see it."""
-
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """Baselines by name, which are ranked like models; those that are models are not among them."""
-        return {}
 
     def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
         """Return each training item as an answer, with its conditions: what `ignoring` answers with."""
@@ -150,9 +143,12 @@ class TaskKind(ABC):
         """Return the figures of answers, complete and of the right shape."""
 
     def judged(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
-        """Return the figures of `judge`, as far as they may be kept."""
+        """Return what `judge` does; of a task that is ``aggregate_only`` no answers, and no values of items."""
         found = self.judge(opened, answers, progress)
-        return found.aggregate() if opened.task.aggregate_only else found
+        if not opened.task.aggregate_only:
+            return found
+        pooled = {name: replace(each, by_item=_pooled(each.by_item)) for name, each in found.figures.items()}
+        return Judgement(pooled, found.notes)
 
 
 def kind_of(name: str) -> TaskKind:

@@ -22,11 +22,6 @@ class _Places(Request):
 
 
 @dataclass(frozen=True)
-class _ListRequest(_Places):
-    pass
-
-
-@dataclass(frozen=True)
 class _RunRequest(_Places):
     names: Annotated[Sequence[str], Argument("tasks and models, by default all", metavar="TASK|MODEL")] = ()
     _: KW_ONLY
@@ -79,8 +74,8 @@ class _ScoreRequest(_Places):
     out: Annotated[str | None, Option("folder of the results (default FOLDER/results)", "DIR")] = None
 
 
-def _list(request: _ListRequest, show: Printer) -> None:
-    from tactogram.benchmark.listing import list_tasks
+def _list(request: _Places, show: Printer) -> None:
+    from tactogram.benchmark.data import list_tasks
 
     found = list_tasks(request.folder)
     rows = [(name, task["data"], task["state"], task["title"]) for name, task in found.items()]
@@ -179,7 +174,7 @@ def _score(request: _ScoreRequest, show: Printer) -> None:
 PLACES = ("tasks", "stores")
 
 VERBS = {
-    "benchmark list": Verb(_ListRequest, _list, folders=PLACES),
+    "benchmark list": Verb(_Places, _list, folders=PLACES),
     "benchmark run": Verb(_RunRequest, _run, folders=("models", *PLACES)),
     "benchmark table": Verb(_TableRequest, _table, folders=("tasks",)),
     "benchmark check": Verb(_CheckRequest, _check, folders=("tasks",)),

@@ -17,10 +17,9 @@ from threadpoolctl import threadpool_limits
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.ignoring import IGNORING
-from tactogram.benchmark.options import TaskOptions, options_of
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
-from tactogram.benchmark.task import BenchmarkTask
-from tactogram.benchmark.task_kind import Baseline, Content, Figure, Judgement, TaskKind
+from tactogram.benchmark.task import BenchmarkTask, TaskOptions, options_of
+from tactogram.benchmark.task_kind import Content, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import (
     CEILING,
@@ -113,13 +112,9 @@ class Generation(TaskKind):
 
     name, rank, version = "generation", 4, 2
     main = ("distance", "lower")
+    baselines = IGNORING
     given = "a material, a photograph, a name or a stroke, at a speed and force"
     asked = "a signal"
-
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """The rows that ignore what is given."""
-        return IGNORING
 
     def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
         """Return the recordings of the training part, as they are compared."""
@@ -161,10 +156,8 @@ class Generation(TaskKind):
         given = options_of(opened.task, GenerationOptions).given
         if opened.kind.domain == "displacement" and facts.needs == ("material",) and given != "image":
             return False
-        described = {*facts.needs, *facts.instead}
-        return bool(described & {*given.split("+")}) or (
-            given == "vibration" and facts.needs == ("material",)
-        )
+        described = {*facts.needs, *facts.instead} & {*given.split("+")}
+        return bool(described) or (given == "vibration" and facts.needs == ("material",))
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return a signal."""
@@ -202,10 +195,8 @@ class Generation(TaskKind):
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
         """Return generated samples; under unknown speeds or forces, of the surface alone."""
         compared, facts = _Compared(opened), loaded.facts
-        given = [name for name in compared.options.given.split("+") if name in facts.conditions] or [
-            "material"
-        ]
-        surface = {name: question.given[name] for name in given}
+        named = [name for name in compared.options.given.split("+") if name in facts.conditions]
+        surface = {name: question.given[name] for name in named or ["material"]}
         if "vibration" in surface:
             surface["vibration"] = loaded.prepare_vibration(surface["vibration"])
         optional = {
@@ -317,16 +308,8 @@ def _distance(result: GenerationResult) -> Figure:
         raise ParameterError("no measure separates the materials of the task, so that nothing can be ranked")
     values = np.array(list(by_item.values()))
     interval = mean_interval(values, least=0.0) or (None, None)
-    return Figure(
-        float(values.mean()),
-        "lower",
-        "distance from recordings, mean of all signal measures: 0 another recording, 1 another material",
-        floor=0.0,
-        ceiling=1.0,
-        low=interval[0],
-        high=interval[1],
-        by_item=by_item,
-    )
+    title = "distance from recordings, mean of all signal measures: 0 another recording, 1 another material"
+    return Figure(float(values.mean()), "lower", title, "", 0.0, 1.0, *interval, by_item)
 
 
 def _figures(result: GenerationResult) -> dict[str, Figure]:
@@ -354,14 +337,10 @@ def _mean_friction_error(compared: _Compared, made: Mapping[str, Sequence[Signal
     errors = np.array([abs(mean(made[name]) - real[name]) for name in real])
     low, high = mean_interval(errors, least=0.0) or (None, None)
     everything = np.array(list(real.values()))
+    floor = float(np.mean([abs(other[name] - real[name]) for name in real]))
+    ceiling = float(np.abs(everything[:, None] - everything).sum() / max(1, len(real) * (len(real) - 1)))
     return Figure(
-        float(errors.mean()),
-        "lower",
-        "error of the mean friction coefficient",
-        floor=float(np.mean([abs(other[name] - real[name]) for name in real])),
-        ceiling=float(np.abs(everything[:, None] - everything).sum() / max(1, len(real) * (len(real) - 1))),
-        low=low,
-        high=high,
+        float(errors.mean()), "lower", "error of the mean friction coefficient", "", floor, ceiling, low, high
     )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.ignoring import IGNORING
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
-from tactogram.benchmark.task_kind import Baseline, Content, Figure, Judgement, TaskKind
+from tactogram.benchmark.task_kind import Content, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import mean_interval
 from tactogram.model import Condition, ImageExample
@@ -27,6 +26,7 @@ class Rating(TaskKind):
 
     name, rank, version = "rating", 7, 2
     main = ("error", "lower")
+    baselines = IGNORING
     given = "a recording or an image"
     asked = "the mean score of people in each word"
 
@@ -44,11 +44,6 @@ class Rating(TaskKind):
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether the model predicts scores."""
         return facts.task == "prediction"
-
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """The rows that ignore what is given."""
-        return IGNORING
 
     def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
         """Return the mean scores of each training item."""
