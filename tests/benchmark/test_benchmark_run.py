@@ -192,7 +192,7 @@ def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, mo
     assert listed["name"]["state"] == "available"
     assert listed["lmt108-name"]["state"] == "missing: import lmt108"
     assert main(["benchmark", "table", str(results), "--tasks", str(tasks.folder), "--out", "x.pdf"]) == 1
-    assert "out must end with .md or .html" in capsys.readouterr().err.replace("--out", "out")
+    assert "out must end with .md, .html or .json" in capsys.readouterr().err.replace("--out", "out")
 
 
 @pytest.mark.parametrize("name", ["name", "none", "retrieve", "generate"])

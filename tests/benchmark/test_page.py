@@ -151,7 +151,7 @@ def test_a_model_that_is_no_better_than_random_is_marked():
     one = table("lmt108-generate", {"random": 0.3, "near": 0.1, "far": 0.6})
     text = markdown([one])
     assert "| `far` (no use of its input shown) |" in text
-    assert "| `random` (ignores what is given) |" in text
+    assert "| `random` (copies, ignores what is given) |" in text
     assert "| `near` |" in text
     page = html([one], [])
     assert '<code>far</code><span class="about"> (no use of its input shown)</span>' in page

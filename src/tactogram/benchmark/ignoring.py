@@ -88,5 +88,6 @@ def _noise(
     return np.fft.irfft(white * gain, samples) + described[:, :1]
 
 
-IGNORING: Mapping[str, Baseline] = {"random": _random, "mean": _mean}
+RANDOM = "random"
+IGNORING: Mapping[str, Baseline] = {RANDOM: _random, "mean": _mean}
 """Rows that ignore what is given, by name; unlike other baselines they have several seeds."""

@@ -77,7 +77,7 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
     _check_comparable(list(by_model.values()))
     sign = 1.0 if next(iter(by_model.values()))[0].main.better == "higher" else -1.0
     better = _comparisons(by_model, sign)
-    ignoring = [by_model[name] for name in IGNORING if name in by_model]
+    ignoring = [name for name in IGNORING if name in by_model]
     names = sorted(by_model, key=lambda name: -sign * _mean(by_model[name]))
     ranked = []
     for name in names:
@@ -100,7 +100,7 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
                     for other in names
                     if other != name and not better.get((other, name)) and not better.get((name, other))
                 ),
-                all(_surpasses(held, row, sign) for row in ignoring)
+                all(better.get((name, row)) or _surpasses(held, by_model[row], sign) for row in ignoring)
                 if ignoring and name not in IGNORING
                 else None,
             )
@@ -153,13 +153,10 @@ def _comparisons(
 
 
 def _surpasses(one: Sequence[BenchmarkResult], other: Sequence[BenchmarkResult], sign: float) -> bool:
-    """Return whether the first is better by Student's 95 % interval over items, its seeds' margin in quadrature."""
-    difference, seeds = sign * _differences(one, other), np.array([result.main.value for result in one])
-    if mean_interval(difference) is None:
-        return False
-    return bool(
-        difference.mean() > np.hypot(margin_of(difference), margin_of(seeds) if len(seeds) > 1 else 0)
-    )
+    """Return whether the first is better with every seed, and by Student's 95 % interval over items."""
+    interval = mean_interval(sign * _differences(one, other))
+    steady = all(sign * (result.main.value - _mean(other)) > 0 for result in one)
+    return steady and interval is not None and interval[0] > 0
 
 
 def _differences(one: Sequence[BenchmarkResult], other: Sequence[BenchmarkResult]) -> Floats:

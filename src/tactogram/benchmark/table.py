@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tactogram.benchmark.ignoring import IGNORING
+from tactogram.benchmark.ignoring import IGNORING, RANDOM
 from tactogram.benchmark.ranking import RankedModel, rank_models
 from tactogram.benchmark.result import BenchmarkResult
 from tactogram.benchmark.task import BenchmarkTask
@@ -25,10 +25,10 @@ that one model is better, and that two others are not told apart from this one. 
 permutation test over the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task,
 and the difference has the same sign for every seed. `random` and `mean` **ignore what is given**, except speed and
 force: they answer with training items drawn at random and with the mean of all, of signals noise of their mean log
-spectrum. A model **shows no use of its input** unless it is better than both: the 95 % interval of the difference over
-the questions and the model's trainings leaves out 0. Fewer than three seeds are of baselines, which are not trained,
-and of models whose trainings took too long for more. A model that **copies** plays back its training recordings, and
-makes nothing new."""
+spectrum. A model **shows no use of its input** unless it is better than both: told apart from them, or better with
+every seed and by the 95 % interval of the difference over the questions. Fewer than three seeds are of baselines, which
+are not trained, and of models whose trainings took too long for more. A model that **copies** plays back its training
+recordings, and makes nothing new."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def copies(entry: RankedModel) -> bool:
 
     Its signals are then nearer to that than half way from unseen recordings to copies.
     """
-    if entry.model in HOLDING_RECORDINGS:
+    if entry.model in (*HOLDING_RECORDINGS, RANDOM):
         return True
     near = [r.figures["training_correlation"] for r in entry.results if "training_correlation" in r.figures]
     return bool(near) and all(figure.value > ((figure.floor or 0.0) + 1) / 2 for figure in near)

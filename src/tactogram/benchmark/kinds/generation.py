@@ -307,9 +307,9 @@ def _distance(result: GenerationResult) -> Figure:
     if not by_item:
         raise ParameterError("no measure separates the materials of the task, so that nothing can be ranked")
     values = np.array(list(by_item.values()))
-    interval = mean_interval(values, least=0.0) or (None, None)
+    low, high = mean_interval(values, least=0.0) or (None, None)
     title = "distance from recordings, mean of all signal measures: 0 another recording, 1 another material"
-    return Figure(float(values.mean()), "lower", title, "", 0.0, 1.0, *interval, by_item)
+    return Figure(float(values.mean()), "lower", title, "", 0.0, 1.0, low, high, by_item)
 
 
 def _figures(result: GenerationResult) -> dict[str, Figure]:
