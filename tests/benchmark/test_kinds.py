@@ -139,7 +139,7 @@ def test_a_random_answer_is_a_training_item_and_the_mean_is_noise_of_its_log_spe
     got = 10 * np.log10(welch(made, rate, nperseg=256)[1])
     assert (
         np.abs(got - expected)[6:80].mean() < 1.5
-    )  # dB, from 6 segments a material, within the bands of the materials
+    )  # dB, in the bands of the materials
     assert all(mean[q.id].shape[1] >= q.seconds * rate for q in questions)
 
 

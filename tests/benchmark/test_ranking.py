@@ -78,7 +78,7 @@ def test_a_model_is_informed_if_it_is_better_than_what_ignores_the_input():
     near = [result("near", base - 0.5 - 0.1 * np.arange(4), seed=seed) for seed in (0, 1)]
     noisy = [result("noisy", base - np.array([2.0, 0, 0, 0]))]
     between = [result("between", base + 0.05)]  # than the mean alone
-    wild = [result("wild", base - 0.5 + shift, seed=seed) for seed, shift in enumerate((-0.3, 0.3))]
+    wild = [result("wild", base - 0.5 + shift, seed=seed) for seed, shift in enumerate((-0.6, 0.6))]
     found = {entry.model: entry.informed for entry in rank_models([*rows, *near, *noisy, *between, *wild])}
     expected = {"near": True, "noisy": False, "between": False, "wild": False, "random": None, "mean": None}
     assert found == expected
