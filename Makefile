@@ -59,9 +59,10 @@ wheel: install ## build sdist and wheel, and test the wheel in a clean environme
 bench: install ## measure, and write benchmarks/results.md
 	$(BIN)/python -m benchmarks
 
-benchmark-page: install ## rank the results in benchmarks/tasks: docs/benchmark-results.md and docs/benchmark.html
+benchmark-page: install ## rank the results in benchmarks/tasks: docs/benchmark-results.md, docs/benchmark.html, and what `score` ranks among
 	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark-results.md
 	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark.html
+	$(BIN)/tactogram benchmark table benchmarks/tasks --out src/tactogram/benchmark/results.json
 
 # -E reads every page again: pages that are not read again do not repeat their warnings. Examples run when they change.
 docs: install ## build the documentation into docs/_build/html

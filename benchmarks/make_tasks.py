@@ -212,6 +212,86 @@ def at_speed(speed: float) -> Callable[[Store], Split]:
     return held_out(lambda info: info.speed_mm_s == speed, lambda info: f"{info.speed_mm_s:g}")
 
 
+FAMILIES = (
+    "sandpaper", "paper", "leather", "floortile", "tile", "brick", "canvas", "carpet", "silk", "velcro", "vinyl",
+    "acrylic", "foam", "mesh", "metal", "aluminum", "carbon fiber", "wood", "card", "whiteboard", "folio", "cloth",
+)  # fmt: skip
+"""Surfaces of HaTT whose name has one of these, the first in this order, are a family; others are their own."""
+
+
+def family(material: str) -> str:
+    """Return the family of a surface of HaTT."""
+    return next((word for word in FAMILIES if word in material.lower()), material)
+
+
+def parts_of_families(store: Store, test: int, validation: int) -> dict[str, str]:
+    """Deal families of surfaces to the parts until there are as many surfaces in each; return the part by surface."""
+    held: dict[str, list[str]] = {}
+    for name in sorted({str(info.material) for info in store.index}):
+        held.setdefault(family(name), []).append(name)
+    part: dict[str, str] = {}
+    counts = {"test": 0, "validation": 0}
+    for name in np.random.default_rng(0).permutation(sorted(held)).tolist():
+        where = (
+            "test"
+            if counts["test"] < test
+            else "validation"
+            if counts["validation"] < validation
+            else "train"
+        )
+        counts[where] = counts.get(where, 0) + len(held[name])
+        part |= dict.fromkeys(held[name], where)
+    return part
+
+
+def families(test: int, validation: int, asked: tuple[float, float]) -> Callable[[Store], Split]:
+    """Leave families of surfaces out; test both halves of their recordings at one speed and force.
+
+    The recordings are synthesised, so that halves are as independent as takes: one is compared, one is the floor.
+    """
+
+    def make(store: Store) -> Split:
+        part = parts_of_families(store, test, validation)
+        held: dict[str, list[Segment]] = {"train": [], "validation": [], "test": []}
+        for info in store.index:
+            place = part[str(info.material)]
+            if place != "test":
+                held[place].append(Segment(info.id))
+            elif (info.speed_mm_s, info.force_n) == asked:
+                held["test"] += _halves(store, info)
+        groups = {info.id: family(str(info.material)) for info in store.index}
+        return Split(*(tuple(held[p]) for p in held), by="material", groups=groups)
+
+    return photographs(make)
+
+
+def families_one_stroke(
+    test: int, validation: int, given: tuple[float, float], asked: tuple[float, float]
+) -> Callable[[Store], Split]:
+    """Of the families left out, train on one recording of each surface, and test at another speed and force."""
+
+    def make(store: Store) -> Split:
+        part = parts_of_families(store, test, validation)
+        held: dict[str, list[Segment]] = {"train": [], "validation": [], "test": []}
+        reached = {info.material for info in store.index if (info.speed_mm_s, info.force_n) == asked}
+        for info in store.index:
+            place, condition = part[str(info.material)], (info.speed_mm_s, info.force_n)
+            if place != "test":
+                held[place].append(Segment(info.id))
+            elif condition == given and info.material in reached:
+                held["train"].append(Segment(info.id))
+            elif condition == asked:
+                held["test"] += _halves(store, info)
+        return Split(*(tuple(held[p]) for p in held), by="recording")
+
+    return make
+
+
+def _halves(store: Store, info: RecordingInfo) -> tuple[Segment, Segment]:
+    end = round(_seconds(store, info), 3)
+    return Segment(info.id, 0.0, end / 2), Segment(info.id, end / 2, end)
+
+
 SIMULATED = "tactogram data simulate "
 SPLIT_OF = {
     "lmt108": ("lmt108", last(2)),
@@ -219,6 +299,8 @@ SPLIT_OF = {
     "biotac-photo": ("biotac_slide", photographs(last(8))),
     "biotac-new": ("biotac_slide", photographs(materials_left_out(4, 1))),
     "cdplab": ("cdplab", blocks),
+    "hatt-families": ("hatt", families(40, 10, (100.0, 1.0))),
+    "hatt-one-stroke": ("hatt", families_one_stroke(40, 10, (50.0, 0.5), (150.0, 1.0))),
     "vibviz": ("vibviz", items((0.4, 0.35))),
     "strokes": (SIMULATED + "stroking9 --seed 17", last(4)),
     "contactor": (

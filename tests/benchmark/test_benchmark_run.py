@@ -12,14 +12,16 @@ import pytest
 
 from tactogram.benchmark.outside import score_answers, write_questions
 from tactogram.benchmark.page import write_table
-from tactogram.benchmark.result import BenchmarkResult, check_result
+from tactogram.benchmark.result import BenchmarkResult, brief, check_result, committed_results
 from tactogram.benchmark.run import run_benchmark
 from tactogram.benchmark.task import available_tasks
+from tactogram.benchmark.task_kind import kind_of
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
+from tactogram.workflows.progress import silent
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "benchmark_numpy.py"
-MODELS = ["linear_discriminant", "stroke_cnn", "replay", "ar_texture", "constant_guess"]
+MODELS = ["linear_discriminant", "stroke_cnn", "replay", "ar_texture", "mean"]
 
 
 @pytest.fixture(scope="module")
@@ -155,19 +157,23 @@ def test_the_table_ranks_every_task(results, tasks):
     assert {row["model"] for row in report["name"]} == {"linear_discriminant", "stroke_cnn"}
     assert "tiny (simulated)" in text
     assert "`linear_discriminant` (baseline)" in text
+    assert "`mean` (ignores what is given)" in text
+    informed = {row["model"]: row["informed"] for row in report["generate"]}
+    assert informed == {"replay": True, "ar_texture": True, "mean": None}
+    assert {row["informed"] for row in report["name"]} == {None}  # without such rows
     ranks = [row["rank"] for row in report["generate"]]
-    assert all(1 <= best <= worst <= 2 for best, worst in ranks)
+    assert all(1 <= best <= worst <= 3 for best, worst in ranks)
 
 
 def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("TACTOGRAM_TASKS", "")  # the command adds its folders to it
-    file = str(results / "rate" / "constant_guess-0.json")
+    file = str(results / "rate" / "mean-0.json")
     assert main(["benchmark", "check", file, "--tasks", str(tasks.folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["ok"]
     renamed = tmp_path / "other-0.json"
     renamed.write_bytes(Path(file).read_bytes())
     assert main(["benchmark", "check", str(renamed), "--tasks", str(tasks.folder)]) == 1
-    assert "must be called constant_guess-0.json" in capsys.readouterr().err
+    assert "must be called mean-0.json" in capsys.readouterr().err
     command = ["benchmark", "run", "lmt108-name", "--folder", str(tasks.work), "--tasks", str(tasks.folder)]
     assert main(command) == 1  # it was asked for, and its data is missing
     assert "skipped: " in capsys.readouterr().out
@@ -186,7 +192,7 @@ def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, mo
     assert listed["name"]["state"] == "available"
     assert listed["lmt108-name"]["state"] == "missing: import lmt108"
     assert main(["benchmark", "table", str(results), "--tasks", str(tasks.folder), "--out", "x.pdf"]) == 1
-    assert "out must end with .md or .html" in capsys.readouterr().err.replace("--out", "out")
+    assert "out must end with .md, .html or .json" in capsys.readouterr().err.replace("--out", "out")
 
 
 @pytest.mark.parametrize("name", ["name", "none", "retrieve", "generate"])
@@ -210,6 +216,57 @@ def test_plain_numpy_takes_part(tasks, tmp_path, name):
             else main_figure.value > main_figure.ceiling
         )
         assert better, main_figure.value  # than another material, or chance
+
+
+def test_rows_that_ignore_the_input_have_several_seeds(tasks, tmp_path):
+    options = in_folder(tmp_path, tasks) | {"seeds": 2}
+    assert run_benchmark(["rate"], ["random", "mean"], **options)["results"] == 4
+    one, other = (BenchmarkResult.load(tmp_path / f"results/rate/random-{seed}.json") for seed in (0, 1))
+    assert one.main.by_item != other.main.by_item
+
+
+def test_results_of_data_that_may_not_be_passed_on_hold_groups_alone(tasks, tmp_path):
+    free = tasks.open("generate")
+    bound = dataclasses.replace(free, task=free.task.model_copy(update={"aggregate_only": True}))
+    assert bound.task.sha256 == free.task.sha256
+    kind = kind_of("generation")
+    answers = kind.baselines["mean"](free, kind.questions(free), 0)
+    whole, kept = (kind.judged(each, answers, silent) for each in (free, bound))
+    assert whole.shown
+    assert not kept.shown
+    assert set(whole.figures["distance"].by_item) == set(free.materials)
+    assert set(kept.figures["distance"].by_item) == {"group 1"}  # of six
+    assert kept.figures["distance"].value == whole.figures["distance"].value
+    assert not any(name in repr(kept) for name in free.materials)
+
+
+def test_a_score_says_mean_and_rank_among_the_results(tasks, tmp_path, capsys, monkeypatch, results):
+    monkeypatch.setenv("TACTOGRAM_TASKS", "")
+    kept = tmp_path / "kept.json"
+    run_benchmark(["rate"], ["random", "mean"], **in_folder(tmp_path, tasks))
+    found = [BenchmarkResult.load(file) for file in sorted(tmp_path.glob("results/rate/*.json"))]
+    kept.write_text(brief(found))
+    monkeypatch.setattr("tactogram.benchmark.result.COMMITTED", kept)
+    assert [each.main for each in committed_results()] == [each.main for each in found]
+    opened = tasks.open("rate")
+    questions = kind_of("rating").questions(opened)
+    write_questions(opened, tmp_path / "questions")
+    ids = [each["id"] for each in json.loads((tmp_path / "questions/task.json").read_text())["questions"]]
+    assert len(ids) == len(questions)
+    (tmp_path / "answers").mkdir()
+    (tmp_path / "answers/about.json").write_text('{"model": "sevens", "how": "7 throughout"}')
+    for seed in (0, 1):
+        np.savez(tmp_path / f"answers/{seed}.npz", **{id: np.full(2, 7.0) for id in ids})
+    command = ["benchmark", "score", "rate", str(tmp_path / "answers"), "--tasks", str(tasks.folder)]
+    command += ["--folder", str(tasks.work), "--out", str(tmp_path / "scored")]
+    assert main(command) == 0
+    said = capsys.readouterr().out
+    assert re.search(r"mean \d\.\d+ ± 0\.0+ \[.*\]: rank \d(–\d)? of 3 models with results", said)
+    assert "not better than random and mean, which ignore what is given: no use of its input shown" in said
+    assert main([*command, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["mean"] == facts["results"][0]["figures"]["error"]["value"]
+    assert (facts["models"], facts["informed"]) == (3, False)
 
 
 def test_questions_tell_neither_materials_nor_what_the_judge_learns_from(tasks, tmp_path):

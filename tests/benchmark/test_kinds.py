@@ -4,9 +4,11 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from scipy.signal import welch
 from sklearn.metrics import average_precision_score, roc_auc_score
 
 from tactogram import models
+from tactogram.benchmark import ignoring
 from tactogram.benchmark.kinds import words
 from tactogram.benchmark.questions import check_answers
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples
@@ -118,6 +120,39 @@ def test_recordings_are_near_the_floor_and_another_material_is_far(judged):
     assert 0.5 < far.figures["distance"].value < 2
     assert near.figures["recognised_accuracy"].value > far.figures["recognised_accuracy"].value
     assert set(near.shown) == {"material-0", "material-0 recorded", *far.shown}
+
+
+def test_a_random_answer_is_a_training_item_and_the_mean_is_noise_of_its_log_spectrum(tasks):
+    opened = tasks.open("generate")
+    kind = kind_of("generation")
+    questions, rate = kind.questions(opened), opened.kind.rate
+    drawn, mean = (kind.baselines[name](opened, questions, 0) for name in ("random", "mean"))
+    known = {e.signal.samples[:, :100].tobytes(): e.material for e in opened.train}
+    shown = [known[drawn[q.id][:, :100].astype(np.float32).tobytes()] for q in questions]
+    assert len(set(shown)) > 2
+    assert any(of != q.id.split("/")[0] for of, q in zip(shown, questions, strict=True))
+    again = kind.baselines["random"](opened, questions, 1)
+    assert any(not np.array_equal(again[q.id], drawn[q.id]) for q in questions)
+    powers = [welch(e.signal.samples[0], rate, nperseg=256)[1] for e in opened.train]
+    expected = 10 * np.log10(powers).mean(0)
+    made = np.hstack([mean[q.id] for q in questions])[0]
+    got = 10 * np.log10(welch(made, rate, nperseg=256)[1])
+    assert np.abs(got - expected)[6:80].mean() < 1.5  # dB, in the bands of the materials
+    assert all(mean[q.id].shape[1] >= q.seconds * rate for q in questions)
+
+
+def test_what_ignores_the_surface_keeps_speed_and_force():
+    fast, slow = {"speed_mm_s": 200.0, "force_n": 1.0}, {"speed_mm_s": 50.0, "force_n": 1.0}
+    items = [(fast, "a"), (slow, "b"), (slow, "c"), ({}, "d")]
+    assert ignoring._alike(items, {**slow, "image": "photo"}) == ["b", "c"]
+    assert ignoring._alike(items, {"force_n": 1.0}) == ["a", "b", "c"]
+    assert ignoring._alike(items, {"speed_mm_s": 120.0}) == ["a", "b", "c", "d"]  # none of that speed
+
+
+def test_the_mean_of_scores_is_worth_the_ceiling(judged, tasks):
+    mean = kind_of("rating").baselines["mean"]
+    found = judged("rate", lambda opened, q: mean(opened, [q], 0)[q.id])[2].figures
+    assert found["error"].value == pytest.approx(found["error"].ceiling)
 
 
 def test_steps_of_a_mix_lie_where_recordings_of_the_ends_put_them(judged):

@@ -147,6 +147,18 @@ def test_beside_a_model_that_copies_the_best_that_makes_something_new_is_named()
     assert "| 1 | `replay` (copies) | 0.05" in text
 
 
+def test_a_model_that_is_no_better_than_random_is_marked():
+    one = table("lmt108-generate", {"random": 0.3, "near": 0.1, "far": 0.6})
+    text = markdown([one])
+    assert "| `far` (no use of its input shown) |" in text
+    assert "| `random` (copies, ignores what is given) |" in text
+    assert "| `near` |" in text
+    page = html([one], [])
+    assert '<code>far</code><span class="about"> (no use of its input shown)</span>' in page
+    assert "<strong>shows no use of its input</strong>" in page
+    assert "<code>random</code> and <code>mean</code>" in page
+
+
 def test_samples_of_recorded_data_are_kept_apart(tmp_path):
     image = Image(np.zeros((8, 8, 3), np.uint8))
     save_shown(tmp_path, "task", "mine", {"a/b": image, "a/b recorded": image}, simulated=False)

@@ -72,6 +72,19 @@ def test_models_that_enter_take_no_differences_away():
     assert [entry.rank_text for entry in ranked] == ["1", "2", "3", "4", "5", "6"]
 
 
+def test_a_model_is_informed_if_it_is_better_than_what_ignores_the_input():
+    base = np.array([1.0, 1.1, 0.9, 1.05])  # too few for the permutation test
+    rows = [result("random", base), result("mean", base + 0.1)]
+    near = [result("near", base - 0.5 - 0.1 * np.arange(4), seed=seed) for seed in (0, 1)]
+    noisy = [result("noisy", base - np.array([2.0, 0, 0, 0]))]
+    between = [result("between", base + 0.05)]  # than the mean alone
+    wild = [result("wild", base - 0.5 + shift, seed=seed) for seed, shift in enumerate((-0.6, 0.6))]
+    found = {entry.model: entry.informed for entry in rank_models([*rows, *near, *noisy, *between, *wild])}
+    expected = {"near": True, "noisy": False, "between": False, "wild": False, "random": None, "mean": None}
+    assert found == expected
+    assert rank_models(near)[0].informed is None  # nothing to compare with
+
+
 def test_models_without_a_common_seed_are_not_told():
     base = np.random.default_rng(0).normal(1, 0.1, 30)
     near = [result("near", base, seed=seed) for seed in (0, 1)]

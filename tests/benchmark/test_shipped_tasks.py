@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.make_tasks import family
 from tactogram import models
-from tactogram.benchmark.result import BenchmarkResult, check_result
+from tactogram.benchmark.result import COMMITTED as BRIEF
+from tactogram.benchmark.result import BenchmarkResult, brief, check_result, read_results
 from tactogram.benchmark.task import available_tasks
 from tactogram.benchmark.task_kind import kind_of
 from tactogram.datasets.importer import IMPORTERS
@@ -43,6 +45,36 @@ def test_the_kinds_that_a_paper_of_the_field_asks_are_there():
     assert wanted < {kind for kind, _ in kinds}
     assert {("generation", "image"), ("generation", "vibration")} < kinds
     assert len(TASKS) >= 20
+
+
+def test_what_score_ranks_among_is_of_the_committed_results():
+    """`make benchmark-page` writes it."""
+    assert BRIEF.read_text(encoding="utf-8") == brief(read_results([ROOT / "benchmarks" / "tasks"]))
+
+
+@pytest.mark.parametrize("name", [name for name, task in TASKS.items() if task.aggregate_only])
+def test_results_of_data_that_may_not_be_passed_on_hold_aggregates(name):
+    folder = ROOT / "benchmarks" / "tasks" / name
+    assert TASKS[name].data.importer == "hatt"
+    assert not (folder / "shown").exists()
+    for file in folder.glob("*.json"):
+        result = BenchmarkResult.load(file)
+        assert all(item.startswith("group ") for figure in result.figures.values() for item in figure.by_item)
+        assert len(result.main.by_item) <= 9 if result.figures else result.failed
+
+
+def test_families_of_surfaces_are_in_one_part():
+    """Two names for a family that the rule of `benchmarks.make_tasks` makes, and the groups of the split."""
+    assert [family(name) for name in ("Canvas 2", "Styrofoam", "Sandpaper 100", "Wax Paper", "Cork")] == [
+        "canvas", "foam", "sandpaper", "paper", "Cork",
+    ]  # fmt: skip
+    split = TASKS["hatt-name"].load_split()
+    held = {
+        part: {split.groups[segment.id] for segment in segments} for part, segments in split.parts.items()
+    }
+    assert not held["train"] & held["test"]
+    assert not held["validation"] & (held["train"] | held["test"])
+    assert {"foam", "carpet", "sandpaper"} < held["test"]
 
 
 @pytest.mark.parametrize("file", COMMITTED, ids=lambda file: f"{file.parent.name}/{file.stem}")

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
-from tactogram.benchmark.task import BenchmarkTask
+from tactogram.benchmark.task import BenchmarkTask, available_tasks
 from tactogram.datasets import Examples, Split, Store, label_of, open_store, part_examples, signal_kind
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
@@ -55,8 +56,7 @@ class OpenTask:
 
     def counts(self, part: str) -> Counter[str]:
         """Return the number of recordings of each material in a part, without reading them."""
-        infos = self.examples(part).infos
-        return Counter(str(label_of(info, self.task.label)) for info in infos)
+        return Counter(str(label_of(info, self.task.label)) for info in self.examples(part).infos)
 
     @cached_property
     def materials(self) -> tuple[str, ...]:
@@ -117,6 +117,30 @@ def find_store(task: BenchmarkTask, places: Sequence[Path]) -> Store | None:
             if store.sha256 == task.data.sha256:
                 return store
     return None
+
+
+def list_tasks(
+    folder: Path | str = "runs/benchmark",
+    stores: Sequence[Path | str] = (),
+    task_folders: Sequence[Path | str] = (),
+) -> dict[str, dict[str, Any]]:
+    """Return ``title``, ``kind``, ``data``, ``simulated`` and ``state`` of each task by name.
+
+    The state is ``available``, ``simulated on demand``, or ``missing``, with the name of its importer.
+    """
+    places = (Path(folder) / "stores", *further_folders(STORES_VARIABLE, stores))
+    found = {}
+    for name, task in available_tasks(task_folders).items():
+        there = find_store(task, places) is not None
+        missing = "simulated on demand" if task.data.simulated else f"missing: import {task.data.importer}"
+        found[name] = {
+            "title": task.title,
+            "kind": task.kind,
+            "data": task.data.what,
+            "simulated": task.data.simulated,
+            "state": "available" if there else missing,
+        }
+    return found
 
 
 def _simulated(task: BenchmarkTask, folder: Path, progress: ProgressCallback) -> Store:

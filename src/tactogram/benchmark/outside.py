@@ -136,7 +136,7 @@ def score_answers(
         answers = load_arrays(file)
         check_answers(form, questions, answers, where=str(file))
         given = {one.id: answers[hashed.id] for one, hashed in zip(own, questions, strict=True)}
-        judgement = kind.judge(opened, given, progress)
+        judgement = kind.judged(opened, given, progress)
         how = f"{about.how} {about.code}".strip()
         result = result_of(opened, about.model, "outside", seed, judgement, recipe=how)
         results.append(result)

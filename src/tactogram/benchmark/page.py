@@ -14,15 +14,17 @@ import numpy as np
 from markupsafe import escape
 
 from tactogram.benchmark.ranking import RankedModel
-from tactogram.benchmark.result import check_result, read_results
+from tactogram.benchmark.result import brief, check_result, read_results
 from tactogram.benchmark.shown import REAL_FOLDER, RECORDED
 from tactogram.benchmark.table import (
     NOTES,
+    OTHERS,
     TaskTable,
     about_text,
     data_text,
     heading,
     markdown,
+    mean_of,
     mean_text,
     span_text,
     tables_of,
@@ -43,19 +45,18 @@ HEARD_S = 2.0
 PICTURE = (112, 56)
 """Pixels of a spectrogram."""
 RANGE_DB = 60.0
-OTHERS = 4
-"""Further figures in a table."""
 
 
 def write_table(
     folders: Sequence[Path], out: Path | str | None = None, *, task_folders: Sequence[Path | str] = ()
 ) -> tuple[dict[str, Any], str]:
-    """Rank the results in folders, and write the tables to ``out``, if given.
+    """Rank the results in folders, and write the tables to ``out``, if given; as JSON, what `committed_results` reads.
 
     Returns
     -------
     dict
-        By task: the ranked models, ``rank``, ``value``, ``sd``, ``low``, ``high``, ``seeds`` and ``not_told_apart``.
+        By task: the ranked models, ``rank``, ``value``, ``sd``, ``low``, ``high``, ``seeds``, ``not_told_apart`` and
+        ``informed`` (better than what ignores the input).
     str
         The Markdown tables, or where the file was written.
 
@@ -65,8 +66,8 @@ def write_table(
         If ``out`` is of another format, there are no results, or one is of another version of its task.
     """
     suffix = Path(out).suffix if out else ".md"
-    if suffix not in (".md", ".html"):
-        raise ParameterError(f"out must end with .md or .html, got {out}")
+    if suffix not in (".md", ".html", ".json"):
+        raise ParameterError(f"out must end with .md, .html or .json, got {out}")
     tasks = available_tasks(task_folders)
     results = read_results(folders)
     for result in results:
@@ -79,7 +80,10 @@ def write_table(
     report = {table.task.name: [_facts(entry) for entry in table.ranked] for table in tables}
     if out is None:
         return report, markdown(tables)
-    write_text(Path(out), markdown(tables) if suffix == ".md" else html(tables, folders))
+    if suffix == ".json":
+        write_text(Path(out), brief(results))
+    else:
+        write_text(Path(out), markdown(tables) if suffix == ".md" else html(tables, folders))
     return report, f"{len(tables)} tasks: {out}"
 
 
@@ -92,29 +96,25 @@ def html(tables: Sequence[TaskTable], folders: Sequence[Path]) -> str:
         lstrip_blocks=True,
     )
     template = loader.get_template("page.html.jinja")
-    notes = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", str(escape(NOTES)))
-    return template.render(tasks=[_task(table, folders) for table in tables], notes=notes)
+    return template.render(tasks=[_task(table, folders) for table in tables], notes=_marked(NOTES))
+
+
+def _marked(text: str) -> str:
+    """Return Markdown of strong words and code as HTML."""
+    strong = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", str(escape(text)), flags=re.DOTALL)
+    return re.sub("`(.+?)`", r"<code>\1</code>", strong)
 
 
 def _facts(entry: RankedModel) -> dict[str, Any]:
-    return {
-        "model": entry.model,
-        "entry": entry.entry,
-        "rank": [entry.best_rank, entry.worst_rank],
-        "value": entry.value,
-        "sd": entry.sd,
-        "low": entry.low,
-        "high": entry.high,
-        "seeds": len(entry.results),
-        "not_told_apart": list(entry.not_told_apart),
-    }
+    kept = ("model", "entry", "value", "sd", "low", "high", "not_told_apart", "informed")
+    counted = {"rank": [entry.best_rank, entry.worst_rank], "seeds": len(entry.results)}
+    return counted | {name: getattr(entry, name) for name in kept}
 
 
 def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
     task, kind = table.task, kind_of(table.task.kind)
-    name, title = table.main
     first = table.ranked[0].results[0]
-    others = [key for key in first.figures if key != name][:OTHERS]
+    others = list(first.figures)[1 : 1 + OTHERS]
     return {
         "name": task.name,
         "title": task.title,
@@ -122,13 +122,13 @@ def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:
         "simulated": task.data.simulated,
         "given": kind.given_in(task),
         "asked": kind.asked,
-        "figure": title,
+        "figure": first.main.title,
         "unit": first.main.unit,
         "better": first.main.better,
         "span": span_text(first.main),
         "best": [
             (entry.model, about_text(entry), value_text(entry), ", ".join(entry.not_told_apart))
-            for entry in (table.best, table.best_new)
+            for entry in (table.ranked[0], table.best_new)
             if entry
         ],
         "columns": [(heading(key), first.figures[key].title) for key in others],
@@ -147,17 +147,12 @@ def _row(entry: RankedModel, table: TaskTable, others: Sequence[str]) -> dict[st
         "text": value_text(entry),
         "value": entry.value,
         "bar": _bar(entry, table),
-        "cells": [(mean_text(entry, key), _mean(entry, key)) for key in others],
+        "cells": [(mean_text(entry, key), mean_of(entry, key)) for key in others],
         "seeds": len(entry.results),
         "training": training_text(entry),
         "tied": ", ".join(entry.not_told_apart),
         "notes": " ".join(entry.results[0].notes),
     }
-
-
-def _mean(entry: RankedModel, figure: str) -> float:
-    values = [r.figures[figure].value for r in entry.results if figure in r.figures]
-    return float(np.mean(values)) if values else float("nan")
 
 
 def _bar(entry: RankedModel, table: TaskTable) -> dict[str, float]:
@@ -195,20 +190,12 @@ def _shown(task: BenchmarkTask, models: Sequence[str], folders: Sequence[Path]) 
         signals = {model: read_signal(file) for model, file in by_model.items() if file.suffix == ".flac"}
         sounds = {model: audible(_beginning(signal)) for model, signal in signals.items()}
         peak = max((float(np.abs(sound.samples).max()) for sound in sounds.values()), default=0.0)
-        entries = []
-        for model, file in by_model.items():
-            if model in sounds:
-                entries.append(
-                    {
-                        "model": model,
-                        "sound": _flac(sounds[model], peak),
-                        "picture": _spectrogram(signals[model]),
-                    }
-                )
-            else:
-                entries.append(
-                    {"model": model, "sound": "", "picture": base64.b64encode(file.read_bytes()).decode()}
-                )
+        entries = [
+            {"model": model, "sound": _flac(sounds[model], peak), "picture": _spectrogram(signals[model])}
+            if model in sounds
+            else {"model": model, "sound": "", "picture": base64.b64encode(file.read_bytes()).decode()}
+            for model, file in by_model.items()
+        ]
         found.append({"item": item, "entries": entries})
     return found
 

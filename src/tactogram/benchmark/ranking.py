@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import false_discovery_control
 
+from tactogram.benchmark.ignoring import IGNORING
 from tactogram.benchmark.result import BenchmarkResult, Entry
 from tactogram.benchmark.task_kind import Figure
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures import margin_of
+from tactogram.evaluation.measures import margin_of, mean_interval
 
 SIGNIFICANCE = 0.05
 FLIPS = 20_000
@@ -42,6 +43,8 @@ class RankedModel:
     """The rank lies between these, given which models are told apart."""
     not_told_apart: tuple[str, ...]
     """Models from which it is not told apart."""
+    informed: bool | None
+    """Whether it is better than all rows that ignore what is given; None for these, and where there are none."""
 
     @property
     def rank_text(self) -> str:
@@ -74,6 +77,7 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
     _check_comparable(list(by_model.values()))
     sign = 1.0 if next(iter(by_model.values()))[0].main.better == "higher" else -1.0
     better = _comparisons(by_model, sign)
+    ignoring = [name for name in IGNORING if name in by_model]
     names = sorted(by_model, key=lambda name: -sign * _mean(by_model[name]))
     ranked = []
     for name in names:
@@ -96,6 +100,9 @@ def rank_models(results: Sequence[BenchmarkResult]) -> list[RankedModel]:
                     for other in names
                     if other != name and not better.get((other, name)) and not better.get((name, other))
                 ),
+                all(better.get((name, row)) or _surpasses(held, by_model[row], sign) for row in ignoring)
+                if ignoring and name not in IGNORING
+                else None,
             )
         )
     return ranked
@@ -143,6 +150,13 @@ def _comparisons(
         told = bool(p < SIGNIFICANCE and sure)
         found[one, other], found[other, one] = told and bool(first), told and not first
     return found
+
+
+def _surpasses(one: Sequence[BenchmarkResult], other: Sequence[BenchmarkResult], sign: float) -> bool:
+    """Return whether the first is better with every seed, and by Student's 95 % interval over items."""
+    interval = mean_interval(sign * _differences(one, other))
+    steady = all(sign * (result.main.value - _mean(other)) > 0 for result in one)
+    return steady and interval is not None and interval[0] > 0
 
 
 def _differences(one: Sequence[BenchmarkResult], other: Sequence[BenchmarkResult]) -> Floats:

@@ -23,6 +23,7 @@ from tactogram.validation import validated
 
 FORMAT: Literal["tactogram-benchmark-result"] = "tactogram-benchmark-result"
 VERSION: Literal[1] = 1
+COMMITTED = Path(__file__).with_name("results.json")
 Entry = Literal["model", "baseline", "outside"]
 """A model of this package or a folder of models; a baseline of the kind of task; or answers from a file."""
 
@@ -190,6 +191,25 @@ def read_results(folders: Iterable[Path]) -> list[BenchmarkResult]:
             result = BenchmarkResult.load(file)
             found[result.task, result.model, result.seed] = result
     return list(found.values())
+
+
+def brief(results: Iterable[BenchmarkResult]) -> str:
+    """Return results that did not fail as JSON, as far as a ranking needs them: a line each."""
+    kept = (
+        result.model_copy(update={"figures": {result.main_name: result.main}, "settings": {}, "notes": ()})
+        for result in sorted(results, key=lambda r: (r.task, r.model, r.seed))
+        if not result.failed
+    )
+    return (
+        "[\n"
+        + ",\n".join(json.dumps(each.model_dump(mode="json", exclude_defaults=True)) for each in kept)
+        + "\n]\n"
+    )
+
+
+def committed_results() -> list[BenchmarkResult]:
+    """Return the results of `brief` that come with the package."""
+    return [BenchmarkResult(**row) for row in json.loads(COMMITTED.read_text(encoding="utf-8"))]
 
 
 def device() -> str:

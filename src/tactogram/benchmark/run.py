@@ -11,6 +11,7 @@ from typing import Any
 
 from tactogram import models
 from tactogram.benchmark.data import STORES_VARIABLE, OpenTask, open_task
+from tactogram.benchmark.ignoring import IGNORING
 from tactogram.benchmark.questions import check_answers
 from tactogram.benchmark.result import BenchmarkResult, Entry, device, result_of
 from tactogram.benchmark.shown import save_shown
@@ -86,7 +87,8 @@ def run_benchmark(
     tasks, chosen : sequence of str
         Names of tasks, and of models or baselines; by default all, each on the tasks that it fits.
     seeds : int
-        Number of seeds, from 0; baselines are not trained, and have one.
+        Number of seeds, from 0; baselines are not trained, and have one, except those that
+        ignore what is given.
     folder : path
         Work folder: simulated stores, trainings and reference models.
     out : path, optional
@@ -154,7 +156,7 @@ def run_benchmark(
             BenchmarkCell(name, model, entry, seed, str(work), str(place), recipe, longest_min, **places)
             for model, entry in entries.items()
             if not chosen or model in chosen
-            for seed in opened.task.seeds[: seeds if entry == "model" else 1]
+            for seed in opened.task.seeds[: seeds if entry == "model" or model in IGNORING else 1]
         ]
     if missing := [name for name in chosen if name not in named] if named else []:
         raise ParameterError(
@@ -221,7 +223,7 @@ def _judged(cell: BenchmarkCell, opened: OpenTask, kind: TaskKind) -> BenchmarkR
         answers = {question.id: kind.answer(opened, loaded, question, cell.seed) for question in questions}
     answered = time.perf_counter() - began - trained
     check_answers(kind.form(opened), questions, answers, where=cell.name)
-    judgement = kind.judge(opened, answers, silent)
+    judgement = kind.judged(opened, answers, silent)
     if cell.seed == 0:
         save_shown(Path(cell.out), cell.task, cell.model, judgement.shown, simulated=opened.store.simulated)
     return result_of(

@@ -24,9 +24,8 @@ def save_shown(
     """
     folder = (out if simulated else out / REAL_FOLDER) / task / "shown"
     for name, content in shown.items():
-        item, _, of = name.partition(f" {RECORDED}")
-        recorded = name.endswith(f" {RECORDED}") and not of
-        place = folder / (RECORDED if recorded else model) / re.sub(r"[^\w.=+-]+", "_", item)
+        item = name.removesuffix(f" {RECORDED}")
+        place = folder / (model if item == name else RECORDED) / re.sub(r"[^\w.=+-]+", "_", item)
         if isinstance(content, Image):
             from PIL import Image as Picture
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from tactogram.benchmark.ignoring import IGNORING, RANDOM
 from tactogram.benchmark.ranking import RankedModel, rank_models
 from tactogram.benchmark.result import BenchmarkResult
 from tactogram.benchmark.task import BenchmarkTask
 from tactogram.benchmark.task_kind import Figure, kind_of
 from tactogram.workflows.evaluation.reference_models import HOLDING_RECORDINGS
 
+OTHERS = 4
+"""Further figures in a table."""
 NOTES = """\
 Each model was trained only on the training part of its task, except those marked "as it comes", whose weights ship
 with the package. A value is the mean over seeds ± standard deviation, with its 95 % interval in brackets: over the
@@ -19,9 +23,12 @@ questions and, if there are several seeds, over trainings. **At best** is the va
 material, or a perfect answer, would have; **by chance** that of other materials, or of a guess. The rank 2–4 means
 that one model is better, and that two others are not told apart from this one. Models are told apart if a paired
 permutation test over the questions gives p < 0.05 after Benjamini and Hochberg's correction for all pairs of the task,
-and the difference has the same sign for every seed. Fewer than three seeds are of baselines, which are not trained,
-and of models whose trainings took too long for more. A model that **copies** plays back its training recordings, and
-makes nothing new."""
+and the difference has the same sign for every seed. `random` and `mean` **ignore what is given**, except speed and
+force: they answer with training items drawn at random and with the mean of all, of signals noise of their mean log
+spectrum. A model **shows no use of its input** unless it is better than both: told apart from them, or better with
+every seed and by the 95 % interval of the difference over the questions. Fewer than three seeds are of baselines, which
+are not trained, and of models whose trainings took too long for more. A model that **copies** plays back its training
+recordings, and makes nothing new."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,22 +40,11 @@ class TaskTable:
     failed: tuple[BenchmarkResult, ...]
 
     @property
-    def best(self) -> RankedModel:
-        """The best model."""
-        return self.ranked[0]
-
-    @property
     def best_new(self) -> RankedModel | None:
         """The best of the models that make something new, if the best does not, and there is one."""
         return (
-            next((entry for entry in self.ranked if not copies(entry)), None) if copies(self.best) else None
+            next((each for each in self.ranked if not copies(each)), None) if copies(self.ranked[0]) else None
         )
-
-    @property
-    def main(self) -> tuple[str, str]:
-        """Name and title of the main figure."""
-        result = self.ranked[0].results[0]
-        return result.main_name, result.main.title
 
 
 def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkTask]) -> list[TaskTable]:
@@ -70,13 +66,27 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
     return found
 
 
+def standing_of(
+    task: BenchmarkTask, results: Sequence[BenchmarkResult], others: Sequence[BenchmarkResult]
+) -> tuple[dict[str, Any], str]:
+    """Return ``mean`` and ``rank`` (best, worst) of a model's results on a task among ``others``, and a sentence."""
+    model = results[0].model
+    (table,) = tables_of([*results, *(other for other in others if other.model != model)], {task.name: task})
+    entry = next(each for each in table.ranked if each.model == model)
+    told = f"mean {value_text(entry)}: rank {entry.rank_text} of {len(table.ranked)} models with results"
+    if entry.informed is False:
+        told += f"; not better than {' and '.join(IGNORING)}, which ignore what is given: no use of its input shown"
+    facts = {"mean": entry.value, "rank": [entry.best_rank, entry.worst_rank], "informed": entry.informed}
+    return facts | {"models": len(table.ranked)}, told
+
+
 def markdown(tables: Sequence[TaskTable]) -> str:
     """Return all tables as one page."""
     lines = ["# Benchmark", "", NOTES, ""]
     heads = ("task", "data", "given", "best", "not told apart from it", "at best", "by chance")
     lines += [_row(*heads), "| --- " * len(heads) + "|"]
     for table in tables:
-        first, task = table.best, table.task
+        first, task = table.ranked[0], table.task
         tied = ", ".join(f"`{name}`" for name in first.not_told_apart) or "–"
         main = first.results[0].main
         given = kind_of(task.kind).given_in(task)
@@ -92,16 +102,14 @@ def markdown(tables: Sequence[TaskTable]) -> str:
 
 def _section(table: TaskTable) -> list[str]:
     task, kind = table.task, kind_of(table.task.kind)
-    name, title = table.main
     result = table.ranked[0].results[0]
-    others = [key for key in result.figures if key != name][:4]
+    main, (name, *others) = result.main, list(result.figures)[: 1 + OTHERS]
     lines = [
         f"({task.name})=",
         f"## {task.title}",
         "",
         f"`{task.name}`: {data_text(task)}. Given {kind.given_in(task)}, a model returns {kind.asked}. "
-        f"Figure: {title}{f', {result.main.unit}' if result.main.unit else ''}, {result.main.better} is better; "
-        f"{span_text(result.main)}.",
+        f"Figure: {main.title}{f', {main.unit}' if main.unit else ''}, {main.better} is better; {span_text(main)}.",
         "",
         _row("rank", "model", *map(heading, [name, *others]), "seeds", "training"),
         "| --- " * (5 + len(others)) + "|",
@@ -124,7 +132,7 @@ def copies(entry: RankedModel) -> bool:
 
     Its signals are then nearer to that than half way from unseen recordings to copies.
     """
-    if entry.model in HOLDING_RECORDINGS:
+    if entry.model in (*HOLDING_RECORDINGS, RANDOM):
         return True
     near = [r.figures["training_correlation"] for r in entry.results if "training_correlation" in r.figures]
     return bool(near) and all(figure.value > ((figure.floor or 0.0) + 1) / 2 for figure in near)
@@ -133,7 +141,14 @@ def copies(entry: RankedModel) -> bool:
 def about_text(entry: RankedModel) -> str:
     """Return what sets an entry apart: a baseline, answers from outside, or one that copies."""
     marks = ["copies"] if copies(entry) else []
-    marks += [entry.entry] if entry.entry != "model" else []
+    marks += (
+        ["ignores what is given"]
+        if entry.model in IGNORING
+        else [entry.entry]
+        if entry.entry != "model"
+        else []
+    )
+    marks += ["no use of its input shown"] if entry.informed is False else []
     return f" ({', '.join(marks)})" if marks else ""
 
 
@@ -162,10 +177,15 @@ def span_text(figure: Figure) -> str:
     return ", ".join(f"{what} {number(value)}" for what, value in ends if value is not None)
 
 
-def mean_text(entry: RankedModel, figure: str) -> str:
-    """Return the mean of another figure over seeds, "–" where it is missing."""
+def mean_of(entry: RankedModel, figure: str) -> float | None:
+    """Return the mean of another figure over seeds; None where it is missing."""
     values = [result.figures[figure].value for result in entry.results if figure in result.figures]
-    return number(sum(values) / len(values)) if values else "–"
+    return sum(values) / len(values) if values else None
+
+
+def mean_text(entry: RankedModel, figure: str) -> str:
+    """Return `mean_of` as text."""
+    return number(mean_of(entry, figure))
 
 
 def training_text(entry: RankedModel) -> str:

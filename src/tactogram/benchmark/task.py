@@ -7,7 +7,7 @@ import json
 from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -23,10 +23,14 @@ FOLDERS_VARIABLE = "TACTOGRAM_TASKS"
 """Environment variable with further folders of tasks, separated as in PATH."""
 
 
-class TaskData(BaseModel):
-    """The store of a task. Unknown keys are errors."""
+class TaskOptions(BaseModel):
+    """Base of the options of a kind, and of other parts of a task. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class TaskData(TaskOptions):
+    """The store of a task. Unknown keys are errors."""
 
     name: str
     """Name in the store's ``dataset.json``."""
@@ -45,20 +49,16 @@ class TaskData(BaseModel):
         return bool(self.simulate)
 
 
-class TaskRecipe(BaseModel):
+class TaskRecipe(TaskOptions):
     """The recipe by which one model is trained for a task, where it is not its ``quick`` one."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     recipe: str = "quick"
     changes: dict[str, Any] = Field(default_factory=dict)
     """Values by dotted key."""
 
 
-class TaskDescription(BaseModel):
+class TaskDescription(TaskOptions):
     """Content of a task's file. Unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str = Field(min_length=1)
     kind: str
@@ -75,6 +75,8 @@ class TaskDescription(BaseModel):
     recipes: dict[str, TaskRecipe] = Field(default_factory=dict)
     """By model."""
     seeds: tuple[int, ...] = (0, 1, 2)
+    aggregate_only: bool = False
+    """Whether results keep no value of an item, sound or picture: for data that may not be passed on."""
     choose_on: str = "the validation part"
     """What may be used to choose among models or their settings."""
 
@@ -88,7 +90,8 @@ class BenchmarkTask(TaskDescription):
     @cached_property
     def sha256(self) -> str:
         """Hash of everything that decides a result: a result is of one hash."""
-        facts = self.model_dump(mode="json", exclude={"title", "file", "seeds", "recipes", "choose_on"})
+        unhashed = {"title", "file", "seeds", "recipes", "choose_on", "aggregate_only"}
+        facts = self.model_dump(mode="json", exclude=unhashed)
         del facts["data"]["what"]
         return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 
@@ -147,3 +150,11 @@ def find_task(name: str, folders: Sequence[Path | str] = ()) -> BenchmarkTask:
     if name not in tasks:
         raise ParameterError(f"task must be one of {', '.join(tasks)}, got {name!r}")
     return tasks[name]
+
+
+Options = TypeVar("Options", bound=TaskOptions)
+
+
+def options_of(task: BenchmarkTask, kind: type[Options]) -> Options:
+    """Return the options of a task as those of its kind; a `ParameterError` names an unknown key."""
+    return validated(kind, task.options, where=f"{task.file}: options")

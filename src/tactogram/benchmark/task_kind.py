@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -16,6 +17,7 @@ from pydantic.dataclasses import dataclass as checked_dataclass
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.task import BenchmarkTask
+from tactogram.model import Condition
 from tactogram.models import ModelInfo
 from tactogram.plugins import PluginGroup
 from tactogram.signal import Image, Signal
@@ -26,6 +28,10 @@ TASK_KINDS = PluginGroup(
     "kind of a task", "tactogram.benchmark.kinds", "tactogram.task_kinds", "TACTOGRAM_TASK_KINDS"
 )
 """Modules with a ``KIND``, a `TaskKind`."""
+
+
+POOLED = 5
+"""Fewest items of a group whose value is kept where those of items may not be."""
 
 
 @checked_dataclass(frozen=True, config=ConfigDict(extra="forbid", allow_inf_nan=False))
@@ -67,6 +73,15 @@ class Judgement:
     """Some answers, and what was recorded, for the page: ``QUESTION`` and ``QUESTION recorded``."""
 
 
+def _pooled(by_item: Mapping[str, float]) -> dict[str, float]:
+    """Return values of groups of items, dealt in the order of their names, whose mean is that of the items."""
+    values = [by_item[name] for name in sorted(by_item)]
+    count = max(1, len(values) // POOLED)
+    return {f"group {n + 1}": sum(values[n::count]) * count / len(values) for n in range(count) if values}
+
+
+Content = Signal | Image | NDArray[Any]
+"""A signal, an image, or scores."""
 Baseline = Callable[[OpenTask, Sequence[Question], int], Answers]
 """Answers without a trained model, for a seed."""
 
@@ -86,13 +101,14 @@ class TaskKind(ABC):
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
     """What is asked, in words."""
+    baselines: Mapping[str, Baseline] = MappingProxyType({})
+    """By name, ranked like models; those that are models are not among them."""
     validation_judges: bool = False
     """Whether the validation part trains the judge, so that no model may see it."""
 
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """Baselines by name, which are ranked like models; those that are models are not among them."""
-        return {}
+    def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
+        """Return each training item as an answer, with its conditions: what `ignoring` answers with."""
+        return []
 
     def given_in(self, task: BenchmarkTask) -> str:
         """Return what a model is given in a task, in words."""
@@ -125,6 +141,14 @@ class TaskKind(ABC):
     @abstractmethod
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
         """Return the figures of answers, complete and of the right shape."""
+
+    def judged(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
+        """Return what `judge` does; of a task that is ``aggregate_only`` no answers, and no values of items."""
+        found = self.judge(opened, answers, progress)
+        if not opened.task.aggregate_only:
+            return found
+        pooled = {name: replace(each, by_item=_pooled(each.by_item)) for name, each in found.figures.items()}
+        return Judgement(pooled, found.notes)
 
 
 def kind_of(name: str) -> TaskKind:

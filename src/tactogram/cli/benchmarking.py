@@ -22,11 +22,6 @@ class _Places(Request):
 
 
 @dataclass(frozen=True)
-class _ListRequest(_Places):
-    pass
-
-
-@dataclass(frozen=True)
 class _RunRequest(_Places):
     names: Annotated[Sequence[str], Argument("tasks and models, by default all", metavar="TASK|MODEL")] = ()
     _: KW_ONLY
@@ -51,7 +46,11 @@ class _TableRequest(Request):
     results: Annotated[Sequence[str], Argument("folders of results", metavar="RESULTS")]
     _: KW_ONLY
     out: Annotated[
-        str | None, Option(".md, or .html for the page that sorts and plays (default: print)", "FILE")
+        str | None,
+        Option(
+            ".md, .html for the page that sorts and plays, or .json for what `score` ranks among (default: print)",
+            "FILE",
+        ),
     ] = None
 
 
@@ -75,8 +74,8 @@ class _ScoreRequest(_Places):
     out: Annotated[str | None, Option("folder of the results (default FOLDER/results)", "DIR")] = None
 
 
-def _list(request: _ListRequest, show: Printer) -> None:
-    from tactogram.benchmark.listing import list_tasks
+def _list(request: _Places, show: Printer) -> None:
+    from tactogram.benchmark.data import list_tasks
 
     found = list_tasks(request.folder)
     rows = [(name, task["data"], task["state"], task["title"]) for name, task in found.items()]
@@ -151,6 +150,8 @@ def _questions(request: _QuestionsRequest, show: Printer) -> None:
 def _score(request: _ScoreRequest, show: Printer) -> None:
     from tactogram.benchmark.data import open_task
     from tactogram.benchmark.outside import score_answers
+    from tactogram.benchmark.result import committed_results
+    from tactogram.benchmark.table import standing_of
     from tactogram.benchmark.task import find_task
 
     work = Path(request.folder)
@@ -165,14 +166,15 @@ def _score(request: _ScoreRequest, show: Printer) -> None:
         ends = text_of(main.floor), text_of(main.ceiling)
         rows.append((str(result.seed), text_of(main.value), interval, *ends))
     files = [str(result.file(out)) for result in results]
-    facts = {"results": [result.model_dump(mode="json") for result in results], "files": files}
-    show(facts, "\n".join([columns(rows), *(f"result: {file}" for file in files)]))
+    standing, sentence = standing_of(opened.task, results, committed_results())
+    facts = {"results": [result.model_dump(mode="json") for result in results], "files": files, **standing}
+    show(facts, "\n".join([columns(rows), sentence, *(f"result: {file}" for file in files)]))
 
 
 PLACES = ("tasks", "stores")
 
 VERBS = {
-    "benchmark list": Verb(_ListRequest, _list, folders=PLACES),
+    "benchmark list": Verb(_Places, _list, folders=PLACES),
     "benchmark run": Verb(_RunRequest, _run, folders=("models", *PLACES)),
     "benchmark table": Verb(_TableRequest, _table, folders=("tasks",)),
     "benchmark check": Verb(_CheckRequest, _check, folders=("tasks",)),

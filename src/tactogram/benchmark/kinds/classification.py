@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
-from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
+from tactogram.benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import pooled
 from tactogram.evaluation.measures import linear_discriminant, wilson
@@ -23,11 +24,22 @@ SMALLEST = 1e-6
 """Probability below which an error costs no more: 14 nats."""
 
 
+def _discriminant(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
+    train = opened.train
+    classify = linear_discriminant([e.signal for e in train], [str(e.material) for e in train])
+    found = classify([question.given["vibration"] for question in questions])
+    return {
+        question.id: np.array([float(name == answer) for name in opened.materials])
+        for question, answer in zip(questions, found, strict=True)
+    }
+
+
 class Classification(TaskKind):
     """Questions are the test recordings; answers, probabilities of the materials of the training part."""
 
     name, rank = "classification", 1
     main = ("accuracy", "higher")
+    baselines = MappingProxyType({"linear_discriminant": _discriminant})
     given = "a recording"
     asked = "the probability of each material"
 
@@ -39,11 +51,6 @@ class Classification(TaskKind):
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether the model is a classifier."""
         return facts.task == "classification"
-
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """The linear discriminant on levels and envelopes by band."""
-        return {"linear_discriminant": _discriminant}
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return probabilities of materials."""
@@ -82,35 +89,15 @@ class Classification(TaskKind):
         return Judgement(
             {
                 "accuracy": Figure(
-                    accuracy.accuracy,
-                    "higher",
-                    "recordings classified correctly",
-                    floor=1.0,
-                    ceiling=chance,
-                    low=accuracy.low,
-                    high=accuracy.high,
-                    by_item=right,
+                    accuracy.accuracy, "higher", "recordings classified correctly",
+                    floor=1.0, ceiling=chance, low=accuracy.low, high=accuracy.high, by_item=right,
                 ),
                 "cross_entropy": Figure(
-                    float(np.mean(list(cost.values()))),
-                    "lower",
-                    "cross-entropy",
-                    unit="nat",
-                    floor=0.0,
-                    ceiling=-float(np.log(chance)),
+                    float(np.mean(list(cost.values()))), "lower", "cross-entropy", "nat",
+                    floor=0.0, ceiling=-float(np.log(chance)),
                 ),
             }
-        )
-
-
-def _discriminant(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    train = opened.train
-    classify = linear_discriminant([e.signal for e in train], [str(e.material) for e in train])
-    found = classify([question.given["vibration"] for question in questions])
-    return {
-        question.id: np.array([float(name == answer) for name in opened.materials])
-        for question, answer in zip(questions, found, strict=True)
-    }
+        )  # fmt: skip
 
 
 KIND = Classification()

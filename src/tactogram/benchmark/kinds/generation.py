@@ -1,4 +1,4 @@
-"""Generation: signals of a material, of a photographed surface, or of one that a single stroke was recorded of.
+"""Generation: signals of a surface that is named, photographed, or known by a single stroke.
 
 Generated signals are compared with recordings by `tactogram.evaluation.generation.protocol`, between a floor, other
 recordings, and a ceiling, other materials.
@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from tactogram.benchmark.data import OpenTask
-from tactogram.benchmark.options import TaskOptions, options_of
+from tactogram.benchmark.ignoring import IGNORING
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
-from tactogram.benchmark.task import BenchmarkTask
-from tactogram.benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram.benchmark.task import BenchmarkTask, TaskOptions, options_of
+from tactogram.benchmark.task_kind import Content, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import (
     CEILING,
@@ -31,7 +31,7 @@ from tactogram.evaluation.generation.measures import describe_measures
 from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.measures import mean_interval, signal_measures
-from tactogram.model import Example
+from tactogram.model import Condition, Example
 from tactogram.models import ModelInfo
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
@@ -58,8 +58,9 @@ SPARE_SAMPLES = 2
 class GenerationOptions(TaskOptions):
     """Options of the kind."""
 
-    given: Literal["material", "image", "vibration"] = "material"
-    """What describes the surface. ``vibration`` is the one recording of it in the training part."""
+    given: Literal["material", "image", "text", "image+text", "vibration"] = "material"
+    """What describes the surface. ``text`` is the name of one that need not be trained on, ``vibration`` the first
+    recording of it in the training part."""
     floor: Literal["train", "held-back"] = "train"
     """Recordings that the floor is made of: the training part, or every second test recording, where training and test
     differ in speed, force or surface."""
@@ -111,14 +112,21 @@ class Generation(TaskKind):
 
     name, rank, version = "generation", 4, 2
     main = ("distance", "lower")
-    given = "a material, a photograph or a stroke, at a speed and force"
+    baselines = IGNORING
+    given = "a material, a photograph, a name or a stroke, at a speed and force"
     asked = "a signal"
+
+    def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
+        """Return the recordings of the training part, as they are compared."""
+        return [(example.condition, felt(example.signal)) for example in opened.train]
 
     def given_in(self, task: BenchmarkTask) -> str:
         """Return what describes the surface."""
         surface = {
             "material": "a material",
             "image": "a photograph",
+            "text": "a name",
+            "image+text": "a photograph and a name",
             "vibration": "one stroke of the surface",
         }
         return f"{surface[options_of(task, GenerationOptions).given]}, and speed and force where known"
@@ -128,7 +136,7 @@ class Generation(TaskKind):
         options = options_of(opened.task, GenerationOptions)
         given, tested = options.given, opened.counts("test")
         unknown = sorted(tested.keys() - set(opened.materials))
-        if unknown and (options.floor == "train" or given != "image"):
+        if unknown and (options.floor == "train" or given in ("material", "vibration")):
             raise ParameterError(f"{opened.task.name}: no training recording of {', '.join(unknown)}")
         lone = [name for name, count in tested.items() if count < 2]
         if lone and options.floor == "held-back":
@@ -137,7 +145,7 @@ class Generation(TaskKind):
                 + ", ".join(lone)
             )
         shown = opened.examples("test")
-        blank = [name for name in tested if given == "image" and not len(shown.photographs_of(name))]
+        blank = [name for name in tested if "image" in given and not len(shown.photographs_of(name))]
         if blank:
             raise ParameterError(f"{opened.task.name}: no test photograph of {', '.join(blank)}")
 
@@ -146,10 +154,10 @@ class Generation(TaskKind):
         if facts.task != "generation" or facts.gives != "signal" or facts.learns_from != "recordings":
             return False
         given = options_of(opened.task, GenerationOptions).given
-        described = (*facts.needs, *facts.instead)
         if opened.kind.domain == "displacement" and facts.needs == ("material",) and given != "image":
             return False
-        return given in described or (given == "vibration" and facts.needs == ("material",))
+        described = {*facts.needs, *facts.instead} & {*given.split("+")}
+        return bool(described) or (given == "vibration" and facts.needs == ("material",))
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return a signal."""
@@ -187,15 +195,14 @@ class Generation(TaskKind):
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
         """Return generated samples; under unknown speeds or forces, of the surface alone."""
         compared, facts = _Compared(opened), loaded.facts
-        given = compared.options.given
-        described = "material" if given == "vibration" and given not in facts.conditions else given
-        surface = question.given[described] if described in question.given else question.given["material"]
-        if described == "vibration":
-            surface = loaded.prepare_vibration(surface)
+        named = [name for name in compared.options.given.split("+") if name in facts.conditions]
+        surface = {name: question.given[name] for name in named or ["material"]}
+        if "vibration" in surface:
+            surface["vibration"] = loaded.prepare_vibration(surface["vibration"])
         optional = {
             name: value
             for name, value in question.given.items()
-            if name in facts.conditions and name not in ("material", "image", "vibration")
+            if name in facts.conditions and name not in ("material", "image", "text", "vibration")
         }
         seconds = question.seconds or 0.0
         over_displacement = loaded.kind.domain == "displacement"
@@ -204,11 +211,11 @@ class Generation(TaskKind):
         own = child_seed(seed, "benchmark", question.id)
         generate = loaded.generator.generate
         try:
-            made = generate({described: surface, **optional}, seconds=seconds, seed=own)
+            made = generate({**surface, **optional}, seconds=seconds, seed=own)
         except ParameterError:
             if not optional or over_displacement:
                 raise
-            made = generate({described: surface}, seconds=seconds, seed=own)
+            made = generate(surface, seconds=seconds, seed=own)
         if not isinstance(made, Signal):
             raise ParameterError(f"{facts.name} generates images, not signals")
         made = felt(made)
@@ -261,10 +268,13 @@ def _condition(compared: _Compared, example: Example, stroke: Example | None, pl
     """Return what is given of a recording: its surface, and the speed and force of the finger where known."""
     known = {name: example.condition.get(name) for name in ("speed_mm_s", "force_n")}
     given: dict[str, Any] = {name: value for name, value in known.items() if value is not None}
-    given["material"] = str(example.material)
-    if compared.options.given == "image":
-        del given["material"]
+    described = compared.options.given.split("+")
+    if "text" in described:
+        given["text"] = str(example.material)
+    if "image" in described:
         given["image"] = example.photographs[place % len(example.photographs)]
+    if not {"text", "image"} & {*described}:
+        given["material"] = str(example.material)
     if compared.options.given == "vibration" and stroke is not None:
         given["vibration"] = stroke.signal
         given |= {
@@ -297,17 +307,9 @@ def _distance(result: GenerationResult) -> Figure:
     if not by_item:
         raise ParameterError("no measure separates the materials of the task, so that nothing can be ranked")
     values = np.array(list(by_item.values()))
-    interval = mean_interval(values, least=0.0) or (None, None)
-    return Figure(
-        float(values.mean()),
-        "lower",
-        "distance from recordings, mean of all signal measures: 0 another recording, 1 another material",
-        floor=0.0,
-        ceiling=1.0,
-        low=interval[0],
-        high=interval[1],
-        by_item=by_item,
-    )
+    low, high = mean_interval(values, least=0.0) or (None, None)
+    title = "distance from recordings, mean of all signal measures: 0 another recording, 1 another material"
+    return Figure(float(values.mean()), "lower", title, "", 0.0, 1.0, low, high, by_item)
 
 
 def _figures(result: GenerationResult) -> dict[str, Figure]:
@@ -335,14 +337,10 @@ def _mean_friction_error(compared: _Compared, made: Mapping[str, Sequence[Signal
     errors = np.array([abs(mean(made[name]) - real[name]) for name in real])
     low, high = mean_interval(errors, least=0.0) or (None, None)
     everything = np.array(list(real.values()))
+    floor = float(np.mean([abs(other[name] - real[name]) for name in real]))
+    ceiling = float(np.abs(everything[:, None] - everything).sum() / max(1, len(real) * (len(real) - 1)))
     return Figure(
-        float(errors.mean()),
-        "lower",
-        "error of the mean friction coefficient",
-        floor=float(np.mean([abs(other[name] - real[name]) for name in real])),
-        ceiling=float(np.abs(everything[:, None] - everything).sum() / max(1, len(real) * (len(real) - 1))),
-        low=low,
-        high=high,
+        float(errors.mean()), "lower", "error of the mean friction coefficient", "", floor, ceiling, low, high
     )
 
 

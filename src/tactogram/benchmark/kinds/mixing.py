@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.benchmark.data import OpenTask
-from tactogram.benchmark.options import TaskOptions, options_of
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
+from tactogram.benchmark.task import TaskOptions, options_of
 from tactogram.benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import mean_interval

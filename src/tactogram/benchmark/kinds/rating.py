@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,12 +9,13 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from tactogram.benchmark.data import OpenTask
+from tactogram.benchmark.ignoring import IGNORING
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
-from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
+from tactogram.benchmark.task_kind import Content, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import mean_interval
-from tactogram.model import ImageExample
+from tactogram.model import Condition, ImageExample
 from tactogram.models import ModelInfo
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
@@ -26,6 +26,7 @@ class Rating(TaskKind):
 
     name, rank, version = "rating", 7, 2
     main = ("error", "lower")
+    baselines = IGNORING
     given = "a recording or an image"
     asked = "the mean score of people in each word"
 
@@ -44,10 +45,9 @@ class Rating(TaskKind):
         """Return whether the model predicts scores."""
         return facts.task == "prediction"
 
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """The mean of the training part, whatever is given."""
-        return {"constant_guess": _constant}
+    def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
+        """Return the mean scores of each training item."""
+        return [({}, row) for row in mean_scores(opened, items_of(rated_examples(opened, "train")))]
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return scores."""
@@ -103,11 +103,6 @@ def _rank(said: NDArray[np.float64], held: NDArray[np.float64]) -> float:
     if np.ptp(said[known]) == 0 or np.ptp(held[known]) == 0:
         return 0.0
     return float(spearmanr(said[known], held[known]).statistic)
-
-
-def _constant(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    guess = np.nanmean(mean_scores(opened, items_of(rated_examples(opened, "train"))), axis=0)
-    return {question.id: guess for question in questions}
 
 
 KIND = Rating()

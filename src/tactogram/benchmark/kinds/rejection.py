@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
-from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
+from tactogram.benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import classifier_features, mean_interval, wilson
 from tactogram.models import ModelInfo
@@ -22,11 +23,37 @@ KEPT = 0.95
 """Share of known recordings at which the share of refused ones is read."""
 
 
+def _nearest_spectrum(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
+    """Return the distance to the nearest mean of `classifier_features`; the threshold keeps 95 % of the validation."""
+    train = opened.train
+    features = classifier_features([example.signal for example in train])
+    names = np.array([str(example.material) for example in train])
+    means = np.stack([features[names == name].mean(0) for name in opened.materials])
+    places = [opened.materials.index(name) for name in names]
+    scale = (features - means[places]).std(0)
+    scale[scale == 0] = 1.0
+
+    def distances(signals: Sequence[Any]) -> NDArray[np.float64]:
+        differences = (classifier_features(signals)[:, None] - means) / scale
+        nearest: NDArray[np.float64] = np.sqrt((differences**2).mean(2)).min(1)
+        return nearest
+
+    held = [example.signal for example in opened.examples("validation")]
+    calibrated = np.sort(distances(held or [example.signal for example in train]))
+    threshold = calibrated[min(len(calibrated) - 1, int(np.ceil((len(calibrated) + 1) * KEPT)) - 1)]
+    found = distances([question.given["vibration"] for question in questions])
+    return {
+        question.id: np.array([distance, float(distance > threshold)])
+        for question, distance in zip(questions, found, strict=True)
+    }
+
+
 class Rejection(TaskKind):
     """Questions are test recordings of known and of unknown materials."""
 
     name, rank, version = "rejection", 2, 2
     main = ("auroc", "higher")
+    baselines = MappingProxyType({"nearest_spectrum": _nearest_spectrum})
     given = "a recording, of a known material or not"
     asked = "how strange it is, and whether it is refused"
 
@@ -42,11 +69,6 @@ class Rejection(TaskKind):
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether the model is a classifier: its runs have a search index."""
         return facts.task == "classification"
-
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """Distance to the nearest material's mean spectrum."""
-        return {"nearest_spectrum": _nearest_spectrum}
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return strangeness and verdict."""
@@ -118,31 +140,6 @@ def _area(strange: Sequence[float], near: Sequence[float]) -> float:
     """Return the share of pairs in which the unknown recording is the stranger one; ties count half."""
     difference = np.subtract.outer(strange, near)
     return float(np.mean((np.sign(difference) + 1) / 2))
-
-
-def _nearest_spectrum(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    """Return the distance to the nearest mean of `classifier_features`; the threshold keeps 95 % of the validation."""
-    train = opened.train
-    features = classifier_features([example.signal for example in train])
-    names = np.array([str(example.material) for example in train])
-    means = np.stack([features[names == name].mean(0) for name in opened.materials])
-    places = [opened.materials.index(name) for name in names]
-    scale = (features - means[places]).std(0)
-    scale[scale == 0] = 1.0
-
-    def distances(signals: Sequence[Any]) -> NDArray[np.float64]:
-        differences = (classifier_features(signals)[:, None] - means) / scale
-        nearest: NDArray[np.float64] = np.sqrt((differences**2).mean(2)).min(1)
-        return nearest
-
-    held = [example.signal for example in opened.examples("validation")]
-    calibrated = np.sort(distances(held or [example.signal for example in train]))
-    threshold = calibrated[min(len(calibrated) - 1, int(np.ceil((len(calibrated) + 1) * KEPT)) - 1)]
-    found = distances([question.given["vibration"] for question in questions])
-    return {
-        question.id: np.array([distance, float(distance > threshold)])
-        for question, distance in zip(questions, found, strict=True)
-    }
 
 
 KIND = Rejection()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.benchmark.data import OpenTask
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
-from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
+from tactogram.benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import classifier_features, mean_interval, wilson
 from tactogram.model import Example
@@ -19,11 +20,20 @@ from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
 
 
+def _band_levels(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
+    trained = classifier_features([example.signal for example in opened.train])
+    centre, scale = trained.mean(0), trained.std(0)
+    scale[scale == 0] = 1.0
+    found = (classifier_features([question.given["vibration"] for question in questions]) - centre) / scale
+    return {question.id: row for question, row in zip(questions, found, strict=True)}
+
+
 class Retrieval(TaskKind):
     """Each test recording of an unknown material is searched among the others, by the cosine of embeddings."""
 
     name, rank, version = "retrieval", 3, 2
     main = ("average_precision", "higher")
+    baselines = MappingProxyType({"band_levels": _band_levels})
     given = "recordings of surfaces that were not trained on"
     asked = "an embedding of each"
 
@@ -39,11 +49,6 @@ class Retrieval(TaskKind):
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether the model is a classifier: its runs embed recordings."""
         return facts.task == "classification"
-
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """Standardised levels and envelopes by band."""
-        return {"band_levels": _band_levels}
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return an embedding."""
@@ -97,14 +102,6 @@ class Retrieval(TaskKind):
 
 def _searched(opened: OpenTask) -> list[Example]:
     return [example for example in opened.test if example.material not in opened.materials]
-
-
-def _band_levels(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    trained = classifier_features([example.signal for example in opened.train])
-    centre, scale = trained.mean(0), trained.std(0)
-    scale[scale == 0] = 1.0
-    found = (classifier_features([question.given["vibration"] for question in questions]) - centre) / scale
-    return {question.id: row for question, row in zip(questions, found, strict=True)}
 
 
 KIND = Retrieval()

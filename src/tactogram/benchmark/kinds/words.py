@@ -6,8 +6,9 @@ learn from nor what is asked.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,15 @@ from numpy.typing import NDArray
 
 from tactogram import models
 from tactogram.benchmark.data import OpenTask
-from tactogram.benchmark.options import TaskOptions, options_of
+from tactogram.benchmark.ignoring import IGNORING, array_of
 from tactogram.benchmark.questions import AnswerForm, Answers, Question
 from tactogram.benchmark.rated_items import items_of, mean_scores, rated_examples, rated_surfaces, ratings_of
-from tactogram.benchmark.task_kind import Baseline, Figure, Judgement, TaskKind
+from tactogram.benchmark.task import TaskOptions, options_of
+from tactogram.benchmark.task_kind import Content, Figure, Judgement, TaskKind
 from tactogram.benchmark.training import trained_for
 from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.label_following import label_fidelity
-from tactogram.model import Example
+from tactogram.model import Condition, Example
 from tactogram.models import ModelInfo
 from tactogram.signal import Image, Signal
 from tactogram.training.seeds import child_rng, child_seed
@@ -42,11 +44,25 @@ class WordsOptions(TaskOptions):
     """Signals or images of each label, of different noises."""
 
 
+def _nearest(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
+    words = ratings_of(opened).words
+    known = {str(example.item): example for example in rated_examples(opened, "train")}
+    held = mean_scores(opened, list(known))
+    found = {}
+    for question in questions:
+        asked = np.array([question.given["words"].get(word, np.nan) for word in words])
+        order = np.argsort(np.nanmean((held - asked) ** 2, axis=1))
+        item = list(known)[int(order[int(question.id.rpartition("/")[2])])]  # the next nearest for each draw
+        found[question.id] = array_of(_recorded(known[item]))
+    return found
+
+
 class Words(TaskKind):
     """Questions are the mean scores of the test items; answers are scored by a rater model."""
 
     name, rank, version = "words", 6, 2
     main = ("correlation", "higher")
+    baselines = MappingProxyType({"nearest_in_words": _nearest, **IGNORING})
     given = "scores in words"
     validation_judges = True
     asked = "a vibration or an image"
@@ -70,10 +86,9 @@ class Words(TaskKind):
             of.gives == gives and "words" in (*of.needs, *of.instead, *of.takes) and of.learns_from in learns
         )
 
-    @property
-    def baselines(self) -> Mapping[str, Baseline]:
-        """The training item whose scores are nearest, and one at random."""
-        return {"nearest_in_words": _nearest, "random_item": _random}
+    def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
+        """Return the rated signals or images of the training part."""
+        return [({}, _recorded(example)) for example in rated_examples(opened, "train")]
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return a signal or an image."""
@@ -193,29 +208,6 @@ def _content(opened: OpenTask, answer: NDArray[Any]) -> Signal | Image:
     if not len(opened.store):
         return Image(np.clip(np.round(answer), 0, 255).astype(np.uint8))
     return opened.kind.signal(np.asarray(answer, np.float32))
-
-
-def _nearest(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    words = ratings_of(opened).words
-    known = {str(example.item): example for example in rated_examples(opened, "train")}
-    held = mean_scores(opened, list(known))
-    found = {}
-    for question in questions:
-        asked = np.array([question.given["words"].get(word, np.nan) for word in words])
-        order = np.argsort(np.nanmean((held - asked) ** 2, axis=1))
-        item = list(known)[int(order[int(question.id.rpartition("/")[2])])]  # the next nearest for each draw
-        found[question.id] = _array(_recorded(known[item]))
-    return found
-
-
-def _random(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    known = rated_examples(opened, "train")
-    rng = child_rng(seed, "benchmark", "random item")
-    return {question.id: _array(_recorded(known[int(rng.integers(len(known)))])) for question in questions}
-
-
-def _array(content: Signal | Image) -> NDArray[Any]:
-    return content.pixels if isinstance(content, Image) else content.samples
 
 
 KIND = Words()
