@@ -30,7 +30,7 @@ def local_quantiles(recordings: Sequence[NDArray[np.floating]], rate: float) -> 
     several textures is that of a texture between them (a Wasserstein barycentre).
     """
     local = [np.hstack([x / _running_rms(x, rate, window) for x in recordings]) for window in WINDOWS_S]
-    return np.moveaxis(np.quantile(local, LEVELS, axis=-1), (0, 1), (2, 1))
+    return np.asarray(np.moveaxis(np.quantile(local, LEVELS, axis=-1), (0, 1), (2, 1)), np.float64)
 
 
 def with_local_quantiles(samples: NDArray[np.floating], rate: float, quantiles: Array) -> Array:

@@ -171,7 +171,7 @@ class SignalFlow:
         noise = self.spectra.decode(spectrum.cpu(), [each.surface for each, _ in found], length, seed=seed)
         mean = found[0][0].surface.mean.numpy()[:, None]
         if (local := found[0][0].local) is not None:
-            noise = mean + with_local_quantiles(noise - mean, self.kind.rate, local)
+            noise = (mean + with_local_quantiles(noise - mean, self.kind.rate, local)).astype(np.float32)
         steady = synthesise_tones(
             [each.tones for each, _ in found], length, self.kind.rate, seed=child_seed(seed, "tones")
         )
