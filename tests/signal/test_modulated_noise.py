@@ -14,7 +14,6 @@ from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.modulated_noise import BANDS, FRAME_S, RIDGE, equaliser_taps, frame_ends, mix
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import (
-    ModulatedNoiseSynthesizer,
     NoiseProcess,
     parameters_of,
     synthesise_modulated_noise,
@@ -54,6 +53,21 @@ def drawn(model, count=4):
     return [synthesise_modulated_noise(model, 4.0, seed=seed) for seed in range(count)]
 
 
+def streamed(model, *counts):
+    """Return the samples of blocks of some lengths, without the mean, (axis, time)."""
+    process, blocks = NoiseProcess(len(model.axes), model.lags, model.rate, seed=3), []
+    for count in counts:
+        blocks.append(np.empty((len(model.axes), count)))
+        process.next(blocks[-1], parameters_of(model))
+    return np.hstack(blocks)
+
+
+def test_what_is_synthesised_without_local_amplitudes_is_what_is_streamed():
+    old = replace(MODEL, local=MODEL.local[:0])
+    made = synthesise_modulated_noise(old, 0.5, seed=3).samples - old.mean[:, None]
+    np.testing.assert_allclose(made, streamed(old, round(0.5 * RATE)), atol=1e-6)
+
+
 def distance(name, one, other=UNSEEN):
     return signal_measures()[name].function(one, other)
 
@@ -68,22 +82,17 @@ def test_spectrum_level_and_fluctuation_are_those_of_recordings():
 
 
 def test_blocks_are_the_signal_in_one_piece():
-    whole = ModulatedNoiseSynthesizer(MODEL, seed=3).next(3000)
-    parts = ModulatedNoiseSynthesizer(MODEL, seed=3)
-    cut = [parts.next(count).samples for count in (1, 4, 5, 19, 20, 21, 330, 2600)]
-    np.testing.assert_array_equal(np.hstack(cut), whole.samples)
+    cut = streamed(MODEL, 1, 4, 5, 19, 20, 21, 330, 2600)
+    np.testing.assert_array_equal(cut, streamed(MODEL, 3000))
 
 
 @pytest.mark.parametrize("rate", [800.0, 1102.5, 3333.3])
 def test_blocks_join_where_frames_are_no_whole_number_of_samples(rate):
     noise = np.random.default_rng(0).standard_normal((1, round(2 * rate)))
     model = fit_modulated_noise(Signal(noise, rate, "V"))
-    whole = ModulatedNoiseSynthesizer(model, seed=3).next(700)
-    parts = ModulatedNoiseSynthesizer(model, seed=3)
-    np.testing.assert_array_equal(
-        np.hstack([parts.next(count).samples for count in (13, 1, 86, 600)]), whole.samples
-    )
-    assert whole.samples.std() == pytest.approx(1.0, rel=0.15)
+    whole = streamed(model, 700)
+    np.testing.assert_array_equal(streamed(model, 13, 1, 86, 600), whole)
+    assert whole.std() == pytest.approx(1.0, rel=0.15)
 
 
 def test_seed_decides_every_sample():
@@ -276,7 +285,6 @@ def test_what_cannot_be_fitted_is_refused(signals, options, message):
             r"coupling must have the shape \(4, 1, 1\)",
         ),
         (lambda: replace(MODEL, mean=np.array([np.nan])), "mean must be finite"),
-        (lambda: ModulatedNoiseSynthesizer(MODEL, seed=0).next(0), "samples must be >= 1"),
         (lambda: synthesise_modulated_noise(MODEL, 0.0, seed=0), "seconds must be > 0"),
         (lambda: MODEL.log_likelihood(np.zeros((5, 8))), "frames must be more than 10, got 5"),
     ],

@@ -2,9 +2,10 @@
 
 Per axis, white noise is split into `BANDS` bands, each with a gain that changes every `FRAME_S`. Their sum is divided
 by its own short-time level and multiplied by the wanted one, `SUBFRAMES` times per frame; a minimum-phase filter gives
-the result the recorded spectrum. The logarithms of all gains are a vector autoregression, transformed value by value to
-their recorded distributions, plus an offset that is drawn once per signal, as recordings differ. The spectral lines of
-ribs and weaves, which are not noise, are added (`tactogram.signal.tones`).
+the result the recorded spectrum. What is not streamed also gets the clicks of recordings
+(`tactogram.signal.local_amplitudes`). The logarithms of all gains are a vector autoregression, transformed value by
+value to their recorded distributions, plus an offset that is drawn once per signal, as recordings differ. The spectral
+lines of ribs and weaves, which are not noise, are added (`tactogram.signal.tones`).
 
 All parameters are means, covariances, quantiles and logarithms, so that a weighted mean of two models is a model:
 distributions are mixed as Wasserstein barycentres, and the autoregression follows from mixed covariances, hence is
@@ -25,7 +26,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -35,6 +36,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.signal.filters import minimum_phase
+from tactogram.signal.local_amplitudes import LEVELS as LOCAL_LEVELS
+from tactogram.signal.local_amplitudes import WINDOWS_S
 from tactogram.signal.mixing import checked_weights, symmetric_root
 from tactogram.signal.tones import Tones, mix_tones
 
@@ -93,6 +96,8 @@ class ModulatedNoise:
     unit : str
     axes : tuple of str
     tones : Tones
+    local : float64 array, shape (axis, window, quantile)
+        Of `tactogram.signal.local_amplitudes`; without an axis where it is unknown, as in runs of 0.1.0.
     """
 
     quantiles: Array
@@ -108,6 +113,7 @@ class ModulatedNoise:
     unit: str
     axes: tuple[str, ...]
     tones: Tones
+    local: Array = field(default_factory=lambda: np.empty((0, len(WINDOWS_S), len(LOCAL_LEVELS))))
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
@@ -127,6 +133,7 @@ class ModulatedNoise:
             "equaliser": (n, bins),
             "spectrum": (n, bins),
             "mean": (n,),
+            "local": (n if len(self.local) else 0, len(WINDOWS_S), len(LOCAL_LEVELS)),
         }
         for name, shape in shapes.items():
             if getattr(self, name).shape != shape:

@@ -11,6 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.signal.local_amplitudes import local_quantiles
 from tactogram.signal.mixing import symmetric_root
 from tactogram.signal.modulated_noise import (
     BANDS,
@@ -105,7 +106,11 @@ def fit_modulated_noise(signals: Signal | Sequence[Signal], *, lags: int = LAGS)
         axes=first.axes,
         tones=no_tones(len(first.axes)),
     )
-    return replace(_with_spectrum(model, recordings), tones=patterns[0] if patterns else model.tones)
+    return replace(
+        _with_spectrum(model, recordings),
+        tones=patterns[0] if patterns else model.tones,
+        local=local_quantiles(recordings, rate),
+    )
 
 
 def log_likelihood(model: ModulatedNoise, signal: Signal) -> float:

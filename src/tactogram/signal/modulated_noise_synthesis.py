@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from math import floor, prod
 from typing import NamedTuple, TypeAlias
@@ -12,6 +13,7 @@ import scipy
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.signal.local_amplitudes import with_local_quantiles
 from tactogram.signal.modulated_noise import (
     BANDS,
     FRAME_S,
@@ -24,7 +26,8 @@ from tactogram.signal.modulated_noise import (
     level_factor,
 )
 from tactogram.signal.signal import Signal
-from tactogram.signal.tone_synthesis import NormalSource, ToneParameters, ToneProcess
+from tactogram.signal.tone_synthesis import NormalSource, ToneParameters, ToneProcess, synthesise_tones
+from tactogram.signal.tones import no_tones
 
 Array = NDArray[np.float64]
 
@@ -177,34 +180,25 @@ class NoiseProcess:
         self._done += samples
 
 
-class ModulatedNoiseSynthesizer:
-    """An endless signal of a texture; n samples in blocks are the n samples of one call, bit for bit.
-
-    ``seed`` (int or numpy.random.Generator) determines every sample.
-    """
-
-    def __init__(self, model: ModulatedNoise, *, seed: int | np.random.Generator) -> None:
-        self.model = model
-        self._parameters = parameters_of(model)
-        self._process = NoiseProcess(len(model.axes), model.lags, model.rate, seed=seed)
-
-    def next(self, samples: int) -> Signal:
-        """Return the next ``samples`` >= 1 of the signal."""
-        if samples < 1:
-            raise ParameterError(f"samples must be >= 1, got {samples}")
-        x = np.empty((len(self.model.axes), samples))
-        self._process.next(x, self._parameters)
-        x += self.model.mean[:, None]
-        return Signal(x.astype(np.float32), self.model.rate, self.model.unit, self.model.axes)
-
-
 def synthesise_modulated_noise(
     model: ModulatedNoise, seconds: float, *, seed: int | np.random.Generator
 ) -> Signal:
-    """Return ``seconds`` (at least one sample) of a texture."""
+    """Return ``seconds`` (at least one sample) of a texture.
+
+    They are those of a `NoiseProcess`, but have the model's local amplitudes: clicks, which depend on samples after
+    them, and so are not streamed.
+    """
     if not (seconds > 0 and np.isfinite(seconds)):
         raise ParameterError(f"seconds must be > 0, got {seconds}")
-    return ModulatedNoiseSynthesizer(model, seed=seed).next(max(1, round(seconds * model.rate)))
+    axes, rate, count = len(model.axes), model.rate, max(1, round(seconds * model.rate))
+    gains, white, wander = np.random.default_rng(seed).spawn(3)
+    noise = np.empty((axes, count))
+    process = NoiseProcess(axes, model.lags, rate, seed=(gains, white, wander))
+    process.next(noise, parameters_of(replace(model, tones=no_tones(axes))))
+    if len(model.local):
+        noise = with_local_quantiles(noise, rate, model.local)
+    x = noise + synthesise_tones([model.tones], count, rate, seed=wander) + model.mean[:, None]
+    return Signal(x.astype(np.float32), rate, model.unit, model.axes)
 
 
 @lru_cache(maxsize=32)

@@ -84,7 +84,9 @@ class ToneProcess:
         self._done += samples
 
 
-def synthesise_tones(tones: Sequence[Tones], samples: int, rate: float, *, seed: int) -> Array:
+def synthesise_tones(
+    tones: Sequence[Tones], samples: int, rate: float, *, seed: int | np.random.Generator
+) -> Array:
     """Return ``samples`` of tones at ``rate`` (Hz), float64, shape (axis, time); all are determined by ``seed``.
 
     Several tones, of as many lines each, are those at evenly spaced times from the first sample to the last.

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 import numpy as np
 import torch
 
+from tactogram.model import Condition
+
 
 def child_seed(seed: int, *purpose: str | int) -> int:
     """Return a seed for one purpose, e.g. ``child_seed(0, "batches", "train", 17)``; 63 bits."""
@@ -24,6 +26,22 @@ def child_rng(seed: int, *purpose: str | int) -> np.random.Generator:
 def child_generator(seed: int, *purpose: str | int) -> torch.Generator:
     """Return torch's generator for one purpose."""
     return torch.Generator().manual_seed(child_seed(seed, *purpose))
+
+
+def surface_seed(seed: int, condition: Condition) -> int:
+    """Return the seed of the surface that a condition describes: with one noise, surfaces would have one rhythm.
+
+    It follows from the names of materials, the scores of words, pixels and samples, not from speed, force or motion: a
+    surface keeps its noise at another speed. So does a mix at other weights (> 0): the steps of a ladder differ by
+    their weights alone, but for its ends, which are materials.
+    """
+    material, words = condition.get("material") or {}, condition.get("words") or {}
+    named = [material] if isinstance(material, str) else [name for name, w in dict(material).items() if w]
+    scores = [f"{word} {words[word]:g}" for word in sorted(words)]
+    image, vibration = condition.get("image"), condition.get("vibration")
+    arrays = image is not None and image.pixels, vibration is not None and vibration.samples
+    measured = (zlib.crc32(np.ascontiguousarray(array)) for array in arrays)
+    return child_seed(seed, "surface", *sorted(named), "words", *scores, *measured)
 
 
 @contextmanager

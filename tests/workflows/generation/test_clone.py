@@ -1,7 +1,6 @@
 """The model that comes with the package: clones for any speed and force, from a recording or words; haptic files."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -150,9 +149,7 @@ def test_a_live_map_covers_the_speeds_that_a_model_predicts():
             noise = np.random.default_rng(seed).standard_normal((1, 4000))
             return Signal(noise * condition["speed_mm_s"], 1000.0, "m/s^2", ("z",))
 
-    surface = live_map(
-        SimpleNamespace(generator=Predicted()), {"words": {"rough": 6}}, {"speed_mm_s": (50.0, 200.0)}
-    )
+    surface = live_map(Predicted(), {"words": {"rough": 6}}, {"speed_mm_s": (50.0, 200.0)})
     assert surface.conditions[:, 0].tolist() == [50, 60, 120, 200]
     assert np.isnan(surface.conditions[:, 1]).all()
     assert [condition.keys() for condition in seen] == [{"words", "speed_mm_s"}] * 4

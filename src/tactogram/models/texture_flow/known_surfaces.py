@@ -20,6 +20,7 @@ from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, Sur
 from tactogram.models.texture_flow.tonal_surfaces import StrokeTones, TonalSurface, split_signals
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Signal
+from tactogram.signal.local_amplitudes import local_quantiles
 from tactogram.signal.tones import no_tones
 
 DESCRIPTIONS = ("material", "image", "text", "vibration", "words")
@@ -45,6 +46,8 @@ class KnownSurfaces:
         """Of each material, from which its surface is predicted at any speed and force, if one is."""
         self.tones: list[list[StrokeTones]] = []
         """Of some strokes of each material; not in `surfaces` or `strokes`, which are measured without them."""
+        self.local: list[NDArray[np.float64]] = []
+        """Of each material, the quantiles of `local_of`, if known."""
         self.rated = np.full((len(kind.materials), len(kind.words)), np.nan)
         """Mean scores of each material, 0 to 1, shape (material, word); NaN if unknown."""
         self.described_by = DescribedSurfaces(kind.materials)
@@ -156,11 +159,12 @@ class KnownSurfaces:
     def _with_tones(self, surface: Surface, material: int, draw: float, condition: Condition) -> TonalSurface:
         """Return a material's surface with the tones of one of its strokes, if any, at the speed of a condition."""
         scale, patterns = self.spectra.variance, self.tones[material] if self.tones else []
+        local = self.local[material] if self.local else None
         if not patterns:
-            return TonalSurface(surface, no_tones(len(surface.mean)), scale)
+            return TonalSurface(surface, no_tones(len(surface.mean)), scale, local)
         speed = self._speed(condition, self.predictor is not None)
         tones = patterns[int(draw * len(patterns))].at(speed, scale * float(surface.power), self.kind.rate)
-        return TonalSurface(surface, tones, scale)
+        return TonalSurface(surface, tones, scale, local)
 
     def _speed(self, condition: Condition, median: bool) -> float | None:
         """Return the speed of a condition, limited as in the label; if it has none, the ``median`` or None."""
@@ -180,10 +184,11 @@ class KnownSurfaces:
             return partial(self._of_materials, word_weights(self.rated, scores), draw)
         like, words = self.spectra.blank(len(self.kind.axes)), torch.from_numpy(scores).float()
         tones = no_tones(len(self.kind.axes))
+        local = np.mean(self.local, axis=0) if self.local else None
 
         def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
             surface = predictor.from_words(words, predictor.conditions_of(wanted), like)
-            return TonalSurface(surface, tones, self.spectra.variance), _stroked_with(wanted)
+            return TonalSurface(surface, tones, self.spectra.variance, local), _stroked_with(wanted)
 
         return at
 
@@ -191,13 +196,14 @@ class KnownSurfaces:
         patterns, noise = split_signals([vibration])
         own = self.measured("the vibration", noise)
         scale, speed = self.spectra.variance, measured.get("speed_mm_s")
+        local = self.local_of(noise)
         tones = patterns[0] if patterns else no_tones(len(self.kind.axes))
         known = StrokeTones(tones, np.nan if speed is None else float(speed), scale * float(own.power))
 
         def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
             surface, reached = self._at(own, measured, wanted)
             moved = known.at(self._speed(wanted, False), scale * float(surface.power), self.kind.rate)
-            return TonalSurface(surface, moved, scale), reached
+            return TonalSurface(surface, moved, scale, local), reached
 
         return at
 
@@ -224,6 +230,13 @@ class KnownSurfaces:
         known = {name: value for name, value in wanted.items() if value is not None}
         return predictor.predict(surface, at, to, self.spectra.bands), {**measured, **known}
 
+    def local_of(self, signals: Sequence[Signal]) -> NDArray[np.float64] | None:
+        """Return the local amplitudes of signals without tones, None over displacement."""
+        if self.kind.domain != "time":
+            return None
+        centred = [signal.samples - signal.samples.mean(1, keepdims=True) for signal in signals]
+        return local_quantiles(centred, self.kind.rate)
+
     def measured(self, name: str, signals: Sequence[Signal]) -> Surface:
         """Return the surface of signals, refused in the ``name`` of what they are if all are too short."""
         surface = self.spectra.measure(signals)
@@ -240,6 +253,7 @@ class KnownSurfaces:
             "surfaces": [surface._asdict() for surface in self.surfaces],
             "strokes": None if self.strokes is None else self.strokes.state(),
             "tones": [[tones.state() for tones in patterns] for patterns in self.tones],
+            "local": self.local,
             "rated": self.rated,
             "described": self.described_by.state(),
             "predictor": None if self.predictor is None else self.predictor.state_dict(),
@@ -253,6 +267,7 @@ class KnownSurfaces:
         self.tones = [
             [StrokeTones.from_state(each) for each in patterns] for patterns in state.get("tones", [])
         ]
+        self.local = [np.asarray(each, np.float64) for each in state.get("local", [])]
         self.rated = np.asarray(state.get("rated", self.rated), np.float64)
         if stored := state.get("described"):
             self.described_by.load_state(stored)

@@ -22,6 +22,7 @@ from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, Sur
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
+from tactogram.signal.local_amplitudes import with_local_quantiles
 from tactogram.signal.motion import Motion
 from tactogram.signal.tone_synthesis import synthesise_tones
 from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
@@ -170,12 +171,14 @@ class SignalFlow:
         length = max(1, round(seconds * self.kind.rate))
         spectrum = self._spectrum(torch.stack(labels), length, seed=seed)
         noise = self.spectra.decode(spectrum.cpu(), [each.surface for each, _ in found], length, seed=seed)
+        mean = found[0][0].surface.mean.numpy()[:, None]
+        if (local := found[0][0].local) is not None:
+            noise = (mean + with_local_quantiles(noise - mean, self.kind.rate, local)).astype(np.float32)
         steady = synthesise_tones(
             [each.tones for each, _ in found], length, self.kind.rate, seed=child_seed(seed, "tones")
         )
         samples = noise + steady
         if motion is not None and motion.gain is not None:
-            mean = found[0][0].surface.mean.numpy()[:, None]
             samples = mean + motion.at("gain", np.arange(length) / self.kind.rate) * (samples - mean)
         return samples.astype(np.float32)
 

@@ -165,6 +165,8 @@ class SignalFlowLearner(SignalFlow):
             self.known.measured(name, [example.signal for example in split[name][1]])
             for name in self.materials
         ]
+        local = [self.known.local_of([e.signal for e in split[name][1]]) for name in self.materials]
+        self.known.local = [each for each in local if each is not None]
         noise = [example for _, rest in split.values() for example in rest]
         trained_on = noise if self.known.predictor is None else examples
         self.known.rate([members[name] for name in self.materials])
@@ -240,6 +242,7 @@ class SignalFlowLearner(SignalFlow):
         others: dict[str, Any] = {"surfaces": []}
         others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials).state()}
         others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
+        others |= {"local": [self.known.local_of([e.signal for e in rest]) for _, rest in split]}
         return {name: value for name, value in self.state().items() if name in names} | others
 
     def load_state(self, state: Mapping[str, Any]) -> None:

@@ -30,11 +30,13 @@ MOST_PATTERNS = 8
 
 
 class TonalSurface(NamedTuple):
-    """A surface without its tones, these, and the mean square of a signal per power of its surface."""
+    """A surface without its tones, these, the mean square of a signal per power of its surface, and its clicks."""
 
     surface: Surface
     tones: Tones
     scale: float
+    local: Array | None = None
+    """Quantiles of `tactogram.signal.local_amplitudes`, None if unknown: over displacement, and in runs of 0.1.0."""
 
     @property
     def power(self) -> float:
@@ -47,7 +49,9 @@ class TonalSurface(NamedTuple):
         share = weights / weights.sum()
         noise = Surface.mixed([member.surface for member in members], weights)
         tones = join_tones([member.tones for member in members], share)
-        mix = TonalSurface(noise, tones, members[0].scale)
+        known = [member.local for member in members if member.local is not None]
+        local = np.tensordot(share, known, 1) if len(known) == len(members) else None
+        mix = TonalSurface(noise, tones, members[0].scale, local)
         if not len(tones.frequency):
             return mix
         gain = 0.5 * float(share @ np.log([member.power for member in members]) - np.log(mix.power))

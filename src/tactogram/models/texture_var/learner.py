@@ -58,7 +58,7 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
         return {name: getattr(model, name) for name in ARRAYS} | tones
 
     def model_of(self, arrays: Mapping[str, NDArray[np.float64]]) -> ModulatedNoise:
-        noise = {name: arrays[name] for name in ARRAYS}
+        noise = {name: arrays[name] for name in ARRAYS if name in arrays}  # `local` is new after 0.1.0
         tones = Tones(*(arrays[f"{TONE}{name}"] for name in TONE_ARRAYS))
         return ModulatedNoise(
             **noise,

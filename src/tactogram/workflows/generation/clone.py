@@ -83,7 +83,7 @@ def live_map(
     """
     at = _grid(_CLONED, ranges)
     strokes = [
-        run.generator.generate(
+        run.generate(
             {**condition, **_known(pair)},
             seconds=STROKE_S,
             seed=child_seed(seed, "clone", number),
@@ -161,7 +161,7 @@ def _strokes(
     for number, (name, pair) in enumerate(at, start=1):
         if recorded.get(name) == pair:
             continue
-        made = loaded.generator.generate(
+        made = loaded.generate(
             {**surfaces[name], **_known(pair)},
             seconds=request.seconds,
             seed=child_seed(request.seed, "clone", number),

@@ -39,6 +39,8 @@ def generate(
 ) -> Iterator[Signal | Image]:
     """Yield ``count`` signals or images for ``condition``; number n of a seed is always the same.
 
+    Signals of different surfaces differ in noise; one surface keeps its noise at any speed, force and motion.
+
     ``condition`` has names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words
     are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead
     (`tactogram.workflows.generation.descriptions`). The length is by default the model's own.
@@ -49,7 +51,7 @@ def generate(
         For a condition that the model does not take or know, or a length out of range.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    generator = loaded.generator
+    _ = loaded.generator  # refuses a run that does not generate
     _check(seconds, seed)
     if not 1 <= count <= MOST:
         raise ParameterError(f"count must be at least 1 and at most {MOST}, got {count}")
@@ -57,7 +59,7 @@ def generate(
         _check_motion(loaded)
     condition = with_materials(loaded, condition)
     for drawn in seeds_of(seed, count):
-        yield generator.generate(condition, seconds=seconds, seed=drawn)
+        yield loaded.generate(condition, seconds=seconds, seed=drawn)
 
 
 def motion_of(source: Path | str, *, seconds: float | None = None, seed: int = 0) -> Motion:

@@ -155,7 +155,7 @@ def _made(
     length = seconds if run.facts.gives == "signal" else None
     pieces = generate(run, condition, seconds=length, seed=seed, count=count)
     return [
-        (piece, _taken(run.model, condition, drawn))
+        (piece, _taken(run.model, condition, run.seed_of(condition, drawn)))
         for piece, drawn in zip(pieces, seeds_of(seed, count), strict=True)
     ]
 

@@ -133,16 +133,19 @@ def live_texture(
     Of a run whose materials are such maps ``condition`` is one material; one that predicts surfaces at any speed and
     force (`MotionPredictor`) is cloned. ``number`` varies the seed.
     """
+    from tactogram.training.seeds import surface_seed
+
     seed = settings.seed + 1000 * number
+    own = surface_seed(seed, condition)
     if isinstance(run.model, TextureMapModel):
         place = int(np.argmax(material_weights(condition, run.kind.materials)))
-        return texture_of_map(name, run.model.maps[place], settings, seed=seed + place)
+        return texture_of_map(name, run.model.maps[place], settings, seed=own)
     ranges = run.model.predicted_ranges if isinstance(run.model, MotionPredictor) else {}
     if not ranges:
         return None
     from tactogram.workflows.generation.clone import live_map
 
-    return texture_of_map(name, live_map(run, condition, ranges, seed=seed), settings, seed=seed)
+    return texture_of_map(name, live_map(run, condition, ranges, seed=seed), settings, seed=own)
 
 
 def texture_of_map(

@@ -250,9 +250,12 @@ class StudyStimuli:
         else:
             raise ParameterError("it has no signal; give file, run or simulated")
         if stimulus.autoregressive:
+            from tactogram.training.seeds import surface_seed
+
             # Over displacement, too: a model only counts samples.
             model = fit_autoregressive(replace(signal, domain="time"))
-            made = synthesise(model, stimulus.seconds or signal.extent, seed=stimulus.seed)
+            own = surface_seed(stimulus.seed, {"vibration": signal})
+            made = synthesise(model, stimulus.seconds or signal.extent, seed=own)
             signal = replace(made, domain=signal.domain)
         elif stimulus.file and stimulus.seconds is not None:
             signal = signal.cut(0, max(1, round(stimulus.seconds * signal.rate)))

@@ -12,12 +12,13 @@ from pydantic import BaseModel
 from tactogram import models
 from tactogram.datasets import Split, Store, open_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import Classifier, Embedder, Generator, ImageKind, Kind, Predictor, SignalKind
+from tactogram.model import Classifier, Condition, Embedder, Generator, ImageKind, Kind, Predictor, SignalKind
 from tactogram.recipe import Preparation, Recipe
-from tactogram.signal import Signal
+from tactogram.signal import Image, Signal
 from tactogram.signal.resampling import resample
 from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
+from tactogram.training.seeds import surface_seed
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,14 @@ class LoadedRun:
         if not isinstance(self.model, Generator):
             raise ParameterError(self._refused("generate"))
         return self.model
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal | Image:
+        """Return a signal or image for ``condition``, as the model's own ``generate`` with `seed_of`."""
+        return self.generator.generate(condition, seconds=seconds, seed=self.seed_of(condition, seed))
+
+    def seed_of(self, condition: Condition, seed: int) -> int:
+        """Return `surface_seed`; ``seed`` for images, which share their noise to show what words change."""
+        return seed if self.facts.gives == "image" else surface_seed(seed, condition)
 
     @property
     def classifier(self) -> Classifier:

@@ -541,3 +541,29 @@ def test_what_friction_cannot_be_is_refused():
         rubbed().generate({"material": "cork", "speed_mm_s": 0}, seed=1)
     with pytest.raises(ParameterError, match=r"256 samples have 128 bins.*config\.window_samples"):
         SurfaceSpectra(Config(widths=(8,) * 8, frames=256), 20.0, "displacement")
+
+
+def test_noise_has_the_local_amplitudes_of_its_recordings():
+    learner = trained()
+    own, of_words = learner.known.local, np.mean(learner.known.local, axis=0)
+    assert [each.shape for each in own] == [(2, 3, 41)] * 2
+    noise = np.random.default_rng(0).standard_normal((2, 3000))
+    given = KIND.signal((noise**3 + [[0.0], [9.81]]).astype(np.float32))
+    clicking = learner.generate({"vibration": given}, seconds=3, seed=1)
+    made = learner.generate({"material": "cork"}, seconds=3, seed=1)
+    found = [learner.known.local_of([each])[:, 1, -10] for each in (clicking, made)]
+    assert found[0] == pytest.approx(learner.known.local_of([given])[:, 1, -10], rel=0.25)
+    assert found[1] == pytest.approx(own[0][:, 1, -10], rel=0.1)
+    assert (found[0] > 1.3 * found[1]).all()
+    at = learner.known.described({"material": {"cork": 1.0, "tile": 1.0}}, draw=0.0)
+    np.testing.assert_allclose(at({})[0].local, of_words)
+
+
+def test_a_run_of_before_local_amplitudes_loads_and_generates_without_them():
+    state = {name: value for name, value in trained().state().items() if name != "local"}
+    again = build(SMALL, KIND, seed=0)
+    again.load_state(state)
+    now, before = (each.generate({"material": "cork"}, seconds=1, seed=1) for each in (trained(), again))
+    assert again.known.local == []
+    assert before.samples.std(1) == pytest.approx(now.samples.std(1), rel=0.05)
+    assert not np.array_equal(before.samples, now.samples)

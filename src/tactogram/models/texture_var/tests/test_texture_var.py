@@ -97,3 +97,16 @@ def test_likelihood_prefers_the_right_fluctuation():
     right = LEARNER.validate([recording("tile", 250, 2.0, seed=50, pulse_hz=4)])
     wrong = LEARNER.validate([recording("tile", 250, 2.0, seed=50, pulse_hz=15)])
     assert right["nll"] < wrong["nll"] - 1
+
+
+def test_a_run_of_before_local_amplitudes_loads_and_generates_without_them():
+    old = LEARNER.state()
+    for each in old["maps"]:
+        for arrays in each["models"]:
+            del arrays["local"]
+    again = build(Config(), LEARNER.kind, seed=0)
+    again.load_state(old)
+    now, before = (each.generate({"material": "cork"}, seconds=2, seed=1) for each in (LEARNER, again))
+    assert again.maps[0].models[0].local.shape[0] == 0
+    assert before.samples.std() == pytest.approx(now.samples.std(), rel=0.05)
+    assert not np.array_equal(before.samples, now.samples)

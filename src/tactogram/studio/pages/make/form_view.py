@@ -127,6 +127,8 @@ def _draw_numbers(page: MakePage) -> None:
     if form.drawn:
         hint(
             "With the same seed the noise stays the same: results differ only by the settings that you change."
+            if form.gives == "image"
+            else "With the same seed a surface keeps its noise at any speed and force; other surfaces have their own."
         )
 
 

@@ -181,9 +181,12 @@ class TouchSources:
         own = float(np.median(table.grid.speeds)) if surface.has_conditions[0] else ASSUMED_SPEED_MM_S
         speed = own if request.speed_mm_s is None else request.speed_mm_s
         model = table.at(speed, float(np.median(table.grid.forces)))
+        from tactogram.training.seeds import surface_seed
+
+        seed = surface_seed(request.seed, {"material": request.material})
         if isinstance(model, ModulatedNoise):
-            return synthesise_modulated_noise(model, LAID_S, seed=request.seed), speed
-        return synthesise(model, LAID_S, seed=request.seed), speed
+            return synthesise_modulated_noise(model, LAID_S, seed=seed), speed
+        return synthesise(model, LAID_S, seed=seed), speed
 
     def _recorded(self, request: TextureRequest, path: Path) -> tuple[Signal, float | None]:
         if request.where == "kept":
