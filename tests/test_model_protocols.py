@@ -41,6 +41,7 @@ KEPT = {
     "SelectionReporter": {"ultrasonic_cgan"},
     "SpreadReporter": {"tactile_image_cgan", "texture_flow"},
     "TextureMapModel": {"ar_texture", "texture_var"},
+    "LimitReporter": {"ar_texture", "replay", "texture_flow", "texture_gan", "texture_var"},
     "MotionPredictor": {"texture_flow"},
     "NoveltyReporter": {"rater"},
     "FeatureReporter": {"rater"},

@@ -51,7 +51,7 @@ def test_a_material_is_named_of_a_signal_or_its_file(run, texture, tmp_path):
         (
             "photo-to-touch",
             None,
-            r"no run for photo-to-touch comes .* pipeline\('photo-to-touch', 'runs/NAME'\)",
+            r"no run for photo-to-touch comes .*--for photograph .* pipeline\('photo-to-touch', 'runs/NAME'\)",
         ),
         ("touch-to-material", "texture_flow", "needs a run that gives probabilities, got texture_flow"),
         (

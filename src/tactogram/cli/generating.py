@@ -18,6 +18,9 @@ from tactogram.workflows.worker_options import ON, PROCESSES
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
 
+SHOWN = 8
+"""Notes on the files of a table that are printed."""
+
 
 @dataclass(frozen=True)
 class _GenerateRequest(SignalOptions):
@@ -150,6 +153,7 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     if "differ_by" in first:
         lines.append(f"they differ by {first['differ_by']}")
     show({"files": written}, "\n".join(lines))
+    show.notes(first.get("limited", ()))
 
 
 def _check_described(request: _GenerateRequest, run: "LoadedRun") -> None:
@@ -197,6 +201,9 @@ def _generate_many(request: _GenerateRequest, show: Printer) -> None:
         )
     index = Path(request.out) / "generated.json"
     show({"files": written, "index": str(index)}, f"{len(written)} files in {request.out}\nindex: {index}")
+    limited = [f"{row['file']}: {line}" for row in written for line in row.get("limited", ())]
+    more = [f"{len(limited) - SHOWN} more: `limited` in {index}"] if len(limited) > SHOWN else []
+    show.notes([*limited[:SHOWN], *more])
 
 
 def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Printer) -> None:
@@ -234,6 +241,7 @@ def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Print
     if note["simulated"]:
         lines.append("trained on simulated data")
     show(result, "\n".join(lines))
+    show.notes(line for made in note["made"].values() for line in made["limited"])
 
 
 def _clone(request: CloneRequest, show: Printer) -> None:
@@ -242,13 +250,15 @@ def _clone(request: CloneRequest, show: Printer) -> None:
 
     with show.progress() as progress:
         run = clone(**vars(request) | {"progress": progress})
-    materials = run.facts()["kind"]["materials"]
-    facts = {"run": str(run.folder), "materials": materials}
+    about = run.facts()
+    materials, limited = about["kind"]["materials"], about["notes"]
+    facts = {"run": str(run.folder), "materials": materials} | ({"limited": limited} if limited else {})
     lines = [f"run: {run.folder}", f"materials: {', '.join(materials)}"]
     if photographs := facts_of_files(request.model, request.images):
         facts["photographs"] = photographs
         lines += [f"{name}: {text}" for name, seen in photographs.items() if (text := photograph_text(seen))]
     show(facts, "\n".join([*lines, f"tactogram stream {run.folder} --mix {materials[0]}=1"]))
+    show.notes(limited)
 
 
 def _mix(request: MixRequest, show: Printer) -> None:

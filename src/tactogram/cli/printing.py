@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,10 @@ class Printer:
     def __call__(self, result: Any, text: str) -> None:
         """Print one of the two."""
         sys.stdout.write((json.dumps(result, ensure_ascii=False) if self.json else text) + "\n")
+
+    def notes(self, lines: Iterable[str]) -> None:
+        """Print notes on a result on stderr, with ``--json`` and ``--quiet``, too."""
+        sys.stderr.writelines(f"note: {line}\n" for line in lines)
 
     @contextmanager
     def progress(self) -> Iterator[ProgressCallback]:

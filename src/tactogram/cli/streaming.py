@@ -24,6 +24,7 @@ def _stream(request: StreamRequest, show: Printer) -> None:
     lines += latency_lines(result)
     lines += [f"{name}: {result[name]}" for name in ("file", "figure") if name in result]
     show(result, "\n".join(lines))
+    show.notes(result["limited"])
 
 
 class _StatusPrinter:

@@ -1,7 +1,7 @@
 """Verbs that train and evaluate models, and pack runs."""
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, fields
+from dataclasses import KW_ONLY, dataclass, fields, replace
 from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, accuracies, columns, lines_of, text_of
@@ -12,18 +12,18 @@ from tactogram.workflows.request import Argument, Option, Request
 from tactogram.workflows.training.requests import (
     CrossvalRequest,
     ExportRequest,
-    LoggerName,
-    TrainingOptions,
+    ProcessOptions,
+    Purpose,
     TrainingRequest,
 )
 from tactogram.workflows.worker_options import SWEEP_ON
 
 
 @dataclass(frozen=True)
-class _TrainRequest(TrainingOptions):
+class _TrainRequest(ProcessOptions):
     """A `TrainingRequest`, or a run to resume with its own settings."""
 
-    model: Annotated[str | None, Argument("omit with --resume RUN", "MODEL")] = None
+    model: Annotated[str | None, Argument("omit with --resume RUN or --for", "MODEL")] = None
     _: KW_ONLY
     data: Annotated[str | None, Option("store made by `data import` or `data simulate`", "DIR")] = None
     resume: Annotated[
@@ -34,14 +34,13 @@ class _TrainRequest(TrainingOptions):
             const="",
         ),
     ] = None
-    devices: Annotated[
-        int,
+    purpose: Annotated[
+        Purpose | None,
         Option(
-            "processes per machine, each with its own GPU, or on processors; a batch is divided among all"
+            "instead of MODEL: the closest one to generate a material, or from photographs or words",
+            flag="--for",
         ),
-    ] = 1
-    nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
-    logger: Annotated[LoggerName | None, Option("also log losses and validation to it")] = None
+    ] = None
     sweep: Annotated[
         str | None,
         Option("train with values drawn from this space, and keep the best run; needs --out and Ray", "TOML"),
@@ -61,14 +60,21 @@ class _CompareRequest(Request):
 
 
 def _train(request: _TrainRequest, show: Printer) -> None:
+    from tactogram.datasets import open_store
     from tactogram.training.processes import is_first_process
+    from tactogram.workflows.training.model_choice import model_choice
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
 
     if request.resume:
         _refuse_settings(request)
-    elif not (request.model and request.data):
-        raise UsageError("needs MODEL and --data DIR, or --resume RUN to continue a run")
+    elif not request.data or bool(request.model) == bool(request.purpose):
+        raise UsageError("needs --data DIR and MODEL or --for, or --resume RUN to continue a run")
+    if request.purpose:
+        model, recipe, why = model_choice(request.purpose, open_store(str(request.data)), label=request.label)
+        show.notes([f"{model}: {why}"])
+        own = request.recipe if request.recipe != _TrainRequest().recipe else recipe
+        request = replace(request, model=model, recipe=own)
     if request.sweep:
         _sweep(request, show)
         return
@@ -78,7 +84,7 @@ def _train(request: _TrainRequest, show: Printer) -> None:
             names = ("data", "accelerator", "devices", "nodes", "logger", "model_folders", "progress", "stop")
             run = resume(request.resume, **{name: values[name] for name in names})
         else:
-            values = {name: value for name, value in values.items() if name not in ("sweep", "on")}
+            values = {name: value for name, value in values.items() if name not in ("purpose", "sweep", "on")}
             run = train(**values | {"resume": request.resume is not None})
     if not is_first_process():
         return
@@ -109,8 +115,8 @@ def _sweep(request: _TrainRequest, show: Printer) -> None:
 def _refuse_settings(request: _TrainRequest) -> None:
     """Refuse settings that a resumed run has already."""
     default = _TrainRequest()
-    names = ("model", "out", "changes", "band", "where", "split", "recipe", "by", "label")
-    options = {"model": "MODEL", "changes": "--set"}
+    names = ("model", "purpose", "out", "changes", "band", "where", "split", "recipe", "by", "label")
+    options = {"model": "MODEL", "purpose": "--for", "changes": "--set"}
     changed = [
         options.get(name, f"--{name}") for name in names if getattr(request, name) != getattr(default, name)
     ]

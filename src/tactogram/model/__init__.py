@@ -21,6 +21,10 @@ from tactogram.model.kinds import ImageKind as ImageKind
 from tactogram.model.kinds import Kind as Kind
 from tactogram.model.kinds import SignalKind as SignalKind
 from tactogram.model.kinds import unit_scores as unit_scores
+from tactogram.model.limits import Limit as Limit
+from tactogram.model.limits import limits_of as limits_of
+from tactogram.model.limits import limits_within as limits_within
+from tactogram.model.limits import word_limits as word_limits
 from tactogram.model.protocols import CheckpointSelector as CheckpointSelector
 from tactogram.model.protocols import Classifier as Classifier
 from tactogram.model.protocols import DescriptionPredictor as DescriptionPredictor
@@ -29,6 +33,7 @@ from tactogram.model.protocols import FeatureReporter as FeatureReporter
 from tactogram.model.protocols import FigureReporter as FigureReporter
 from tactogram.model.protocols import Generator as Generator
 from tactogram.model.protocols import Learner as Learner
+from tactogram.model.protocols import LimitReporter as LimitReporter
 from tactogram.model.protocols import MotionPredictor as MotionPredictor
 from tactogram.model.protocols import NetworkExporter as NetworkExporter
 from tactogram.model.protocols import NoiselessGenerator as NoiselessGenerator

@@ -13,6 +13,7 @@ from tactogram.model.batch_share import BatchShare
 from tactogram.model.conditions import Condition
 from tactogram.model.examples import Example
 from tactogram.model.exported import ExportedNetwork
+from tactogram.model.limits import Limit
 from tactogram.signal import Image, Signal
 
 if TYPE_CHECKING:
@@ -337,6 +338,15 @@ class TextureMapModel(Protocol):
     @property
     def maps(self) -> Sequence[TextureMap | NoiseMap]:
         """One for each material of the run, in that order."""
+        ...
+
+
+@runtime_checkable
+class LimitReporter(Protocol):
+    """A generator that knows which numbers of a condition are outside of what it learned."""
+
+    def limits(self, condition: Condition) -> list[Limit]:
+        """Return the speeds, forces and words that `Generator.generate` takes for others, and for which."""
         ...
 
 

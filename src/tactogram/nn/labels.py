@@ -60,6 +60,11 @@ class Labels:
         """Return the numeric conditions, standardised; 0, the median, if unknown."""
         return [self._standardised(name, condition.get(name)) for name in self.names]
 
+    @property
+    def limited(self) -> dict[str, tuple[float, float]]:
+        """Lowest and highest of each number of the label; one beyond counts as the nearest of these."""
+        return {name: self.ranges[name][2:] for name in self.names if name in self.ranges}
+
     def check(self, condition: Condition) -> None:
         """Refuse a speed or force that is invalid or was not learned.
 

@@ -12,10 +12,12 @@ from tactogram.errors import ParameterError
 from tactogram.model import (
     Condition,
     Example,
+    Limit,
     SignalKind,
     Stage,
     check_condition,
     check_state,
+    limits_within,
     material_weights,
 )
 from tactogram.signal import Signal
@@ -127,6 +129,17 @@ class TextureLearner(OneStepLearner, Generic[M]):
         """Return a signal of ``condition``, by default as long as the median of the training recordings."""
         model = self.model(condition)
         return self.synthesise(model, self.seconds if seconds is None else seconds, seed=seed)
+
+    def limits(self, condition: Condition) -> list[Limit]:
+        """Return the speed and force of ``condition`` that count as others for a material, the nearest recorded."""
+        weights = material_weights(condition, self.materials)
+        found: list[Limit] = []
+        for place in np.flatnonzero(weights).tolist():
+            points = self.maps[place]
+            used = points.weights(*map(condition.get, NAMES)) @ points.conditions
+            ranges = {name: (value, value) for name, value in zip(NAMES, used, strict=True)}
+            found += limits_within(condition, ranges, f"of {self.materials[place]}")
+        return found
 
     def model(self, condition: Condition) -> M:
         """Return the process behind `generate`."""

@@ -83,6 +83,8 @@ class _Task:
     given: str
     gives: str
     shipped: str | None = None
+    purpose: str = ""
+    """That of `tactogram train --for`, if no run comes with the package."""
 
 
 _TASKS: Mapping[str, _Task] = {
@@ -90,8 +92,8 @@ _TASKS: Mapping[str, _Task] = {
     "words-to-touch": _Task("words", "signal", "texture_flow"),
     "material-to-touch": _Task("material", "signal", "texture_flow"),
     "stroke-to-touch": _Task("vibration", "signal", "texture_flow"),
-    "photo-to-touch": _Task("image", "signal"),
-    "words-to-image": _Task("words", "image"),
+    "photo-to-touch": _Task("image", "signal", purpose="photograph"),
+    "words-to-image": _Task("words", "image", purpose="words"),
     "touch-to-material": _Task("vibration", "probabilities"),
 }
 
@@ -101,7 +103,8 @@ def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation
 
     ``task`` is one of ``text-to-touch``, ``words-to-touch``, ``material-to-touch``, ``stroke-to-touch``,
     ``photo-to-touch``, ``words-to-image`` and ``touch-to-material``. ``run`` is a trained run; for the first four it is
-    by default ``texture_flow``, which comes trained on *simulated* surfaces. The function takes a text, scores by word,
+    by default ``texture_flow``, which comes trained on *simulated* surfaces; of recorded materials a run of
+    ``texture_var`` is the closest. The function takes a text, scores by word,
     weights by material, a signal, an image, or the path of one of the two; and the keywords of `Generation`.
 
     >>> rough = tactogram.pipeline("words-to-touch")({"rough": 6, "sticky": 2}, speed_mm_s=150)   # doctest: +SKIP
@@ -116,9 +119,10 @@ def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation
     wanted = _TASKS[task]
     chosen = wanted.shipped if run is None else run
     if chosen is None:
+        how = f" (tactogram train --for {wanted.purpose} --data STORE)" if wanted.purpose else ""
         other = "; tactogram.convert draws a photograph as a relief" if task == "photo-to-touch" else ""
         raise ParameterError(
-            f"no run for {task} comes with the package: train one on your recordings, "
+            f"no run for {task} comes with the package: train one on your recordings{how}, "
             f"and give it: pipeline({task!r}, 'runs/NAME'){other}"
         )
     loaded = chosen if isinstance(chosen, LoadedRun) else load_run(chosen)

@@ -8,7 +8,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from math import log10
-from types import TracebackType
 from typing import Any, Self
 
 from rich.console import Console as RichConsole
@@ -72,11 +71,9 @@ class TerminalConsole:
         self._live.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: Any) -> None:
         if self._live is not None:
-            self._live.__exit__(kind, error, trace)
+            self._live.__exit__(*error)
             self._live = None
 
     def show(self, status: CaptureStatus) -> None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from pathlib import Path
 from time import monotonic
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from tactogram.capture.source import Block, SourceEnded
 from tactogram.capture.stream.byte_stream import ByteStream
@@ -32,10 +31,8 @@ class ByteSource(ABC):
         self._stream.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stream.__exit__(kind, error, trace)
+    def __exit__(self, *error: Any) -> None:
+        self._stream.__exit__(*error)
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
         """Return new samples; None if none arrived within ``timeout_s``."""

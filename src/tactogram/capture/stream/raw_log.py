@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from io import TextIOWrapper
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from tactogram.capture.stream.byte_stream import ByteStream
@@ -60,9 +59,7 @@ class RawLog:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def write(self, data: bytes, arrival_s: float) -> None:
@@ -99,10 +96,8 @@ class LoggedStream:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._stream.__exit__(kind, error, trace)
+    def __exit__(self, *error: Any) -> None:
+        self._stream.__exit__(*error)
         log, self._log = self._log, None
         if log is not None:
             log.close()

@@ -9,8 +9,7 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from time import monotonic
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -238,14 +237,12 @@ class SimulatedPort:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: Any) -> None:
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
         if self._port is not None:
-            self._port.__exit__(kind, error, trace)
+            self._port.__exit__(*error)
         self._close()
 
     def unplug(self) -> None:

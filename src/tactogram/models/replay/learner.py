@@ -13,10 +13,12 @@ from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.model import (
     Condition,
     Example,
+    Limit,
     SignalKind,
     Stage,
     check_condition,
     check_state,
+    limits_within,
     material_weights,
 )
 from tactogram.models.replay.config import Config
@@ -147,6 +149,14 @@ class ReplayLearner(OneStepLearner):
                 steady = np.mean([s.signal.samples.mean(axis=1, keepdims=True) for s in members], axis=0)
                 mixed = mixed + weight * steady + np.sqrt(weight) * (x - steady)
         return self.kind.signal(np.float32(mixed))
+
+    def limits(self, condition: Condition) -> list[Limit]:
+        found: list[Limit] = []
+        for place in np.flatnonzero(material_weights(condition, self.materials)).tolist():
+            used = self._nearest(self.materials[place], condition)[0].condition
+            ranges = {name: (value, value) for name, value in used.items() if value is not None}
+            found += limits_within(condition, ranges, f"of {self.materials[place]}")
+        return found
 
     def _replayed(self, members: Sequence[StoredSegment], seconds: float, seed: int, name: str) -> Signal:
         return concatenated(

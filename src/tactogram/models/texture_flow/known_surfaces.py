@@ -90,6 +90,11 @@ class KnownSurfaces:
         return self.described_by.predict(condition.get("image"), condition.get("text"), self.rated, scores)
 
     @property
+    def scores(self) -> NDArray[np.float64]:
+        """Scores, 0 to 1, shape (row, word), between whose extremes words were learned."""
+        return self.rated if self.predictor is None else self.predictor.word_range.numpy()
+
+    @property
     def descriptions(self) -> tuple[str, ...]:
         """Those of `DESCRIPTIONS` that were learned."""
         known = {

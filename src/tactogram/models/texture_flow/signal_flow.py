@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, SignalKind, check_condition
+from tactogram.model import Condition, Limit, SignalKind, check_condition, limits_within, word_limits
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow_model import FlowModel
 from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
@@ -208,9 +208,11 @@ class SignalFlow:
 
     @property
     def predicted_ranges(self) -> dict[str, tuple[float, float]]:
-        if self.known.strokes is None:
-            return {}
-        return {name: (known.least, known.most) for name, known in self.labels.ranges.items()}
+        return {} if self.known.strokes is None else self.labels.limited
+
+    def limits(self, condition: Condition) -> list[Limit]:
+        words = word_limits(condition.get("words") or {}, self.kind, self.known.scores)
+        return [*limits_within(condition, self.labels.limited), *words]
 
     def classify_photograph(self, image: Image) -> tuple[str, float]:
         likely = self.known.described_by.recognised(image)

@@ -208,6 +208,11 @@ class SurfacePredictor(nn.Module):
             found["contactor"] = contactor_number(contactor)
         return torch.tensor([torch.nan if value is None else float(value) for value in found.values()])
 
+    @property
+    def word_range(self) -> Tensor:
+        """Lowest and highest scores of the words, shape (2, word)."""
+        return self.told_range[:, len(self.conditions) :]
+
     def knows(self, name: str) -> bool:
         """Return whether the training strokes differ in a condition."""
         place = self.conditions.index(name)

@@ -17,10 +17,12 @@ from tactogram.model import (
     Condition,
     Example,
     ExportedNetwork,
+    Limit,
     Port,
     SignalKind,
     Stage,
     check_condition,
+    limits_within,
     material_weights,
 )
 from tactogram.models.texture_gan.band_matching import match_bands
@@ -224,6 +226,9 @@ class TextureGANLearner(WaveGANLearner[Config]):
             return self._signal(label, weights, length, seed=seed, given=given)
         signal = self._signal(label, weights, length + 2 * self.band_levels.reach, seed=seed, given=given)
         return signal.with_samples(self.band_levels.apply(signal.samples, weights).astype(np.float32))
+
+    def limits(self, condition: Condition) -> list[Limit]:
+        return limits_within(condition, self.labels.limited)
 
     def _signal(
         self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from array import array
 from collections.abc import Callable
 from typing import Any
 
@@ -59,8 +60,8 @@ class Stream:
             )
         self._record: Block = np.empty((len(self.channels), length), np.float32)
         self._record[:] = 0.0  # written now, so that the memory is mapped before the first block
-        self._track = np.zeros((length // engine.most + 1 if length else 0, 3))
-        self._recorded = self._tracked = 0
+        self._track = array("d")
+        self._recorded = self._sent = 0
         self._silence: Block = np.zeros((len(self.channels), engine.most), np.float32)
         self._last = np.zeros((len(self.channels), 1), np.float32)
 
@@ -72,7 +73,7 @@ class Stream:
     @property
     def track(self) -> NDArray[np.float64]:
         """Time in s, speed in mm/s and force in N at the end of each block, float64, shape (block, 3)."""
-        return self._track[: self._tracked]
+        return np.array(self._track).reshape(-1, 3)
 
     def stop(self) -> None:
         """Fade to rest and end, wherever it is; safe to call from any thread, and before it begins."""
@@ -148,19 +149,12 @@ class Stream:
         return block
 
     def _add_to_record(self, block: Block) -> None:
-        room = self._record.shape[1] - self._recorded
-        if room <= 0:
-            return
-        count = min(room, block.shape[1])
+        count = min(self._record.shape[1] - self._recorded, block.shape[1])
         self._record[:, self._recorded : self._recorded + count] = block[:, :count]
         self._recorded += count
+        self._sent += block.shape[1]
         motion = self.engine.tracker.block
-        if self._tracked < len(self._track) and motion.count:
+        if motion.count:
             last = motion.count - 1
-            contact = motion.contact[last] > 0
-            self._track[self._tracked] = (
-                self._recorded / self.engine.rate,
-                motion.speed_mm_s[last] if contact else 0.0,
-                motion.force_n[last],
-            )
-            self._tracked += 1
+            speed = motion.speed_mm_s[last] if motion.contact[last] > 0 else 0.0
+            self._track.extend((self._sent / self.engine.rate, speed, motion.force_n[last]))

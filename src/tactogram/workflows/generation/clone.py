@@ -11,7 +11,7 @@ import numpy as np
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, MotionPredictor
+from tactogram.model import Condition, MotionPredictor, limits_within
 from tactogram.signal import Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.writable import check_writable
@@ -19,7 +19,7 @@ from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.texture_map import NAMES, NoiseMap
 from tactogram.training.run import Run
 from tactogram.training.seeds import child_seed
-from tactogram.workflows.generation.generate import run_provenance
+from tactogram.workflows.generation.generate import limits, run_provenance, within
 from tactogram.workflows.generation.requests import FORCES_N, SPEEDS_MM_S, STROKE_S, CloneRequest
 from tactogram.workflows.generation.word_scores import some_words
 from tactogram.workflows.request import takes
@@ -40,7 +40,7 @@ def clone(request: CloneRequest) -> Run:
     Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
     limited to what the model predicts, which count as simulated; and a recording of 1 s or more whose speed is known,
     as of the middle one of ``forces`` if its own is not. A recording in another unit than the model's keeps its unit,
-    but then all must have it.
+    but then all must have it. ``notes`` of the run's facts say what is outside of what the model learned.
 
     Raises
     ------
@@ -62,7 +62,12 @@ def clone(request: CloneRequest) -> Run:
             f"{request.model} predicts no other speeds and forces; take texture_flow as it comes trained, or train it "
             "on recordings at several speeds with config.prediction=true"
         )
-    surfaces = _surfaces(request, loaded)
+    surfaces, limited = _surfaces(request, loaded)
+    for name, values, default in zip(NAMES, (request.speeds, request.forces), _CLONED, strict=True):
+        known = {name: ranges[name]} if name in ranges else {}
+        limited += [
+            str(found) for value in {*values} - {*default} for found in limits_within({name: value}, known)
+        ]
     store = create_store(
         strokes,
         _strokes(request, loaded, surfaces, ranges),
@@ -71,7 +76,10 @@ def clone(request: CloneRequest) -> Run:
         source=f"tactogram clone, by {run_provenance(loaded, request.seed)['run']}",
         simulated=True,
     )
-    return train("texture_var", store.path, out=out, split="all", progress=request.progress)
+    run = train("texture_var", store.path, out=out, split="all", progress=request.progress)
+    facts = run.facts()
+    run.write_json("model.json", facts | {"notes": [*facts["notes"], *limited]})
+    return run
 
 
 def live_map(
@@ -81,10 +89,10 @@ def live_map(
 
     ``condition`` describes it to a run that predicts surfaces within ``ranges`` (`MotionPredictor`).
     """
-    at = _grid(_CLONED, ranges)
+    at, described = _grid(_CLONED, ranges), within(run, condition)
     strokes = [
         run.generate(
-            {**condition, **_known(pair)},
+            {**described, **_known(pair)},
             seconds=STROKE_S,
             seed=child_seed(seed, "clone", number),
         )
@@ -114,8 +122,9 @@ def _within(values: Sequence[float], limits: tuple[float, float] | None) -> list
     return [*sorted({min(max(value, limits[0]), limits[1]) for value in values})]
 
 
-def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str, Any]]:
-    """Return the condition that describes each surface, by name."""
+def _surfaces(request: CloneRequest, loaded: LoadedRun) -> tuple[dict[str, Mapping[str, Any]], list[str]]:
+    """Return the condition that describes each surface, by name, and what is outside of what the model learned."""
+    limited: list[str] = []
     found: dict[str, Mapping[str, Any]] = {}
     known = {"vibration_speed_mm_s": request.speed, "vibration_force_n": request.force}
     names = [
@@ -128,17 +137,18 @@ def _surfaces(request: CloneRequest, loaded: LoadedRun) -> dict[str, Mapping[str
             f"recordings, photographs, materials and `words` must have different names, got {twice[0]!r} twice"
         )
     for file in map(Path, request.recordings):
-        found[file.stem] = {
-            "vibration": loaded.prepare_vibration(read_signal(file, **request.reading)),
-            **known,
-        }
+        recording = read_signal(file, **request.reading)
+        found[file.stem] = {"vibration": loaded.prepare_vibration(recording), **known}
+        notes = *limits(loaded, known), *loaded.missing_band(recording)
+        limited += [f"{file.stem}: {note}" for note in notes]
     found |= {Path(file).stem: {"image": read_image(file)} for file in request.images}
     found |= {name: {"material": name} for name in request.materials}
     if request.words:
-        found[WORDS] = {"words": some_words(loaded, request.words)}
+        asked = {"words": some_words(loaded, request.words)}
+        found[WORDS], limited = within(loaded, asked), [*limited, *map(str, limits(loaded, asked))]
     if not found:
         raise ParameterError("give a recording of a surface, `images`, `materials` or `words`")
-    return found
+    return found, limited
 
 
 def _strokes(

@@ -6,8 +6,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, NoiselessGenerator
+from tactogram.model import Condition, Limit, LimitReporter, NoiselessGenerator, RatedGenerator, word_limits
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.streaming.finger_path import followed
@@ -43,7 +45,8 @@ def generate(
 
     ``condition`` has names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words
     are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead
-    (`tactogram.workflows.generation.descriptions`). The length is by default the model's own.
+    (`tactogram.workflows.generation.descriptions`). The length is by default the model's own. What is outside of what
+    the run learned counts as the nearest inside (`limits`).
 
     Raises
     ------
@@ -57,9 +60,25 @@ def generate(
         raise ParameterError(f"count must be at least 1 and at most {MOST}, got {count}")
     if condition.get("motion") is not None:
         _check_motion(loaded)
-    condition = with_materials(loaded, condition)
+    condition = within(loaded, with_materials(loaded, condition))
     for drawn in seeds_of(seed, count):
         yield loaded.generate(condition, seconds=seconds, seed=drawn)
+
+
+def limits(run: LoadedRun, condition: Condition) -> list[Limit]:
+    """Return what of a condition is outside of what a run learned; ``str`` of each is a sentence."""
+    model, words = run.generator, condition.get("words")
+    if isinstance(model, LimitReporter):
+        return model.limits(condition)
+    rated = model.rated_means if words and isinstance(model, RatedGenerator) else {}
+    return word_limits(words or {}, run.any_kind, np.stack([*rated.values()])) if rated else []
+
+
+def within(run: LoadedRun, condition: Condition) -> dict[str, Any]:
+    """Return a condition with words limited to the scores of what the run learned from; models limit the rest."""
+    words = condition.get("words") or {}
+    used = {limit.name: limit.used for limit in limits(run, condition) if limit.name in words}
+    return {**condition, "words": {**words, **used}} if used else dict(condition)
 
 
 def motion_of(source: Path | str, *, seconds: float | None = None, seed: int = 0) -> Motion:
@@ -133,7 +152,8 @@ def generate_files(
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
         ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. The facts
         of `tactogram.workflows.generation.photographs.description_facts`; of a text the ``material`` that it describes,
-        weight by name, if it is not predicted; of several results of a model without noise ``differ_by``.
+        weight by name, if it is not predicted; of several results of a model without noise ``differ_by``; ``limited``, sentences, if something is
+        outside of what was learned.
 
     Raises
     ------
@@ -151,19 +171,20 @@ def generate_files(
         condition = with_materials(loaded, condition)
         found = {"text": text} | {name: condition[name] for name in ("material",) if name in condition}
     found |= description_facts(loaded, condition)
-    if recording is not None:
-        condition = {
-            **condition,
-            "vibration": loaded.prepare_vibration(read_signal(recording, **reading or {})),
-        }
+    recorded = None if recording is None else read_signal(recording, **reading or {})
+    if recorded is not None:
+        condition = {**condition, "vibration": loaded.prepare_vibration(recorded)}
     if motion is not None:
         _check_motion(loaded)
         condition = {**condition, "motion": motion_of(motion, seconds=seconds, seed=seed)}
     named = {"photograph": photograph, "vibration_from": recording, "motion_from": motion}
     more = {name: Path(file).name for name, file in named.items() if file is not None}
-    facts = run_provenance(loaded, seed) | _named(condition) | more | found
+    missing = [] if recorded is None else loaded.missing_band(recorded)
+    if limited := [*map(str, limits(loaded, condition)), *missing]:
+        found["limited"] = limited
     if count > 1 and isinstance(loaded.model, NoiselessGenerator):
         found["differ_by"] = loaded.model.variation
+    facts = run_provenance(loaded, seed) | _named(condition) | more | found
     return [
         write_made(numbered(out, number, count), made, facts | {"number": number}, simulated=loaded.simulated)
         | found

@@ -16,10 +16,12 @@ from tactogram.signal.io import read_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.generation.generate import (
     generate,
+    limits,
     numbered,
     run_provenance,
     seeds_of,
     suffixes_for,
+    within,
     write_made,
 )
 from tactogram.workflows.generation.word_scores import Rest, WordRequest, ask, scale_of
@@ -85,7 +87,12 @@ def generate_from_words(
     for number, note in enumerate(notes, start=1):
         for run, file, each in zip(loaded, files, made, strict=True):
             piece, taken = each[number - 1]
-            metadata = run_provenance(run, seed) | request.as_dict() | {"taken": taken, "number": number}
+            found = {
+                "taken": taken,
+                "number": number,
+                "limited": note["made"][CALLED[run.facts.gives]]["limited"],
+            }
+            metadata = run_provenance(run, seed) | request.as_dict() | found
             row = write_made(numbered(file, number, count), piece, metadata, simulated=run.simulated)
             written.append(row | {"run": str(run.run.folder)})
         if not _is_file(out):
@@ -152,6 +159,7 @@ def _made(
     condition: dict[str, Any] = {"words": request.on_scale_of(run)}
     if recording is not None and "vibration" in _conditions(run):
         condition["vibration"] = recording
+    condition = within(run, condition)
     length = seconds if run.facts.gives == "signal" else None
     pieces = generate(run, condition, seconds=length, seed=seed, count=count)
     return [
@@ -193,6 +201,7 @@ def _facts(run: LoadedRun, request: WordRequest, taken: Mapping[str, Any]) -> di
         "scale": list(scale_of(run)),
         "scores": {word: round(score, 4) for word, score in request.on_scale_of(run).items()},
         **({"taken": dict(taken)} if taken else {}),
+        "limited": [str(limit) for limit in limits(run, {"words": request.on_scale_of(run)})],
     }
 
 

@@ -6,10 +6,30 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tactogram.model import limits_of
+from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
 from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.texture_map import NAMES
+
+
+def limited(running: Stream) -> list[str]:
+    """Return a sentence for each texture whose recorded speeds or forces a sliding finger left."""
+    engine = running.engine
+    track = running.track[running.track[:, 1] > engine.finger.settings.moving_mm_s]
+    return [
+        str(limit)
+        for texture in engine.textures
+        if isinstance(texture, AutoregressiveTexture | ModulatedNoiseTexture)
+        for name, nodes, seen in zip(
+            NAMES, (texture.table.grid.speeds, texture.table.grid.forces), track[:, 1:].T, strict=True
+        )
+        if nodes[-1] > 0 and seen.any()  # zeros are unknown
+        for limit in limits_of(name, seen, (nodes[0], nodes[-1]), f"of {texture.name}")
+    ]
 
 
 def latency_lines(facts: Mapping[str, Any]) -> list[str]:
@@ -88,7 +108,7 @@ def write_sent(
         return written
     sent = Signal(running.recorded, running.engine.rate, running.unit, running.channels)
     if out is not None:
-        metadata = {name: facts[name] for name in ("simulated", "textures", "weights", "backend")}
+        metadata = {name: facts[name] for name in ("simulated", "textures", "weights", "backend", "limited")}
         write_signal(out, sent, metadata=metadata)
         written["file"] = str(out)
     if figure is not None:

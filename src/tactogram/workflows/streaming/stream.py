@@ -27,7 +27,7 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
 from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.request import takes
-from tactogram.workflows.streaming.report import write_sent
+from tactogram.workflows.streaming.report import limited, write_sent
 from tactogram.workflows.streaming.requests import StreamRequest
 from tactogram.workflows.streaming.session import Backend, carrier_of, motion_of, run, status_lines
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
@@ -50,7 +50,7 @@ def stream(request: StreamRequest) -> dict[str, Any]:
     dict
         `Stream.facts`, and ``backend``, ``seconds``, ``simulated`` (motion or textures), ``textures_simulated``,
         ``interrupted`` (from the keyboard), ``realtime_asked``, ``device``, ``network``, ``blocks``,
-        ``file``, ``figure``.
+        ``file``, ``figure``; ``limited``, sentences on speeds and forces outside of what was recorded.
 
     Raises
     ------
@@ -111,6 +111,7 @@ def stream(request: StreamRequest) -> dict[str, Any]:
         "textures_simulated": simulated,
         "interrupted": running.stopped,
         "realtime_asked": request.realtime,
+        "limited": limited(running),
         **device,
     }
     return facts | write_sent(running, facts, out, figure)

@@ -122,6 +122,15 @@ class LoadedRun:
             preparation = preparation.model_copy(update={"axes": "all"})
         return preparation.apply(signal)
 
+    def missing_band(self, signal: Signal) -> list[str]:
+        """Return a sentence on a recording, not prepared yet, that ends below the band of the run, or none."""
+        band = self.as_trained.band
+        ends, top = signal.rate / 2, self.kind.rate / 2 if band is None else band[1]
+        if signal.domain != "time" or ends >= top:
+            return []
+        known = f"above, up to {top:.4g} Hz in the run's band, nothing is known of the surface"
+        return [f"the recording ends at {ends:.4g} Hz: {known}"]
+
     @property
     def as_trained(self) -> Preparation:
         """The recipe's preparation, to the rate of the training signals."""

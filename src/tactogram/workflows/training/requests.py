@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from tactogram.datasets import Label
 
 LoggerName = Literal["tensorboard", "wandb"]
+Purpose = Literal["generate", "photograph", "words"]
 
 
 def never() -> bool:
@@ -73,14 +74,10 @@ class TrainingOptions(Request):
         return dict(self.changes or {}) | band
 
 
-@dataclass(frozen=True)
-class TrainingRequest(TrainingOptions):
-    """A model to train on a store, in ``out``; ``resume`` continues the run there from its last checkpoint."""
+@dataclass(frozen=True, kw_only=True)
+class ProcessOptions(TrainingOptions):
+    """`TrainingOptions`, and the processes and the log of one training."""
 
-    model: Annotated[str, Argument(metavar="MODEL")]
-    data: Annotated[Path | str, Option("store made by `data import` or `data simulate`", "DIR")]
-    _: KW_ONLY
-    resume: bool = False
     devices: Annotated[
         int,
         Option(
@@ -89,6 +86,16 @@ class TrainingRequest(TrainingOptions):
     ] = 1
     nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
     logger: Annotated[LoggerName | None, Option("also log losses and validation to it")] = None
+
+
+@dataclass(frozen=True)
+class TrainingRequest(ProcessOptions):
+    """A model to train on a store, in ``out``; ``resume`` continues the run there from its last checkpoint."""
+
+    model: Annotated[str, Argument(metavar="MODEL")]
+    data: Annotated[Path | str, Option("store made by `data import` or `data simulate`", "DIR")]
+    _: KW_ONLY
+    resume: bool = False
     stop: Callable[[], bool] = never
     """Asked after each step: True ends the training after a checkpoint of that step."""
 

@@ -172,6 +172,18 @@ def test_the_nearest_recordings_by_spectrum_are_of_the_material(state):
     assert state.runs.classifier_for(state.run) is None
 
 
+def test_what_is_outside_of_what_was_learned_is_said_of_a_result(state, tmp_path):
+    name = state.form.materials[0]
+    asked = replace(state.request, weights={name: 1.0}, speed_mm_s=900.0)
+    [(_, made)] = state.runs.generate(asked)
+    result = state.store_result(asked, state.run, 1, made, state.runs.said(asked))
+    [sentence] = result.facts["limited"]
+    assert sentence.startswith(f"speed 900 mm/s is outside of what was recorded of {name}: it counts as ")
+    assert state.runs.said(replace(asked, speed_mm_s=None)) == {"photograph": "", "limited": []}
+    shipped = GenerationRequest("texture_flow", {"cork": 1.0}, motion="simulated", seconds=2.0)
+    assert "of the motion, is outside of" in state.runs.said(shipped)["limited"][0]
+
+
 def test_a_comparison_needs_the_training_data(state):
     lost = replace(state.run, data={"path": "/etc", "sha256": "0"})
     [(_, made)] = state.runs.generate(state.request)

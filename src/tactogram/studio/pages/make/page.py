@@ -224,8 +224,8 @@ class MakePage:
         results = self.state.runs.generate(request, proceed=proceed)
         if cancelled.is_set():
             return []
-        photograph = self.state.runs.photograph_text(request)
-        return [self.state.store_result(request, run, number, made, photograph) for number, made in results]
+        said = self.state.runs.said(request)
+        return [self.state.store_result(request, run, number, made, said) for number, made in results]
 
     def _draw_starter(self) -> None:
         """Draw the progress of the example surfaces, and reload the page when they are ready."""

@@ -169,6 +169,8 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
 
     if photograph := result.facts.get("photograph"):
         hint(str(photograph)).classes("w-full")
+    for note in result.facts.get("limited", ()):
+        hint(f"{note[:1].upper()}{note[1:]}.").classes("w-full")
     kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)
     if first and result.facts.get("what") == "made" and not result.is_image:
         _draw_class(page, result)

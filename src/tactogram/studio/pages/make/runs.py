@@ -136,17 +136,8 @@ class RunCatalogue:
         with self._lock:
             loaded = self.load(run)
             condition = self._condition(request, loaded, run.form)
-            from tactogram.workflows.generation.generate import SIMULATED, generate, motion_of
+            from tactogram.workflows.generation.generate import generate
 
-            if request.motion:
-                simulated = request.motion == SIMULATED
-                source = SIMULATED if simulated else self.workspace.inside(request.motion)
-                motion = motion_of(source, seconds=request.seconds, seed=request.seed)
-                if request.seconds is None and motion.seconds > LONGEST_S:
-                    raise ParameterError(
-                        f"The motion lasts {motion.seconds:g} s; set a length of at most {LONGEST_S:g} s, or cut it."
-                    )
-                condition["motion"] = motion
             pieces = generate(
                 loaded, condition, seconds=request.seconds, seed=request.seed, count=request.count
             )
@@ -184,6 +175,17 @@ class RunCatalogue:
         ):  # fmt: skip
             if getattr(request, name) is not None:
                 condition[name] = getattr(request, name)
+        if request.motion:
+            from tactogram.workflows.generation.generate import SIMULATED, motion_of
+
+            simulated = request.motion == SIMULATED
+            source = SIMULATED if simulated else self.workspace.inside(request.motion)
+            motion = motion_of(source, seconds=request.seconds, seed=request.seed)
+            if request.seconds is None and motion.seconds > LONGEST_S:
+                raise ParameterError(
+                    f"The motion lasts {motion.seconds:g} s; set a length of at most {LONGEST_S:g} s, or cut it."
+                )
+            condition["motion"] = motion
         return condition
 
     def photograph(self, request: GenerationRequest) -> Image:
@@ -193,17 +195,21 @@ class RunCatalogue:
             raise DataError(f"{request.photo}: no longer available; choose a photograph again")
         return cropped(read_image(path), request.crop)
 
-    def photograph_text(self, request: GenerationRequest) -> str:
-        """Return the material that the request's photograph is classified as, or how unlike it is; "" without one."""
-        run = self.get(request.run)
-        request = run.form.used(request)
-        if not (request.photo and run.form.has("photo")):
-            return ""
+    def said(self, request: GenerationRequest) -> dict[str, Any]:
+        """Return a sentence on the ``photograph`` of a request, or "", and those on what is ``limited``."""
+        from tactogram.workflows.generation.generate import limits
         from tactogram.workflows.generation.photographs import description_facts, photograph_text
 
+        run, text = self.get(request.run), ""
+        request = run.form.used(request)
         with self._lock:
-            text = photograph_text(description_facts(self.load(run), {"image": self.photograph(request)}))
-        return f"{text[:1].upper()}{text[1:]}." if text else ""
+            loaded = self.load(run)
+            limited = [*map(str, limits(loaded, self._condition(request, loaded, run.form)))]
+            if request.vibration and "vibration" in run.form.instead:
+                limited += loaded.missing_band(read_signal(self.workspace.inside(request.vibration)))
+            if request.photo and run.form.has("photo"):
+                text = photograph_text(description_facts(loaded, {"image": self.photograph(request)}))
+        return {"photograph": f"{text[:1].upper()}{text[1:]}." if text else "", "limited": limited}
 
     def places(self, run: FinishedRun) -> NDArray[np.float64]:
         """Return the place of each material of a run on its map, float64, shape (material, 2).

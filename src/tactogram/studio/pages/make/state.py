@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any
@@ -137,9 +137,12 @@ class MakePageState:
         run: FinishedRun,
         number: int,
         made: Signal | Image,
-        photograph: str = "",
+        said: Mapping[str, Any] | None = None,
     ) -> KeptResult:
-        """Store and return a generated result, with what is said of its photograph; the oldest unkept are deleted."""
+        """Store and return a generated result with what is said of it; the oldest unkept are deleted.
+
+        ``said`` has a sentence on its ``photograph``, and those of what is ``limited``.
+        """
         request = run.form.used(request)
         title = f"{request.title}, seed {request.seed}" + (f" ({number})" if request.count > 1 else "")
         facts = {
@@ -152,7 +155,7 @@ class MakePageState:
             "number": number,
             "simulated": run.kind.simulated,
             "command": command(request, run.form, photo=self.photo_file(request)),
-            "photograph": photograph,
+            **(said or {}),
         }
         result = self.made.keep(made, title=title, facts=facts)
         for old in self.made.all()[MOST_STORED:]:

@@ -9,12 +9,14 @@ from urllib.parse import quote
 
 from nicegui import app, ui
 
+from tactogram.datasets import open_store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.models import ModelInfo, available
 from tactogram.studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram.studio.pages.train.request import GROUPINGS, SPLIT_TEXTS, SPLITS, RunRequest, describe_model
 from tactogram.studio.pages.train.trainings import command_line, free_name
 from tactogram.studio.pages.train.widgets import TrainContext
+from tactogram.workflows.training.model_choice import model_choice
 from tactogram.workflows.training.recipe_fields import RecipeField, assignments, recipe_fields, text_of
 
 DEFAULTS = {"split": "", "last": 2, "by": "recording", "label": "material", "where": "", "name": ""}
@@ -30,13 +32,16 @@ def draw(context: TrainContext, *, model: str = "", data: str = "") -> None:
     for name, default in DEFAULTS.items():
         values.setdefault(name, default)
     values.setdefault("changes", {})
-    values["model"] = model if model in models else _valid(values.get("model"), models, "texture_flow")
     values["data"] = data if data in stores else _valid(values.get("data"), stores, next(iter(stores), None))
     heading("Start a training")
     if not stores:
         ui.label("There is no store in this workspace yet.")
         ui.link("Simulate or import one", "/materials")
         return
+    values["model"] = model if model in models else _valid(values.get("model"), models, "")
+    if not values["model"]:
+        chosen = model_choice("generate", open_store(workspace.inside(values["data"])))
+        values["model"], values["recipe"], _ = chosen
     _TrainingForm(context, models, stores, values).draw()
 
 

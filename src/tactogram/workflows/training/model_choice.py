@@ -1,0 +1,41 @@
+"""Choice of a model: the one that measured closest to recordings for what it will be given (docs/results.md)."""
+
+from __future__ import annotations
+
+from tactogram.datasets import Label, Store
+from tactogram.errors import ParameterError
+from tactogram.recipe import Preparation
+from tactogram.signal.modulated_noise import LEAST_RATE
+from tactogram.workflows.training.requests import Purpose
+
+FLOW = "texture_flow"
+_NEEDED = {"photograph": "photographs", "words": "ratings"}
+
+
+def model_choice(purpose: Purpose, store: Store, *, label: Label = "material") -> tuple[str, str, str]:
+    """Return the name of the model to train on ``store``, that of its recipe, and why, with what is for the rest.
+
+    Raises
+    ------
+    ParameterError
+        If it is for photographs or words, and the store has none.
+    """
+    has = {"photograph": bool(store.photographs_by_material), "words": store.ratings is not None}
+    if not has.get(purpose, True):
+        raise ParameterError(
+            f"`purpose` {purpose} needs a store with {_NEEDED[purpose]}, {store.path} has none"
+        )
+    if not len(store):
+        return FLOW, "image", "generates images, from any words"
+    first = store.index[0].id
+    stream = Preparation().stream_of(store.streams_of(first))
+    if store.streams[stream].domain == "displacement":
+        return FLOW, "friction", "generates signals over displacement"
+    if purpose != "generate":
+        recipe = "rated" if purpose == "words" and label == "item" else "quick"
+        return FLOW, recipe, "takes photographs and words; of a material by its name, texture_var is closer"
+    if store.rate(first, stream) < LEAST_RATE:
+        return FLOW, "quick", f"learns from recordings below {LEAST_RATE:g} Hz, too"
+    others = [f"its {_NEEDED[name]} (--for {name})" for name, held in has.items() if held]
+    rest = " or ".join(["speeds and forces that were not recorded", *others])
+    return "texture_var", "quick", f"closest to recordings of a known material; for {rest} take {FLOW}"
