@@ -40,7 +40,7 @@ def surface_seed(seed: int, condition: Condition) -> int:
     scores = [f"{word} {words[word]:g}" for word in sorted(words)]
     image, vibration = condition.get("image"), condition.get("vibration")
     arrays = image is not None and image.pixels, vibration is not None and vibration.samples
-    measured = (zlib.crc32(np.ascontiguousarray(array)) for array in arrays)
+    measured = (zlib.crc32(np.ascontiguousarray(array).tobytes()) for array in arrays)
     return child_seed(seed, "surface", *sorted(named), "words", *scores, *measured)
 
 
