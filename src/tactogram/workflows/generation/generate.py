@@ -150,10 +150,10 @@ def generate_files(
     list of dict
         ``file``, ``seconds``, ``rate_hz``, ``unit``, ``axes``, ``simulated`` (trained on simulated data), ``rms`` per
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
-        ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. The facts
-        of `tactogram.workflows.generation.photographs.description_facts`; of a text the ``material`` that it describes,
-        weight by name, if it is not predicted; of several results of a model without noise ``differ_by``; ``limited``, sentences, if something is
-        outside of what was learned.
+        ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. The facts of
+        `tactogram.workflows.generation.photographs.description_facts`; of a text the ``material`` that it describes,
+        weight by name, if it is not predicted; of several results of a model without noise ``differ_by``; ``limited``,
+        sentences, if something is outside of what was learned.
 
     Raises
     ------
