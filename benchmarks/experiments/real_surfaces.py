@@ -149,26 +149,26 @@ def band_levels(spectra: Array) -> Array:
 
 def levels(bands: Array) -> Array:
     """Return the level of all bands, dB."""
-    return 10 * np.log10((10 ** (bands / 10) * np.diff(EDGES_HZ)).sum(-1))
+    return np.asarray(10 * np.log10((10 ** (bands / 10) * np.diff(EDGES_HZ)).sum(-1)))
 
 
 def pooled_law(materials: Sequence[RealMaterial]) -> Array:
     """Return the slopes of the bands, dB per octave of speed and of force: (condition, band)."""
     steps = np.vstack([each.at - each.at.mean(0) for each in materials])
     changes = np.vstack([each.bands - each.bands.mean(0) for each in materials])
-    return np.linalg.lstsq(steps, changes, rcond=None)[0]
+    return np.asarray(np.linalg.lstsq(steps, changes, rcond=None)[0])
 
 
 def spectrum_of(made: Signal) -> Array:
     """Return the density of a signal at `LINES_HZ`."""
     size = 2 ** round(np.log2(made.rate / 2))
     frequencies, density = welch(made.samples.astype(np.float64), made.rate, nperseg=size)
-    return np.interp(LINES_HZ, frequencies, density.sum(0))
+    return np.asarray(np.interp(LINES_HZ, frequencies, density.sum(0)))
 
 
 def _at_usual(material: RealMaterial, law: Array) -> Array:
     """Return the bands of a material at the `USUAL` speed and force."""
-    return (material.bands + (np.log2([*USUAL.values()]) - material.at) @ law).mean(0)
+    return np.asarray((material.bands + (np.log2([*USUAL.values()]) - material.at) @ law).mean(0))
 
 
 def _made(loaded: LoadedRun, condition: Mapping[str, Any]) -> Array:
@@ -178,12 +178,12 @@ def _made(loaded: LoadedRun, condition: Mapping[str, Any]) -> Array:
 
 def _centroid(bands: Array) -> Array:
     power = 10 ** (bands / 10) * np.diff(EDGES_HZ)
-    return (power * 2**CENTRES).sum(-1) / power.sum(-1)
+    return np.asarray((power * 2**CENTRES).sum(-1) / power.sum(-1))
 
 
 def slopes(bands: Array) -> Array:
     """Return the slopes of spectra, dB per octave."""
-    return np.polyfit(CENTRES, bands.T, 1)[0]
+    return np.asarray(np.polyfit(CENTRES, bands.T, 1)[0])
 
 
 def _population(
@@ -253,7 +253,7 @@ def _names(
         for kind, shape in (("raw", False), ("shape", True)):
 
             def centred(bands: Array, shape: bool = shape) -> Array:
-                return bands - shape * bands.mean(-1, keepdims=True)
+                return np.asarray(bands - shape * bands.mean(-1, keepdims=True))
 
             far = np.sqrt(np.mean((centred(table) - centred(made)) ** 2, 1))
             place = [*truth].index(real)
@@ -283,7 +283,8 @@ def _one_stroke(
     errors: dict[str, list[list[float]]] = {name: [] for name in methods}
     for number, material in enumerate(own, 1):
         rng = np.random.default_rng(zlib.crc32(material.name.encode()))
-        bands, rows = material.bands, {name: [] for name in methods}
+        bands = material.bands
+        rows: dict[str, list[list[float]]] = {name: [] for name in methods}
         for _ in range(PAIRS):
             one, other = rng.choice(len(bands), 2, replace=False)
             step = material.at[other] - material.at[one]
@@ -297,11 +298,11 @@ def _one_stroke(
                 },
             )  # fmt: skip
             for name, found in zip(methods, (bands[one], bands[one] + step @ law, made), strict=True):
-                rows[name].append((
-                    np.sqrt(np.mean((found - bands[other]) ** 2)),
-                    abs(levels(found) - levels(bands[other])),
-                    abs(step[0]) >= 1,
-                ))  # fmt: skip
+                rows[name].append([
+                    float(np.sqrt(np.mean((found - bands[other]) ** 2))),
+                    float(abs(levels(found) - levels(bands[other]))),
+                    float(abs(step[0]) >= 1),
+                ])  # fmt: skip
         for name in methods:
             errors[name] += rows[name]
         progress("strokes", number, len(own))
