@@ -95,10 +95,7 @@ def preview_file(
 ) -> Recording:
     """Return the first recording of an item of the data set, as it would be imported alone.
 
-    Raises
-    ------
-    ParameterError, DataError
-        As `import_dataset`; if the item is gone, or cannot be read.
+    Raises `ParameterError` or `DataError` as `import_dataset`; if the item is gone, or cannot be read.
     """
     found = find_set(set_name, Path(path), options or {})
     items = [item for item in found.items if name.startswith(item.name)]

@@ -137,10 +137,7 @@ class Spectrogram:
     def magnitude(self, z: Tensor) -> Tensor:
         """Return the magnitude of `stft` of a picture, (..., bin, frame); 0 at the floor.
 
-        Raises
-        ------
-        ParameterError
-            For another shape or dtype, or values that are not finite.
+        Raises `ParameterError` for another shape or dtype, or values that are not finite.
         """
         check_precision("z", z)
         bins = self.transform.bins
@@ -154,10 +151,7 @@ class Spectrogram:
         No gradient flows back. ``length``, samples, is by default the greatest with the frames of ``z``. The same seed
         gives the same signal, in a batch as alone.
 
-        Raises
-        ------
-        ParameterError
-            If ``z`` is not finite or not a picture of ``length`` samples.
+        Raises `ParameterError` if ``z`` is not finite or not a picture of ``length`` samples.
         """
         return self._recovered(self.magnitude(z.detach()), length, seed)
 

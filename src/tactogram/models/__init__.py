@@ -106,10 +106,7 @@ class ModelInfo(ModelDescription):
     def given(self, condition: str) -> ModelInfo:
         """Return the model with ``condition`` as the one that it needs.
 
-        Raises
-        ------
-        ParameterError
-            If the model needs another, and takes none instead.
+        Raises `ParameterError` if the model needs another, and takes none instead.
         """
         if condition in self.instead:
             return self.model_copy(update={"needs": (condition,), "instead": ()})

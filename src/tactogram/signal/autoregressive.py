@@ -176,10 +176,7 @@ class AutoregressiveModel:
     def prediction_error(self, signal: Signal) -> Array:
         """Return the innovations of ``signal``, float64, shape (axis, time - order), in its unit.
 
-        Raises
-        ------
-        ParameterError
-            If the signal is of another rate, unit or set of axes, or not longer than the order.
+        Raises `ParameterError` if the signal is of another rate, unit or set of axes, or not longer than the order.
         """
         _same(self, signal)
         if len(signal) <= self.order:

@@ -287,10 +287,7 @@ class PictureLearner(Generic[ConfigT]):
     def probabilities_of(self, image: Image) -> Tensor:
         """Return the predicted probabilities of a photograph's labels, shape (class,), the mean over `VIEWS` crops.
 
-        Raises
-        ------
-        ParameterError
-            If the run has no label predictor, or the photograph is smaller than a crop.
+        Raises `ParameterError` if the run has no label predictor, or the photograph is smaller than a crop.
         """
         if self.predictor is None:
             raise ParameterError("this run has no label predictor and cannot classify photographs")

@@ -40,10 +40,7 @@ class Run:
     def create(cls, folder: Path, *, recipe: Recipe, data: Mapping[str, Any], identity: str) -> Self:
         """Create the folder with recipe, environment and data facts.
 
-        Raises
-        ------
-        RunError
-            If the folder contains a run.
+        Raises `RunError` if the folder contains a run.
         """
         run = cls(folder)
         run.check_free()
@@ -179,10 +176,7 @@ class Run:
     def facts(self) -> dict[str, Any]:
         """Return model.json.
 
-        Raises
-        ------
-        RunError
-            If the training is not finished, or the run is of a later version.
+        Raises `RunError` if the training is not finished, or the run is of a later version.
         """
         if not self.finished:
             raise RunError(f"{self.place}: the training is not finished; resume it")

@@ -45,10 +45,7 @@ class PublishedResult(BaseModel):
 def table(model_folders: Sequence[Path] = (), *, runs: Sequence[Path | str] = ()) -> list[dict[str, Any]]:
     """Return one row per figure of every model and of evaluated ``runs``: ``model`` and fields of `PublishedResult`.
 
-    Raises
-    ------
-    RunError
-        If one of ``runs`` is no run, or was not evaluated.
+    Raises `RunError` if one of ``runs`` is no run, or was not evaluated.
     """
     rows = [row for run in runs for row in _of_run(_opened(run))]
     for name, facts in models.available(model_folders).items():

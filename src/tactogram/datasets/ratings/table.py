@@ -90,10 +90,7 @@ def read_table(
 def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
     """Write a table for `read_table`, atomically; Parquet is always long.
 
-    Raises
-    ------
-    ParameterError
-        For another suffix or form.
+    Raises `ParameterError` for another suffix or form.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES or form not in ("long", "wide"):

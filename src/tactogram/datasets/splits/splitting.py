@@ -108,10 +108,7 @@ def kfold(
     By recording, each class is dealt separately, so that every fold tests every class. ``validation`` is the share of
     each training part for validation; at least one of each class, or one group.
 
-    Raises
-    ------
-    ParameterError
-        If there are fewer recordings of a class, or groups, than folds.
+    Raises `ParameterError` if there are fewer recordings of a class, or groups, than folds.
     """
     if folds < 2:
         raise ParameterError(f"folds must be >= 2, got {folds}")
@@ -152,10 +149,7 @@ def contiguous_blocks(
     Learning-based Classification and Generation of Vibrotactile Information", Sec. II-C). ``seconds`` are the durations
     by id; ``gap_s`` is left out of training on both sides of the tested part: the length of one window.
 
-    Raises
-    ------
-    ParameterError
-        If a recording is too short to leave anything for training.
+    Raises `ParameterError` if a recording is too short to leave anything for training.
     """
     if blocks < 2:
         raise ParameterError(f"blocks must be >= 2, got {blocks}")

@@ -34,10 +34,7 @@ LOWEST_RATE = 80.0
 def edges(rate: float) -> NDArray[np.float64]:
     """Return the edges of the third-octave bands in a signal of ``rate`` Hz, Hz.
 
-    Raises
-    ------
-    ParameterError
-        If the rate is below `LOWEST_RATE`.
+    Raises `ParameterError` if the rate is below `LOWEST_RATE`.
     """
     if rate < LOWEST_RATE:
         raise ParameterError(f"rate must be at least {LOWEST_RATE:g} Hz to be rated by, got {rate:g}")

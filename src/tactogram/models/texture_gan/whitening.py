@@ -69,10 +69,7 @@ class Whitening:
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Fit a model, the couplings and a model of the rest per material; return their mean order.
 
-        Raises
-        ------
-        ParameterError
-            If no recording of a material is long enough.
+        Raises `ParameterError` if no recording of a material is long enough.
         """
         self.models, self.couplings, self.rests = [], [], []
         for name in self.kind.materials:

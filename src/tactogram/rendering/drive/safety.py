@@ -137,10 +137,8 @@ class DriveGuard:
     def process(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
         """Return the block to send, float32, shape (channel, time) as ``block``, in the display's unit.
 
-        Raises
-        ------
-        ParameterError
-            If ``block`` has another shape. NaN and infinity are no errors but fade to rest, see ``fault``.
+        Raises `ParameterError` if ``block`` has another shape. NaN and infinity are no errors but fade to rest, see
+        ``fault``.
         """
         if block.ndim != 2 or len(block) != len(self.display.channels):
             raise ParameterError(f"block must be ({len(self.display.channels)}, time), got {block.shape}")

@@ -48,10 +48,8 @@ class ReceivedFolders:
     def keep(self, files: Sequence[tuple[str, IO[bytes]]]) -> Path:
         """Write files, given with their paths; a single zip is unpacked. Return the folder of their materials.
 
-        Raises
-        ------
-        DataError
-            If a path leaves the folder, two files have the same one, something is too large, or a zip is damaged.
+        Raises `DataError` if a path leaves the folder, two files have the same one, something is too large, or a zip is
+        damaged.
         """
         if len(files) == 1 and files[0][0].lower().endswith(".zip"):
             [(name, file)] = files

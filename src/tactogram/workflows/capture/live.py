@@ -34,10 +34,7 @@ class LiveClassifier:
     ``threshold`` is the novelty beyond which a window is none of these (None if the run has no search index),
     ``calibrated_on`` the number of windows that set it (0 if it is that of whole recordings).
 
-    Raises
-    ------
-    ParameterError
-        If the run is no classifier, or the window too short for it.
+    Raises `ParameterError` if the run is no classifier, or the window too short for it.
     """
 
     def __init__(self, loaded: LoadedRun, *, window_s: float | None = None) -> None:

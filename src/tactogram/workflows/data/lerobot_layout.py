@@ -85,10 +85,8 @@ def write_lerobot_dataset(
 ) -> dict[str, Any]:
     """Write a store into ``folder``, and return the number of episodes and frames, and the streams left out.
 
-    Raises
-    ------
-    ParameterError
-        If no stream is in every recording at one rate, over time, or a recording is shorter than a frame.
+    Raises `ParameterError` if no stream is in every recording at one rate, over time, or a recording is shorter than a
+    frame.
     """
     features, left_out = _features(store, fps)
     actions = tuple(name for name in ACTIONS if all(getattr(info, name) is not None for info in store.index))

@@ -55,10 +55,7 @@ def evaluate_generator(
     ``known`` are recordings that it was not trained on, of materials that it knows; for a generator conditioned on a
     photograph or a recording also of others: half of these then replace the training part.
 
-    Raises
-    ------
-    ParameterError
-        If the generator does not know these materials.
+    Raises `ParameterError` if the generator does not know these materials.
     """
     settings = settings or EvaluationSettings()
     if loaded.facts.gives != "signal" or not isinstance(loaded.model, Generator):

@@ -33,10 +33,7 @@ def mix_ladder(request: MixRequest) -> MixSeries:
 
     Every signal measured has its own seed.
 
-    Raises
-    ------
-    ParameterError
-        If the materials are the same, unknown or cannot be distinguished.
+    Raises `ParameterError` if the materials are the same, unknown or cannot be distinguished.
     """
     loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     start, end, steps, signals = request.start, request.end, request.steps, request.signals

@@ -168,10 +168,7 @@ def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
 
     Of a session folder or a table of answers, those whose design ``gives_targets`` are used.
 
-    Raises
-    ------
-    DataError
-        If the table is broken, or has an item without a score for one of its words.
+    Raises `DataError` if the table is broken, or has an item without a score for one of its words.
     """
     if not path.exists():
         raise DataError(f"{path}: no such table of target ratings")
