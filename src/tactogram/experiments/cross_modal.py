@@ -169,7 +169,6 @@ def _simulated(
 def _write_items(
     folder: Path, alone: Mapping[str, Signal], pairs: Mapping[str, tuple[Signal, Image]]
 ) -> Path:
-    """Write every signal and image, and a table of the pairs, for a study with people."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(("item", "vibration", "image"))

@@ -81,7 +81,6 @@ def run(
 
 
 def _weights(text: str) -> list[int]:
-    """Return the weights in a text, ascending."""
     try:
         found = sorted({int(part) for part in str(text).split(",")})
     except ValueError:

@@ -53,7 +53,6 @@ def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _take_apart(value: Any, place: str, tensors: dict[str, Tensor]) -> Any:
-    """Return ``value`` with each tensor replaced by a reference into ``tensors``."""
     if isinstance(value, np.ndarray):
         value = torch.from_numpy(np.array(value))
     if isinstance(value, Tensor):

@@ -7,7 +7,6 @@ import select
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Protocol, Self, TextIO
 
 from tactogram.capture.session.feed import MeterReading
@@ -86,9 +85,7 @@ class LineConsole:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Leave everything open: it was before."""
 
     def _line(self, idle: Callable[[], None]) -> str | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from time import monotonic, sleep
-from types import TracebackType
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -85,9 +84,7 @@ class DigilentSource:
         self._device = device
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         device, self._device = self._device, None
         if device is not None:
             try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from time import monotonic
-from types import TracebackType
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -88,9 +87,7 @@ class NiSource:
         self._task = task
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         task, self._task = self._task, None
         if task is not None:
             try:

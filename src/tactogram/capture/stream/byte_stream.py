@@ -55,9 +55,7 @@ class SerialPort:
             self._port = serial.serial_for_url(self.name, baudrate=self.baud, timeout=_WAIT_S, exclusive=True)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         port, self._port = self._port, None
         if port is not None:
             try:
@@ -94,9 +92,7 @@ class Replay:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if hasattr(self._pieces, "close"):
             self._pieces.close()
 

@@ -192,7 +192,6 @@ def _strata(infos: Sequence[RecordingInfo], label: Label) -> dict[str, dict[str,
 
 
 def _members(infos: Sequence[RecordingInfo], by: By) -> dict[str, list[str]]:
-    """Return the recordings of each group."""
     if by not in get_args(By):
         raise ParameterError(f"by must be one of {', '.join(get_args(By))}, got {by!r}")
     members: dict[str, list[str]] = defaultdict(list)

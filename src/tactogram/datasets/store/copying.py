@@ -84,7 +84,6 @@ def _written(place: Path | RemotePath) -> Iterator[Path | RemotePath]:
 
 
 def _write_catalogue(store: Store, folder: Path | RemotePath) -> StoredFile:
-    """Write the catalogue of ``store`` into ``folder``."""
     with tempfile.TemporaryDirectory(prefix="tactogram-catalogue-") as name:
         path = Path(name) / f"catalogue-{store.sha256[:16]}.parquet"
         write_catalogue(path, store.folder, store.facts)

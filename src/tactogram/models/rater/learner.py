@@ -143,7 +143,6 @@ class RaterLearner(OneStepLearner):
         return rows, self.images.blocks or (rows.shape[1],)
 
     def _row(self, content: Signal | Image) -> NDArray[np.float64]:
-        """Return the features of one signal or image, shape (1, feature)."""
         if isinstance(self.kind, SignalKind):
             if not isinstance(content, Signal):
                 raise ParameterError(f"this rater is of signals, got {type(content).__name__}")

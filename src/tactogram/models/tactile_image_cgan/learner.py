@@ -190,11 +190,9 @@ class TactileImageLearner:
 
     @property
     def rated_means(self) -> dict[str, NDArray[np.float64]]:
-        """Mean scores of each training image, 0 to 1, shape (word,)."""
         return dict(zip(self.items, self.means, strict=True))
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Image:
-        """Return an image that evokes ``words``, each on the scale of the training ratings."""
         check_condition(condition, needs=("words",))
         if seconds is not None:
             raise ParameterError(f"seconds must be omitted, an image has no length; got {seconds:g}")

@@ -118,7 +118,6 @@ class Whitening:
         return self.kind.signal(x.astype(np.float32))
 
     def state(self) -> dict[str, Any]:
-        """Return the filters."""
         return {
             "models": [_parts(model) for model in self.models],
             "couplings": self.couplings,
@@ -126,7 +125,6 @@ class Whitening:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
         self.models, self.rests = (
             [self._model(parts) for parts in state[name]] for name in ("models", "rests")
         )

@@ -70,7 +70,6 @@ class UltrasonicCGANLearner:
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
     ) -> Iterator[Any]:
-        """Yield, per step, the spectra and raters of its iterations, drawn with replacement."""
         data = self._of(examples)
         if stage.name == FIT:
             yield (examples,)
@@ -132,7 +131,6 @@ class UltrasonicCGANLearner:
         }
 
     def _of(self, examples: Sequence[Example]) -> TrainingSpectra:
-        """Return the spectra of ``examples``, computed once."""
         if self._data is None or self._data.examples is not examples:
             signals = signals_of(examples)
             for example in signals:
@@ -155,7 +153,6 @@ class UltrasonicCGANLearner:
 
     @property
     def rated_means(self) -> dict[str, NDArray[np.float64]]:
-        """Mean scores of each surface, 0 to 1, shape (word,)."""
         return dict(zip(self._surfaces.plates, self._surfaces.means, strict=True))
 
     # -- results -----------------------------------------------------------------------------------------
@@ -172,7 +169,6 @@ class UltrasonicCGANLearner:
         return failed | figures_of(spectra_of, self._surfaces, self.trained)
 
     def outcome(self) -> dict[str, Any]:
-        """Return the results of the trainings as JSON values."""
         surfaces, rule = self._surfaces, self.pair.rule
         clusters = [
             {
@@ -309,11 +305,9 @@ def build(
 
 
 def _cluster_title(number: int, members: Sequence[str]) -> str:
-    """Return a cluster's title in a figure, with the number of surfaces if there are many."""
     shown = ", ".join(members) if len(members) < 6 else f"{members[0]} … {members[-1]} ({len(members)})"
     return f"cluster {number + 1}: {shown}"
 
 
 def _number(stage: Stage) -> int:
-    """Return the cluster of a stage, from 0."""
     return int(stage.name.removeprefix("cluster-")) - 1

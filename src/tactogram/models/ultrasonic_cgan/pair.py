@@ -36,7 +36,6 @@ class ClusterNetworks(AdversarialNetworks):
         self.begin(0)
 
     def begin(self, cluster: int) -> None:
-        """Return to initial weights, those of ``cluster``."""
         self.cluster = cluster
         for network, fresh in zip(self._bare, self._initial(cluster), strict=True):
             network.load_state_dict(fresh.state_dict())
@@ -120,7 +119,6 @@ class ClusterNetworks(AdversarialNetworks):
         }
 
     def state(self) -> dict[str, Any]:
-        """Return the state within a cluster's training."""
         return {
             "cluster": self.cluster,
             "now": [network.state_dict() for network in self._bare],
@@ -129,7 +127,6 @@ class ClusterNetworks(AdversarialNetworks):
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
         self.begin(state["cluster"])
         for network, weights in zip(self._bare, state["now"], strict=True):
             network.load_state_dict(weights)

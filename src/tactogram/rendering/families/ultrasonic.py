@@ -220,7 +220,6 @@ def _full_scale(level: Level, settings: Settings, display: Display) -> tuple[flo
 
 
 def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
-    """Return the report's sentences on ``facts``."""
     scaled = [words]
     if facts["mapping"] != "friction":
         scaled.append(f"{amount(facts['full_scale'], facts['unit'])} of the signal is full modulation")

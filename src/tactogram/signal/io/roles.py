@@ -153,7 +153,6 @@ def _described(table: RawTable, at: int | None) -> StreamColumns:
 
 
 def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> StreamColumns:
-    """Return the columns of these names as one stream."""
     places = []
     for name in names:
         if name in table.groups and name not in table.headings:

@@ -181,5 +181,4 @@ def _copy(file: IO[bytes], target: Path, path: str, room: int) -> int:
 
 
 def _is_file(member: zipfile.ZipInfo) -> bool:
-    """Return whether a member of a zip is a file, rather than a folder or a link."""
     return not member.is_dir() and not stat.S_ISLNK(member.external_attr >> 16)

@@ -107,7 +107,6 @@ def _held_out(by: str) -> HeldOut:
 def _all_parts(
     held_out: HeldOut, items: Sequence[str], people: Sequence[str], folds: int, *, repeats: int, seed: int
 ) -> list[Part]:
-    """Return the items and raters held out in each fold of each repetition."""
     if held_out != "rater" and len(items) < folds:
         raise ParameterError(f"{folds} folds need as many rated items, got {len(items)}")
     if held_out != "item" and len(people) < folds:
