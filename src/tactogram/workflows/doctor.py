@@ -31,13 +31,10 @@ EXTRAS = {
 def doctor() -> dict[str, Any]:
     """Return facts on this installation.
 
-    Returns
-    -------
-    dict
-        ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``,
-        ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``weights`` (published
-        weights that no package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``,
-        ``url``), ``problems`` (sentences).
+    Keys of the result: ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``,
+    ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``weights`` (published weights
+    that no package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``, ``url``),
+    ``problems`` (sentences).
     """
     import psutil
     import torch

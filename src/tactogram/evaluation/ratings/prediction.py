@@ -48,13 +48,10 @@ class PredictedRatings:
     def as_dict(self, *, seed: int = 0) -> dict[str, Any]:
         """Return the figures as JSON values.
 
-        Returns
-        -------
-        dict
-            ``per_word`` (word to row) and ``mean`` (over words). A row has ``mae``, ``mae_sd`` (over repetitions, None
-            of one), ``constant_mae``, ``p_against_constant`` (Wilcoxon's signed ranks over items, two-sided, not
-            corrected), ``split_half_mae`` and ``one_rater_mae`` (None with fewer than four, or two, raters) and
-            ``rank_correlation`` (Spearman, over items, mean over repetitions) with ``rank_correlation_sd``.
+        Keys of the result: ``per_word`` (word to row) and ``mean`` (over words). A row has ``mae``, ``mae_sd`` (over
+        repetitions, None of one), ``constant_mae``, ``p_against_constant`` (Wilcoxon's signed ranks over items,
+        two-sided, not corrected), ``split_half_mae`` and ``one_rater_mae`` (None with fewer than four, or two, raters)
+        and ``rank_correlation`` (Spearman, over items, mean over repetitions) with ``rank_correlation_sd``.
         """
         rng = np.random.default_rng(seed)
         split, alone = split_half_error(self.cube, rng=rng), one_rater_error(self.cube)

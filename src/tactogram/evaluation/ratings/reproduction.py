@@ -46,14 +46,11 @@ class ReproductionErrors:
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as JSON values.
 
-        Returns
-        -------
-        dict
-            ``told_by``; ``conditions``: for each ``mae``, ``se`` and ``n`` of all answers as printed, ``targets``
-            (number of rated ones), ``se_by_rater`` (None for one rater), ``per_word``; ``incomplete``: conditions that
-            lack a target and are not tested; ``tests``: ``as_printed`` (Student's t over all answers as if
-            independent), ``by_rater`` (paired t over raters' means, Holm; None for one rater) and ``by_target`` (the
-            same over targets), each a list of pairs.
+        Keys of the result: ``told_by``; ``conditions``: for each ``mae``, ``se`` and ``n`` of all answers as printed,
+        ``targets`` (number of rated ones), ``se_by_rater`` (None for one rater), ``per_word``; ``incomplete``:
+        conditions that lack a target and are not tested; ``tests``: ``as_printed`` (Student's t over all answers as if
+        independent), ``by_rater`` (paired t over raters' means, Holm; None for one rater) and ``by_target`` (the same
+        over targets), each a list of pairs.
         """
         rows = {name: self._row(errors) for name, errors in self.errors.items()}
         whole = {n: e for n, e in self.errors.items() if rows[n]["targets"] == len(self.targets)}

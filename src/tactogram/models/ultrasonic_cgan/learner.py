@@ -247,13 +247,11 @@ class UltrasonicCGANLearner:
     def selection_for(self, condition: Condition, seed: int) -> dict[str, Any]:
         """Return the inputs of `generate` and the clamped shares, as JSON values.
 
-        Returns
-        -------
-        dict
-            ``surface`` (nearest in words), ``distance`` (of the scores as 0 to 1, Euclidean), ``group``, ``cluster``
-            (from 1), ``cluster_surfaces``, ``sensor_spectrum`` (``recording``, ``axis``, ``window``), ``clamped_bins``
-            and ``clamped_amplitude`` (shares below 0), ``nearest_display_signal`` and ``nearest_display_distance`` (a
-            small one is a copy), ``full_scale`` (1: the limit of the display's drive), ``peak``, ``crest_factor``.
+        Keys of the result: ``surface`` (nearest in words), ``distance`` (of the scores as 0 to 1, Euclidean),
+        ``group``, ``cluster`` (from 1), ``cluster_surfaces``, ``sensor_spectrum`` (``recording``, ``axis``,
+        ``window``), ``clamped_bins`` and ``clamped_amplitude`` (shares below 0), ``nearest_display_signal`` and
+        ``nearest_display_distance`` (a small one is a copy), ``full_scale`` (1: the limit of the display's drive),
+        ``peak``, ``crest_factor``.
         """
         made = self._make(condition, seed)
         signal = loop(made.amplitudes, self.kind, self.config, seconds=None, seed=seed)

@@ -120,18 +120,12 @@ def _recorded_rate(loaded: LoadedRun) -> float | None:
 def live(request: LiveRequest) -> dict[str, Any]:
     """Classify a sensor's signal window by window until it ends, is interrupted, or ``seconds`` are over.
 
-    Returns
-    -------
-    dict
-        ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material), ``none_of_these`` (windows,
-        or None without a search index), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from the arrival of a
-        window's last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``,
-        ``calibrated_on``, ``source`` (its facts), ``simulated``, ``interrupted``.
+    Keys of the result: ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material),
+    ``none_of_these`` (windows, or None without a search index), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from
+    the arrival of a window's last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``,
+    ``calibrated_on``, ``source`` (its facts), ``simulated``, ``interrupted``.
 
-    Raises
-    ------
-    ParameterError
-        If the run is no classifier, or the window is too short for it.
+    Raises `ParameterError` if the run is no classifier, or the window is too short for it.
     """
     loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     classifier = LiveClassifier(loaded, window_s=request.window)

@@ -87,11 +87,9 @@ def mix_ladder(request: MixRequest) -> MixSeries:
 def mixing_ladder(request: MixRequest) -> dict[str, Any]:
     """Make a ladder with `mix_ladder` and write ``ladder.png``, the steps as WAV and ``ladder.json`` to ``out``.
 
-    Returns
-    -------
-    dict
-        The request (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``, ``sounds``, and
-        `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there is none).
+    Keys of the result: the request (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``,
+    ``sounds``, and `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there
+    is none).
     """
     loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     request = replace(request, run=loaded)

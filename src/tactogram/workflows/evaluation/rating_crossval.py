@@ -53,17 +53,12 @@ def crossval_ratings(request: CrossvalRequest) -> dict[str, Any]:
     ``rater``: known items, against the mean of raters that were not trained on; or ``both``. The parts are drawn anew
     ``repeats`` times: the spread over these is that of the drawing and of the model's seed.
 
-    Returns
-    -------
-    dict
-        ``per_word`` and ``mean`` as in `PredictedRatings.as_dict`, in points of the scale, with their split, recipe
-        and data, ``folds``, ``repeats``, ``items`` and ``raters``. The folder has ``crossval.json``, ``words.png``
-        and ``report.html``.
+    Keys of the result: ``per_word`` and ``mean`` as in `PredictedRatings.as_dict`, in points of the scale, with their
+    split, recipe and data, ``folds``, ``repeats``, ``items`` and ``raters``. The folder has ``crossval.json``,
+    ``words.png`` and ``report.html``.
 
-    Raises
-    ------
-    ParameterError
-        If the model is no predictor, there are too few items or raters, or ``out`` cannot be written to.
+    Raises `ParameterError` if the model is no predictor, there are too few items or raters, or ``out`` cannot be
+    written to.
     """
     held_out, folds, repeats = _held_out(request.by), request.folds, request.repeats
     setup = CrossvalSetup.of(request, task="prediction")

@@ -26,16 +26,11 @@ LEAST_HZ = 1000.0
 def calibrate(request: CalibrationRequest) -> dict[str, Any]:
     """Fit voltage to friction, person by person, and write the settings of an electrovibration display.
 
-    Returns
-    -------
-    dict
-        ``file``, ``people`` (the fit by name, with ``square_law_holds`` and ``settings``) and ``spread``: largest over
-        least k_e of the people.
+    Keys of the result: ``file``, ``people`` (the fit by name, with ``square_law_holds`` and ``settings``) and
+    ``spread``: largest over least k_e of the people.
 
-    Raises
-    ------
-    DataError, ParameterError
-        If the table cannot be read, or a person's pairs determine nothing. Nothing is written then.
+    Raises `DataError` or `ParameterError` if the table cannot be read, or a person's pairs determine nothing. Nothing
+    is written then.
     """
     if Path(request.out).suffix != ".toml":
         raise ParameterError(f"`out` must end in .toml, got {request.out}")

@@ -112,16 +112,11 @@ def try_device(name: str) -> dict[str, Any]:
 
     ``name`` is one of `device_names` or `ALSO`, or a kind of capture source whose devices can be listed.
 
-    Returns
-    -------
-    dict
-        ``device``, ``state`` (``works``, ``no hardware``, ``missing``: a library or driver, or ``failed``), ``line``
-        (one sentence), ``facts`` (by device), ``paths`` (of `PATHS`), ``tactogram``, ``python``, ``platform``.
+    Keys of the result: ``device``, ``state`` (``works``, ``no hardware``, ``missing``: a library or driver, or
+    ``failed``), ``line`` (one sentence), ``facts`` (by device), ``paths`` (of `PATHS`), ``tactogram``, ``python``,
+    ``platform``.
 
-    Raises
-    ------
-    ParameterError
-        If there is no such path.
+    Raises `ParameterError` if there is no such path.
     """
     name = ALSO.get(name, name)
     if name not in _TESTS and name not in SOURCES:

@@ -69,15 +69,10 @@ def levels_of(display: Display) -> list[str]:
 def render(request: RenderRequest) -> dict[str, Any]:
     """Write the drive that renders a file on a display, and the report next to it.
 
-    Returns
-    -------
-    dict
-        ``file``, ``report_file``, ``report`` (see `Report`), ``text``, and ``figure``.
+    Keys of the result: ``file``, ``report_file``, ``report`` (see `Report`), ``text``, and ``figure``.
 
-    Raises
-    ------
-    ParameterError
-        If ``out`` is no signal file or the signal itself, or ``person`` comes without ``calibration``.
+    Raises `ParameterError` if ``out`` is no signal file or the signal itself, or ``person`` comes without
+    ``calibration``.
     """
     out, file, changes = Path(request.out), request.file, request.changes or {}
     if out.suffix.lower() not in WRITABLE:

@@ -45,15 +45,10 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     All is computed before anything is written. Obsolete figures of an earlier analysis in the folder are removed.
     Margins that differ from the study's file are reported as set afterwards.
 
-    Returns
-    -------
-    dict
-        The content of ``analysis.json``, with ``out``, ``files`` and ``text``.
+    Keys of the result: the content of ``analysis.json``, with ``out``, ``files`` and ``text``.
 
-    Raises
-    ------
-    TactogramError
-        In one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot be written to.
+    Raises `TactogramError` in one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot
+    be written to.
     """
     source, folder, targets = Path(request.source), Path(request.out), request.targets
     check_writable(folder, folder=True)
