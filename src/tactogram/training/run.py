@@ -110,8 +110,6 @@ class Run:
         """The training data: path, name, sha256, split, whether simulated."""
         return self.read_json("data.json")
 
-    # -- during training ---------------------------------------------------------------------------------
-
     def save_checkpoint(self, learner: Learner, position: TrainingPosition) -> None:
         """Save the state at ``position``."""
         save_state(self.folder / "checkpoint.safetensors", learner.state(), asdict(position))
@@ -170,8 +168,6 @@ class Run:
         table.writeheader()
         table.writerows(lines)
         write_text(self.folder / "metrics.csv", text.getvalue())
-
-    # -- afterwards --------------------------------------------------------------------------------------
 
     def facts(self) -> dict[str, Any]:
         """Return model.json.

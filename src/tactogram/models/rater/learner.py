@@ -40,8 +40,6 @@ class RaterLearner(OneStepLearner):
         self.noise = np.full(len(self.words), np.nan)
         """Standard deviation between raters of one item, in points of the scale; NaN where no item has two raters."""
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Rateable]) -> tuple[Stage, ...]:
         rated = {e.item: ~np.isnan(e.rated.scores).all(0) for e in examples if e.rated is not None}
         if len(rated) < FEWEST_ITEMS:
@@ -105,8 +103,6 @@ class RaterLearner(OneStepLearner):
         self.noise = np.asarray(state["noise"], np.float64)
         self.images.load_state(state["images"])
         self.regression = Regression.of_state(state["regression"]) if state["regression"] else None
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def predict(self, content: Signal | Image) -> Mapping[str, float]:
         scores = self._on_scale(self._fitted.predict(self._row(content))[0])

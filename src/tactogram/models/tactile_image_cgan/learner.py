@@ -68,8 +68,6 @@ class TactileImageLearner:
         self.gan.setup(fabric)
         self.share = BatchShare.of_process(fabric)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[ImageExample]) -> tuple[Stage, ...]:
         self._images(examples)
         return (Stage("gan", self.config.updates),)
@@ -162,8 +160,6 @@ class TactileImageLearner:
         self.real_spread = float(state["real_spread"])
         self.gan.load_state(state["gan"], state.get("optimisers"))
 
-    # -- export ------------------------------------------------------------------------------------------
-
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         words, noise = self.kind.words, self.config.noise
 
@@ -185,8 +181,6 @@ class TactileImageLearner:
                 facts=facts,
             ),
         }
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     @property
     def rated_means(self) -> dict[str, NDArray[np.float64]]:

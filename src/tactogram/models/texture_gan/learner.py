@@ -74,8 +74,6 @@ class TextureGANLearner(WaveGANLearner[Config]):
         if self.average:
             self.average.network.to(self.device)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.check_all_present(examples)
         match = (Stage("match", 1),) if self.band_levels else ()
@@ -187,8 +185,6 @@ class TextureGANLearner(WaveGANLearner[Config]):
             self.band_levels.load_state(state["bands"])
         if self.average:
             self.average.load_state(state["average"])
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         kind, config = self.kind, self.config

@@ -58,8 +58,6 @@ class UltrasonicCGANLearner:
     def setup(self, fabric: Any) -> None:
         self.pair.setup(fabric)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if not signals_of(examples):
             raise ParameterError("ultrasonic_cgan needs rated display signals, without a material; got none")
@@ -155,8 +153,6 @@ class UltrasonicCGANLearner:
     def rated_means(self) -> dict[str, NDArray[np.float64]]:
         return dict(zip(self._surfaces.plates, self._surfaces.means, strict=True))
 
-    # -- results -----------------------------------------------------------------------------------------
-
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return the number of failed trainings, and figures of the others on unseen recordings: `figures_of`."""
         failed = {"failed_clusters": float(sum(one.chosen is None for one in self.trained))}
@@ -216,8 +212,6 @@ class UltrasonicCGANLearner:
         self.trained = [self._trained(one) for one in state["trained"]]
         if "optimisers" in state:
             self.pair.load_state(state["optimisers"])
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return the modulating signal for scores: a loop of 1 s without a seam, repeated for ``seconds``.

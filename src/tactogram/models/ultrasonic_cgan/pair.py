@@ -106,8 +106,6 @@ class ClusterNetworks(AdversarialNetworks):
         with torch_seeded(self.seed, "weights", cluster):
             return Generator(self.config, words=self.words), discriminator_of(self.config, words=self.words)
 
-    # -- state -------------------------------------------------------------------------------------------
-
     def outcome(self) -> dict[str, Any]:
         """Return the result of the cluster's training: the chosen weights, or none if it failed, and the curves."""
         chosen = self.selector.chosen

@@ -154,8 +154,6 @@ def test_learning_rate_of_the_predictor_halves_every_five_epochs():
     assert rates == {0: 2e-4, 4: 2e-4, 5: 1e-4, 9: 1e-4, 10: 5e-5, 29: 2e-4 / 32}
 
 
-# -- trained in seconds -------------------------------------------------------------------------------------
-
 KIND = SignalKind(1000.0, "m/s^2", ("z",), ("coarse", "fine"), simulated=True)
 
 

@@ -89,8 +89,6 @@ class ImportPage:
                 options["mapping"] = TableMapping(layout=tuple(layouts))
         return options
 
-    # -- drawing -------------------------------------------------------------------------------------------
-
     async def draw(self) -> None:
         """Draw the page, and begin the preview."""
         self._draw_source()
