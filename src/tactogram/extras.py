@@ -34,7 +34,6 @@ def imported(name: str, *, extra: str, what: str) -> ModuleType:
 
     Parameters
     ----------
-    name : str
     extra : str
         Extra of this package that contains it.
     what : str

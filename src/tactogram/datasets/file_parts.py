@@ -56,6 +56,8 @@ def read_parts(
 ) -> list[FilePart | LeftOut]:
     """Return the parts of a take in order, and those that are left out.
 
+    Raises `DataError` if a file cannot be read, or no part of it is a recording.
+
     Parameters
     ----------
     paths : sequence of Path
@@ -67,11 +69,6 @@ def read_parts(
         error of a take without a column of materials; ``whole``, if labels are not to be read.
     name : str
         Name of the take in messages.
-
-    Raises
-    ------
-    DataError
-        If a file cannot be read, or no part of it is a recording.
     """
     labelled = not info.get("whole") and len(paths) == 1
     sources = [

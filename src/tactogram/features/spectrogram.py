@@ -24,6 +24,8 @@ class Spectrogram:
     later. Nothing is measured from the data, so that levels are absolute.
     Tensors are float32 or float64.
 
+    Raises `ParameterError` if a field is invalid, or samples that the window hardly covers could not be recovered.
+
     Parameters
     ----------
     rate : float
@@ -41,11 +43,6 @@ class Spectrogram:
         Name for `scipy.signal.get_window`.
     start, iteration, iterations
         Phase recovery of `decode`; see `tactogram.features.recover`.
-
-    Raises
-    ------
-    ParameterError
-        If a field is invalid, or samples that the window hardly covers could not be recovered.
 
     Notes
     -----

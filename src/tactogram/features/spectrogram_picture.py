@@ -27,6 +27,8 @@ class SpectrogramPicture:
     consecutive frames of it; resized to 256 x 256; logarithm; [-1, 1]. ``picture.crop(samples, first)`` is that.
     Tensors are float32 or float64.
 
+    Raises `ParameterError` if a field is invalid.
+
     Parameters
     ----------
     rate : float
@@ -46,11 +48,6 @@ class SpectrogramPicture:
         Size of the picture; row 0 is 0 Hz. Amplitudes are resized bilinearly, before the logarithm.
     start, iteration, iterations
         Phase recovery of `signal`; see `tactogram.features.recover`. The paper names Griffin-Lim.
-
-    Raises
-    ------
-    ParameterError
-        If a field is invalid.
 
     Notes
     -----

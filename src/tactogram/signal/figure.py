@@ -26,8 +26,6 @@ def signal_figure(
 
     Parameters
     ----------
-    signal : Signal
-    title : str
     shown : float, s or mm
         Length of the waveform; the spectrogram is of the whole signal.
     figure : Figure, optional

@@ -53,7 +53,6 @@ def make_app(
 
     Parameters
     ----------
-    studio : Studio
     token : str, optional
         Access token that browsers on other machines must present; None serves loopback only.
     names : tuple of str
@@ -109,21 +108,16 @@ def serve(
 ) -> None:
     """Serve a studio until interrupted.
 
+    Raises `DataError` if there is no certificate and none can be created.
+
     Parameters
     ----------
-    studio : Studio
     listening : ListeningPort
         Beyond loopback, everything but the participants' pages requires a random token.
-    open_browser : bool
     path : str
         Path of the page to open.
     ready : callable
         Called once the server accepts connections.
-
-    Raises
-    ------
-    DataError
-        If there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
     from tactogram.studio.server.connections import StudioServer

@@ -37,6 +37,8 @@ def make_fabric(
 ) -> Any:
     """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision.
 
+    Raises `ParameterError` if this machine has no such device; `RunError` if the processes cannot connect.
+
     Parameters
     ----------
     training : TrainingSettings
@@ -46,13 +48,6 @@ def make_fabric(
     devices, nodes : int
         Processes per machine, each with its device, and machines. If there are several processes, they have been
         started with torchrun's environment; each trains on its share of a batch, and gradients are averaged.
-
-    Raises
-    ------
-    ParameterError
-        If this machine has no such device.
-    RunError
-        If the processes cannot connect.
     """
     from lightning_fabric import Fabric
     from lightning_fabric.utilities.exceptions import MisconfigurationException

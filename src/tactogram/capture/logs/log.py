@@ -50,6 +50,8 @@ def read_log(
 ) -> list[SensorLog]:
     """Return the samples of every sensor in a log, in the order in which they were first received.
 
+    Raises `DataError` if it is not readable, or contains no samples.
+
     Parameters
     ----------
     path : Path
@@ -58,11 +60,6 @@ def read_log(
         By default that of our own log; for another program's, ``"twelite"`` if there is a packet near its beginning.
     csv : CsvFormat, optional
         Format of a board's lines.
-
-    Raises
-    ------
-    DataError
-        If it is not readable, or contains no samples.
     """
     path = Path(path)
     simulated = bool((log_facts(path) or {}).get("simulated"))

@@ -64,8 +64,6 @@ def read_table(
     path : Path
         ``.csv``, ``.tsv``, ``.parquet``, ``.xlsx`` or ``.json``; a file of
         `tactogram.datasets.ratings.files.write_ratings` has its own scale and words.
-    scale : Scale
-    columns : RatingColumns, optional
     items : collection of str
         Names of items, by which they are found in the questions of a questionnaire.
 

@@ -26,6 +26,8 @@ def split_fractions(
 ) -> Split:
     """Draw the parts at random.
 
+    Raises `ParameterError` if a share is invalid, or there are too few recordings or groups.
+
     Parameters
     ----------
     index : iterable of RecordingInfo
@@ -35,14 +37,8 @@ def split_fractions(
         there are enough recordings.
     test, validation : float, 0 to 1
         Shares of the recordings (by recording) or of the groups; at least one if above 0.
-    seed : int
     label : str or callable
         Class of a recording.
-
-    Raises
-    ------
-    ParameterError
-        If a share is invalid, or there are too few recordings or groups.
     """
     if not (test >= 0 and validation >= 0 and test + validation < 1):
         raise ParameterError(f"test + validation must be below 1 and each >= 0, got {test} + {validation}")

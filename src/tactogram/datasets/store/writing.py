@@ -29,6 +29,9 @@ def create_store(
 ) -> Store:
     """Write ``recordings`` to a new store, which appears complete or not at all, and open it.
 
+    Raises `DataError` if ``path`` exists, there are neither recordings nor photographs, one does not fit the others, or
+    an unknown item was rated.
+
     Parameters
     ----------
     path : Path
@@ -43,12 +46,6 @@ def create_store(
         Materials and photographs of them, besides the recordings' own images; any number of each.
     ratings : Ratings, optional
         Ratings of items (`item_of`).
-
-    Raises
-    ------
-    DataError
-        If ``path`` exists, there are neither recordings nor photographs, one does not fit the others, or an unknown
-        item was rated.
     """
     path = Path(path)
     check_new(path)

@@ -30,6 +30,8 @@ def errors_of(
 ) -> dict[str, Array]:
     """Return the absolute errors of conditions with the same people, in points of the scale.
 
+    Raises `ParameterError` if a condition has no item.
+
     Parameters
     ----------
     table : Ratings
@@ -42,11 +44,6 @@ def errors_of(
     dict from str to float64 array, shape (rater, target, word)
         By condition; NaN for missing scores. Raters of any condition, sorted: row n is the same
         person everywhere. Rated targets in the given order.
-
-    Raises
-    ------
-    ParameterError
-        If a condition has no item.
     """
     place = {item: number for number, item in enumerate(table.items)}
     found: dict[str, Array] = {}

@@ -128,16 +128,13 @@ def distances_to_targets(
 ) -> dict[str, tuple[str, float]]:
     """Return each generated item's target and its root mean square distance to it over words, points of the scale.
 
+    Raises `ParameterError` if a name has no target.
+
     Parameters
     ----------
     scores : mapping from str to float64 array, shape (word,)
         By item, named ``GROUP/TARGET``.
     targets : mapping from str to float64 array, shape (word,)
-
-    Raises
-    ------
-    ParameterError
-        If a name has no target.
     """
     found = {}
     for name, row in scores.items():

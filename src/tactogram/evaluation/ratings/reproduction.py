@@ -84,6 +84,8 @@ def reproduction(
 ) -> ReproductionErrors:
     """Return the errors of rated items from their targets.
 
+    Raises `DataError` if no condition was rated, or a target is unknown.
+
     Parameters
     ----------
     ratings : Ratings
@@ -94,11 +96,6 @@ def reproduction(
         In the order of tables; conditions without ratings are left out.
     told_by : str
         The raters.
-
-    Raises
-    ------
-    DataError
-        If no condition was rated, or a target is unknown.
     """
     place = {item: number for number, item in enumerate(ratings.items)}
     found: dict[str, Floats] = {}

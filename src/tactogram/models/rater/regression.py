@@ -136,7 +136,6 @@ def fit_regression(
     weights : float64 array, shape (example,)
     blocks : sequence of int
         Sizes of the blocks of features, in order.
-    config : Config
     rng : numpy Generator
         Shuffles the items into folds.
     """

@@ -44,6 +44,8 @@ def edges(rate: float) -> NDArray[np.float64]:
 def signal_features(signal: Signal) -> NDArray[np.float64]:
     """Return features for scoring, independent of phase and start and, as far as possible, of length.
 
+    Raises `ParameterError` if it is over displacement or its rate is too low.
+
     Parameters
     ----------
     signal : Signal
@@ -55,11 +57,6 @@ def signal_features(signal: Signal) -> NDArray[np.float64]:
         Level in each band of `edges` while it is on, dB re 1 unit²; whole level; centre (octaves re 1 Hz) and shape of
         the spectrum; peak, crest and kurtosis; modulation depth in `MODULATIONS_HZ`, dB; share of time on, onsets per
         second, place and spread of the energy in time, decay, length.
-
-    Raises
-    ------
-    ParameterError
-        If it is over displacement or its rate is too low.
     """
     if signal.domain != "time":
         raise ParameterError("a rater needs signals over time, got one over displacement")

@@ -36,6 +36,9 @@ def evaluate_pictures(
 ) -> dict[str, Any]:
     """Return the distances of a run's pictures from those of recordings that it was not trained on.
 
+    Raises `ParameterError` if the model generates no pictures, or no photograph or recording of the test part is large
+    enough.
+
     Parameters
     ----------
     run : path or LoadedRun
@@ -52,11 +55,6 @@ def evaluate_pictures(
         predicts a label; ``leak``, the share of the test part that was trained on (`PairLeak`); ``inversion``, the
         parts of the loss of the inverted signals (`InversionLoss`, with ``network`` and ``share_of_inversion``);
         ``split`` and ``simulated``.
-
-    Raises
-    ------
-    ParameterError
-        If the model generates no pictures, or no photograph or recording of the test part is large enough.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     return _evaluated(loaded, weights, most, progress)[0]

@@ -54,6 +54,9 @@ def calibrate(request: CalibrationRequest) -> dict[str, Any]:
 def transducer(sweep: Path | str) -> dict[str, Any]:
     """Return the circuit fitted to a measured admittance, with the settings of a display.
 
+    Raises `DataError` or `ParameterError` if the table cannot be read, too much of it was lost, or it holds no
+    resonance.
+
     Parameters
     ----------
     sweep : Path or str
@@ -65,11 +68,6 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
         The circuit: ``resonance_hz``, ``q``, ``r1_ohm``, ``l1_henry``, ``c1_farad``, ``c0_farad``,
         ``antiresonance_hz``, ``coupling``, ``envelope_cutoff_hz``, ``settling_ms``; ``residual`` (largest, over the
         largest admittance), ``points`` (fitted to), ``lost`` (no numbers in the table), ``settings`` for a display.
-
-    Raises
-    ------
-    DataError, ParameterError
-        If the table cannot be read, too much of it was lost, or it holds no resonance.
     """
     frequency, admittance = read_sweep(sweep)
     if frequency.max() < LEAST_HZ:
