@@ -182,7 +182,6 @@ class RegisteredPairs:
         self._bounds = np.cumsum([len(lefts) for lefts in self._lefts])
 
     def __len__(self) -> int:
-        """Return the number of windows."""
         return int(self._bounds[-1])
 
     def of(self, number: int) -> range:

@@ -40,8 +40,9 @@ def doctor() -> dict[str, Any]:
     import torch
 
     core: dict[str, str | None] = {}
+    provided = metadata("tactogram").get_all("Provides-Extra") or []
     extras: dict[str, dict[str, Any]] = {
-        name: {"for": what, "missing": []} for name, what in EXTRAS.items() if name in _provided()
+        name: {"for": what, "missing": []} for name, what in EXTRAS.items() if name in provided
     }
     for text in requires("tactogram") or []:
         need = Requirement(text)
@@ -121,7 +122,3 @@ def _version(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
-
-
-def _provided() -> list[str]:
-    return metadata("tactogram").get_all("Provides-Extra") or []

@@ -65,7 +65,6 @@ def _opened(run: Path | str) -> Run:
 
 
 def _of_run(run: Run) -> Iterator[dict[str, Any]]:
-    """Yield the figures of a run's last evaluation."""
     if not (run.folder / "evaluation.json").is_file():
         raise RunError(f"{run.place}: was not evaluated: tactogram evaluate {run.place}")
     evaluation = run.read_json("evaluation.json")

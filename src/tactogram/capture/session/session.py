@@ -240,7 +240,6 @@ class RecordingSession:
         return feed.take(start, stop)
 
     def _wanted(self) -> int:
-        """Return the number of samples in a take."""
         return max(1, round(self.plan.seconds * (self._feed.rate or 1.0)))
 
     def _check(self, take: Take) -> TakeAssessment:

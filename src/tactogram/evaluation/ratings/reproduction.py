@@ -60,7 +60,7 @@ class ReproductionErrors:
             "conditions": rows,
             "incomplete": [name for name in rows if name not in whole],
             "tests": {
-                "as_printed": _pairs(student_t, {n: _given(e.ravel()) for n, e in whole.items()}),
+                "as_printed": _pairs(student_t, {n: e[~np.isnan(e)] for n, e in whole.items()}),
                 "by_rater": _pairs(paired_t, {n: nan_mean(e, (0, 2)) for n, e in whole.items()}),
                 "by_target": _pairs(paired_t, {n: nan_mean(e, (1, 2)) for n, e in whole.items()}),
             },
@@ -141,10 +141,6 @@ def _pairs(test: Any, groups: Mapping[str, Floats]) -> list[dict[str, Any]] | No
         }
         for pair in found.pairs
     ]
-
-
-def _given(values: Floats) -> Floats:
-    return values[~np.isnan(values)]
 
 
 def _finite(value: float) -> float | None:

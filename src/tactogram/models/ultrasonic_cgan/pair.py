@@ -113,7 +113,7 @@ class ClusterNetworks(AdversarialNetworks):
             "chosen": None if chosen is None else [chosen.iteration, chosen.loss, chosen.rate],
             "generator": self.best[0] if self.best else None,
             "discriminator": self.best[1] if self.best else None,
-            "curves": self._all_curves(),
+            "curves": np.concatenate((np.zeros((3, 0), np.float32), *self.curves), axis=1),
         }
 
     def state(self) -> dict[str, Any]:
@@ -143,6 +143,3 @@ class ClusterNetworks(AdversarialNetworks):
                 {name: x.to(self.device) for name, x in outcome[key].items()}
                 for key in ("generator", "discriminator")
             )
-
-    def _all_curves(self) -> NDArray[np.float32]:
-        return np.concatenate((np.zeros((3, 0), np.float32), *self.curves), axis=1)

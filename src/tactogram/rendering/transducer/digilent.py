@@ -126,7 +126,6 @@ class AnalogDiscovery:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Silence and close the device."""
         self.close()
 
     def close(self) -> None:

@@ -382,7 +382,6 @@ def _uses(
     others: Mapping[int, str],
     labels: Mapping[str, int],
 ) -> tuple[ColumnUse, ...]:
-    """Return the role of every column."""
     uses = [
         ColumnUse(text, IGNORED, each.unit, reason=others.get(i))
         for i, (text, each) in enumerate(zip(table.headings, found, strict=True))

@@ -233,10 +233,6 @@ def _audio() -> ProbeResult:
     )
 
 
-def _null() -> ProbeResult:
-    return _miniaudio(null=True)
-
-
 def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     """Play silence through miniaudio, on its null device or a real one."""
     miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
@@ -307,6 +303,6 @@ _TESTS: dict[str, Callable[[], ProbeResult]] = {
     "daq": partial(_source, "ni"),
     "dwf": partial(_source, "digilent"),
     "audio": _audio,
-    "null": _null,
+    "null": partial(_miniaudio, null=True),
     "mouse": _mouse,
 }
