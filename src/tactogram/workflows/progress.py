@@ -90,6 +90,7 @@ class ProgressLines:
         self._ended: set[str] = set()
 
     def __call__(self, task: str, done: int, total: int, note: str = "") -> None:
+        """Write a line if one is due."""
         tenth, now_s = 10 * done // max(total, 1), self._clock()
         first_end = done >= total and task not in self._ended
         another = tenth != self._tenths.get(task) and now_s - self._last_s >= self._least_s
