@@ -63,8 +63,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     images, data : str
         Stores of rated images, and of rated plates and display signals; default: simulated.
     signal_run : str

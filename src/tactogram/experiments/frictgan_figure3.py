@@ -93,8 +93,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store of friction with photographs; default: simulated fabrics.
     fabrics : str

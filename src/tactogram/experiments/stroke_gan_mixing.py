@@ -78,8 +78,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store with the nine textures; default: simulated.
     model : str

@@ -42,8 +42,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     images, plates : str
         Stores of rated images and of rated surfaces; default: simulated.
     rater : str

@@ -61,8 +61,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store of rated plates and display signals; default: the simulated study.
     ratings : str

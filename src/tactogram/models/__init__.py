@@ -177,12 +177,9 @@ def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelInfo]:
 
     Only ``model.toml`` files are read; no model is imported.
 
-    Raises `ParameterError` if a ``model.toml`` is invalid, a folder contains no model, or two models have one name.
+    ``folders``: folders of models, or of folders of models; those in ``TACTOGRAM_MODELS`` are added.
 
-    Parameters
-    ----------
-    folders : iterable of paths
-        Folders of models, or of folders of models; those in ``TACTOGRAM_MODELS`` are added.
+    Raises `ParameterError` if a ``model.toml`` is invalid, a folder contains no model, or two models have one name.
     """
     found: dict[str, ModelInfo] = {}
     for folder, package in _places(folders):

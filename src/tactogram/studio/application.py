@@ -51,14 +51,9 @@ def make_app(
 
     NiceGUI allows one application per process, so call this once per process.
 
-    Parameters
-    ----------
-    token : str, optional
-        Access token that browsers on other machines must present; None serves loopback only.
-    names : tuple of str
-        Host names and addresses under which other machines reach it.
-    https : bool
-        Whether to restrict cookies to encrypted connections.
+    ``token``: access token that browsers on other machines must present; None serves loopback only. ``names``: host
+    names and addresses under which other machines reach it. ``https``: whether to restrict cookies to encrypted
+    connections.
     """
     state = _state_folder(studio)
     imported("nicegui", extra="studio", what="the studio")
@@ -108,16 +103,10 @@ def serve(
 ) -> None:
     """Serve a studio until interrupted.
 
-    Raises `DataError` if there is no certificate and none can be created.
+    ``listening``: beyond loopback, everything but the participants' pages requires a random token. ``path``: path of
+    the page to open. ``ready``: called once the server accepts connections.
 
-    Parameters
-    ----------
-    listening : ListeningPort
-        Beyond loopback, everything but the participants' pages requires a random token.
-    path : str
-        Path of the page to open.
-    ready : callable
-        Called once the server accepts connections.
+    Raises `DataError` if there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
     from tactogram.studio.server.connections import StudioServer

@@ -30,14 +30,10 @@ def errors_of(
 ) -> dict[str, Array]:
     """Return the absolute errors of conditions with the same people, in points of the scale.
 
-    Raises `ParameterError` if a condition has no item.
+    ``table``: ratings of items called ``CONDITION/TARGET``. ``targets``: mean scores of each target, in the order of
+    ``table.words``.
 
-    Parameters
-    ----------
-    table : Ratings
-        Ratings of items called ``CONDITION/TARGET``.
-    targets : mapping from str to sequence of float
-        Mean scores of each target, in the order of ``table.words``.
+    Raises `ParameterError` if a condition has no item.
 
     Returns
     -------

@@ -44,12 +44,10 @@ def edges(rate: float) -> NDArray[np.float64]:
 def signal_features(signal: Signal) -> NDArray[np.float64]:
     """Return features for scoring, independent of phase and start and, as far as possible, of length.
 
-    Raises `ParameterError` if it is over displacement or its rate is too low.
+    ``signal``: over time. Axes are joined by their power: a hand does not feel directions apart (Bensmaia & Hollins
+    2003).
 
-    Parameters
-    ----------
-    signal : Signal
-        Over time. Axes are joined by their power: a hand does not feel directions apart (Bensmaia & Hollins 2003).
+    Raises `ParameterError` if it is over displacement or its rate is too low.
 
     Returns
     -------

@@ -219,15 +219,12 @@ class UltrasonicCGANLearner:
         The last repetition is cut if ``seconds`` is no whole number. Each axis of the display has the same spectrum in
         other phases.
 
+        ``condition`` has ``words``, a score for each word of the run, on the scale of its ratings, and may have
+        ``vibration``, a Signal of a sensor, 1 s or longer, of which ``seed`` draws an axis and a window; by default a
+        stored spectrum, also drawn, of the surface nearest in words.
+
         Raises `ParameterError` if a word is missing or unknown, a score off the scale, or the vibration too short or
         constant; `FailedTrainingError` if the training of the cluster of the nearest surface failed.
-
-        Parameters
-        ----------
-        condition : mapping
-            ``words``: a score for each word of the run, on the scale of its ratings. ``vibration``: a Signal of a
-            sensor, 1 s or longer, of which ``seed`` draws an axis and a window; by default a stored spectrum, also
-            drawn, of the surface nearest in words.
         """
         made = self._make(condition, seed)
         return loop(made.amplitudes, self.kind, self.config, seconds=seconds, seed=seed)

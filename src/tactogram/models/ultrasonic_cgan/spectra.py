@@ -85,12 +85,9 @@ def display_side(examples: Sequence[Example], config: Config) -> SideSpectra:
 def sensor_spectra(signal: Signal, config: Config) -> NDArray[np.float32]:
     """Return the amplitude spectra of the windows of the stable part, each axis standardised. Sec. III-B.
 
-    Raises `ParameterError` if the signal is too short, too slow, or constant.
+    ``signal``: over time, at least a window long. Its middle ``stable_s`` are used, or all of a shorter signal.
 
-    Parameters
-    ----------
-    signal : Signal
-        Over time, at least a window long. Its middle ``stable_s`` are used, or all of a shorter signal.
+    Raises `ParameterError` if the signal is too short, too slow, or constant.
 
     Returns
     -------

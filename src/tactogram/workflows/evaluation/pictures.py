@@ -36,17 +36,11 @@ def evaluate_pictures(
 ) -> dict[str, Any]:
     """Return the distances of a run's pictures from those of recordings that it was not trained on.
 
+    ``run``: of a model that generates spectrogram pictures from photographs. ``weights``: files of the networks of
+    LPIPS and FID; by default in torch's cache. ``most``: largest number of pairs.
+
     Raises `ParameterError` if the model generates no pictures, or no photograph or recording of the test part is large
     enough.
-
-    Parameters
-    ----------
-    run : path or LoadedRun
-        Of a model that generates spectrogram pictures from photographs.
-    weights : PictureWeights, optional
-        Files of the networks of LPIPS and FID; by default in torch's cache.
-    most : int
-        Largest number of pairs.
 
     Returns
     -------

@@ -54,13 +54,10 @@ def calibrate(request: CalibrationRequest) -> dict[str, Any]:
 def transducer(sweep: Path | str) -> dict[str, Any]:
     """Return the circuit fitted to a measured admittance, with the settings of a display.
 
+    ``sweep``: CSV with columns ``frequency_hz``, ``conductance_s``, ``susceptance_s``.
+
     Raises `DataError` or `ParameterError` if the table cannot be read, too much of it was lost, or it holds no
     resonance.
-
-    Parameters
-    ----------
-    sweep : Path or str
-        CSV with columns ``frequency_hz``, ``conductance_s``, ``susceptance_s``.
 
     Returns
     -------
