@@ -342,11 +342,7 @@ def grouped(places: Iterator[int], count: int, *, skip: int = 0) -> Iterator[lis
         yield [next(places) for _ in range(count)]
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> FrictGANLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return FrictGANLearner(config, kind, seed=seed, device=device)
+build = FrictGANLearner
 
 
 def _cross_entropy(scores: Tensor, target: float) -> Tensor:

@@ -271,8 +271,4 @@ class Windows:
         return x, self.classes[which].astype(np.int64)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> StrokeCNNLearner:
-    """Return an untrained classifier for signals of ``kind``."""
-    return StrokeCNNLearner(config, kind, seed=seed, device=device)
+build = StrokeCNNLearner

@@ -235,8 +235,4 @@ class TextureGANLearner(WaveGANLearner[Config]):
         return self.whitening.coloured(white, weights)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> TextureGANLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return TextureGANLearner(config, kind, seed=seed, device=device)
+build = TextureGANLearner

@@ -280,11 +280,7 @@ class TrainingSpectra:
         return torch.cat((table[at[0]], all_scores[item[at[1]], at[2]]), 2)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> UltrasonicCGANLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return UltrasonicCGANLearner(config, kind, seed=seed, device=device)
+build = UltrasonicCGANLearner
 
 
 def _cluster_title(number: int, members: Sequence[str]) -> str:

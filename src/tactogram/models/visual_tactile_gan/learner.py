@@ -189,8 +189,4 @@ class VisualTactileLearner(PictureLearner[Config]):
         return self._classified(image)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> VisualTactileLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return VisualTactileLearner(config, kind, seed=seed, device=device)
+build = VisualTactileLearner
