@@ -113,7 +113,6 @@ def has_labels(path: Path, layouts: Sequence[TableLayout]) -> bool:
 
 
 def _contents(path: Path, info: Mapping[str, Any], *, labelled: bool) -> tuple[FileContent, ...]:
-    """Return the streams in a file, that of the signal first."""
     given = {name: info.get(name) for name in ("axes", "time", "rate")}
     return read_contents(path, layouts=info.get("layouts", ()), labelled=labelled, **given)
 
@@ -184,7 +183,6 @@ def _part(
 
 
 def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
-    """Return the streams of files, or of a part of them."""
     streams: dict[str, Signal] = {}
     files: dict[str, SignalFile] = {}
     notes: list[str] = []

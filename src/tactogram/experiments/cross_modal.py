@@ -146,7 +146,6 @@ def run(
 
 
 def _people(table: Ratings, conditions: Collection[str]) -> set[str]:
-    """Return the raters who scored any of ``conditions``."""
     return {
         rater
         for rater, item in zip(table.rater, table.item, strict=True)

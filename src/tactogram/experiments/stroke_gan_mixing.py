@@ -90,8 +90,6 @@ def run(
         Number of seeds, each with its own split.
     baselines : str
         Models to compare with, separated by commas, trained once each; may be empty.
-    on, processes
-        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "stroking9", given=data, progress=progress)
     materials = materials_of(store)

@@ -229,7 +229,6 @@ class RegisteredPairs:
         return signal.samples[:, start : start + count]
 
     def _signal(self, number: int) -> Signal:
-        """Return an example's signal at the rate of the pairs."""
         image = self._photo(number)
         signal = self.examples[number].signal
         if signal.domain != "displacement" or image.mm_per_pixel is None:

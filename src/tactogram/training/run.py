@@ -160,7 +160,6 @@ class Run:
         (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
 
     def _write_curves(self) -> None:
-        """Write the logged lines as a table for spreadsheets."""
         lines = self.metrics()
         columns = list(dict.fromkeys(name for line in lines for name in line))
         text = io.StringIO()

@@ -209,7 +209,6 @@ class RecordingSession:
         return False
 
     def _record(self, trial: PlannedTake) -> Take:
-        """Count down, then record a take."""
         plan, feed = self.plan, self._feed
         if self._lost is not None:
             raise self._lost

@@ -275,7 +275,6 @@ class AnalogDiscovery:
         )
 
     def _send(self, data: NDArray[np.float64]) -> None:
-        """Send all of ``data``, waiting for free buffer."""
         done, since = 0, self._clock()
         while done < len(data):
             if self._channel.read_status() == self._module.Status.DONE:

@@ -185,7 +185,6 @@ def _features(store: Store, fps: int) -> tuple[dict[str, Feature], dict[str, str
 
 
 def _described(features: Mapping[str, Feature], actions: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-    """Return ``features`` of info.json."""
     found: dict[str, dict[str, Any]] = {
         f"observation.{name}": {
             "dtype": "float32",
@@ -262,7 +261,6 @@ def _stats(values: Mapping[str, NDArray[Any]]) -> Stats:
 
 
 def _joined(every: list[Stats]) -> Stats:
-    """Return the statistics of all episodes together."""
     joined = {}
     for name in every[0]:
         parts = {key: np.stack([stats[name][key] for stats in every]) for key in every[0][name]}

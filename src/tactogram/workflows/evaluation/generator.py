@@ -137,7 +137,6 @@ def _apart(
 def _generators(
     loaded: LoadedRun, references: ReferenceModels, strokes: Sequence[Example]
 ) -> dict[str, tuple[models.ModelInfo, Any]]:
-    """Return the model and its baselines, trained."""
     names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
     found = {MODEL: (loaded.facts, loaded.model)}
     for name in names:

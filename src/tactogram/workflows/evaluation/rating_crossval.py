@@ -223,8 +223,6 @@ def predicted_scores(
 def _parts(
     held_out: HeldOut, items: Sequence[str], people: Sequence[str], folds: int, rng: np.random.Generator
 ) -> list[tuple[frozenset[str], frozenset[str]]]:
-    """Return the items and raters held out in each fold."""
-
     def drawn(names: Sequence[str]) -> list[frozenset[str]]:
         return [frozenset(part.tolist()) for part in np.array_split(rng.permutation(list(names)), folds)]
 
