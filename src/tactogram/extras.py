@@ -34,7 +34,6 @@ def imported(name: str, *, extra: str, what: str) -> ModuleType:
 
     Parameters
     ----------
-    name : str
     extra : str
         Extra of this package that contains it.
     what : str
@@ -71,12 +70,8 @@ def imported(name: str, *, extra: str, what: str) -> ModuleType:
 def device_errors(device: str, *, library: str = "") -> Iterator[None]:
     """Turn every foreign exception in the block into a `DeviceError` of one line.
 
-    Parameters
-    ----------
-    device : str
-        Device as the user named it: ``"ni:Dev1/ai0:2"``.
-    library : str
-        Library in use; the error names its driver if that is missing.
+    ``device``: device as the user named it: ``"ni:Dev1/ai0:2"``. ``library``: library in use; the error names its
+    driver if that is missing.
     """
     try:
         yield

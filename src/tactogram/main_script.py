@@ -13,10 +13,7 @@ from tactogram.errors import ParameterError
 def allowed_processes(asked: int | None, default: int) -> int:
     """Return the number of processes ``asked`` for, or the default; only one where more would run the script again.
 
-    Raises
-    ------
-    ParameterError
-        If several were asked for there.
+    Raises `ParameterError` if several were asked for there.
     """
     line = None if asked == 1 else repeated_line()
     if line is None:

@@ -111,12 +111,7 @@ class Recipe(BaseModel):
     def load(cls, path: Path, *, changes: Mapping[str, Any] | None = None) -> Self:
         """Read a TOML file and apply ``changes``, values by dotted key, e.g. ``{"prepare.rate": 2000}``.
 
-        Raises
-        ------
-        DataError
-            If the file is not TOML.
-        ParameterError
-            If a key or value is not one of a recipe.
+        Raises `DataError` if the file is not TOML; `ParameterError` if a key or value is not one of a recipe.
         """
         for key in changes or {}:
             if key.partition(".")[0] not in cls.model_fields:
@@ -139,10 +134,7 @@ class Recipe(BaseModel):
 def parse_changes(assignments: Sequence[str], *, option: str = "a change") -> dict[str, Any]:
     """Return assignments such as ``"prepare.rate=2000"`` by dotted key; a value is read as TOML, else as text.
 
-    Raises
-    ------
-    ParameterError
-        If one is no assignment; it names the ``option``.
+    Raises `ParameterError` if one is no assignment; it names the ``option``.
     """
     changes = {}
     for text in assignments:

@@ -92,10 +92,7 @@ def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
 def read_text(path: Path, *, encoding: str = "utf-8-sig", most_bytes: int = MOST_BYTES) -> str:
     """Return the text in a file.
 
-    Raises
-    ------
-    DataError
-        If it is unreadable, larger than ``most_bytes``, or not text in this encoding.
+    Raises `DataError` if it is unreadable, larger than ``most_bytes``, or not text in this encoding.
     """
     return decode_text(read_bytes(path, most_bytes), path, encoding=encoding)
 
@@ -120,11 +117,8 @@ def read_toml(path: Path) -> dict[str, Any]:
 def parse_toml(text: str, where: Path | str) -> dict[str, Any]:
     """Return the tables of a TOML text.
 
-    Raises
-    ------
-    DataError
-        If it is not TOML, exceeds `MOST_KEY_PARTS` or `MOST_DEPTH`, or holds an integer of more than 64 bits, which the
-        format excludes.
+    Raises `DataError` if it is not TOML, exceeds `MOST_KEY_PARTS` or `MOST_DEPTH`, or holds an integer of more than 64
+    bits, which the format excludes.
     """
     if _LONG_KEY.search(text):
         raise DataError(f"{where}: a key must have at most {MOST_KEY_PARTS} parts")
@@ -144,10 +138,7 @@ def read_json(path: Path) -> Any:
 def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
     """Return the content of a JSON text; ``finite`` refuses NaN, infinity and integers of more than 64 bits.
 
-    Raises
-    ------
-    DataError
-        If it is not JSON, or nested too deep.
+    Raises `DataError` if it is not JSON, or nested too deep.
     """
     hooks: dict[str, Any] = {"parse_constant": _refused} if finite else {}
     if finite and _LONG_INTEGER.search(text):  # only then: a hook for every integer is slow
@@ -161,10 +152,7 @@ def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
 def csv_rows(text: str, where: Path | str, *, delimiter: str = ",") -> list[tuple[int, list[str]]]:
     """Return the rows that hold a cell, each with its number as in a spreadsheet.
 
-    Raises
-    ------
-    DataError
-        If a quote is left open, or a cell exceeds the csv module's limit.
+    Raises `DataError` if a quote is left open, or a cell exceeds the csv module's limit.
     """
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     try:
@@ -177,10 +165,8 @@ def csv_rows(text: str, where: Path | str, *, delimiter: str = ",") -> list[tupl
 def read_table(path: Path, *, needed: Sequence[str] = ()) -> list[tuple[int, dict[str, str]]]:
     """Return the rows of a CSV file by heading, each with its number as in a spreadsheet; missing last cells are empty.
 
-    Raises
-    ------
-    DataError
-        As `read_text` and `csv_rows`; if one of the columns ``needed`` is missing, or a row has too many cells.
+    Raises `DataError` as `read_text` and `csv_rows`; if one of the columns ``needed`` is missing, or a row has too many
+    cells.
     """
     (_, headings), *rows = csv_rows(read_text(path), path) or [(1, [])]
     if missing := [name for name in needed if name not in headings]:

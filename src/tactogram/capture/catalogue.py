@@ -37,17 +37,11 @@ def find_devices(name: str, *, find_s: float = 0.5) -> dict[str, str]:
 def open_source(address: str) -> Source:
     """Return the source at an address; entering it as a context opens the device.
 
-    Parameters
-    ----------
-    address : str
-        ``twelite:/dev/ttyUSB0``, ``serial:COM3?baud=230400&unit=g``, ``lsl:NAME``, ``audio:NAME``,
-        ``ni:Dev1/ai0:2?rate=10000``, ``digilent:``, ``log:FILE``, ``simulated:twelite?loss=0.02&rate=330``. The
-        options of each kind are the fields of its `SourceKind.options`.
+    ``address``: ``twelite:/dev/ttyUSB0``, ``serial:COM3?baud=230400&unit=g``, ``lsl:NAME``, ``audio:NAME``,
+    ``ni:Dev1/ai0:2?rate=10000``, ``digilent:``, ``log:FILE``, ``simulated:twelite?loss=0.02&rate=330``. The options of
+    each kind are the fields of its `SourceKind.options`.
 
-    Raises
-    ------
-    ParameterError
-        If it is not an address, or an option is wrong.
+    Raises `ParameterError` if it is not an address, or an option is wrong.
     """
     kind, place, options = parse_address(address)
     return kind.open(place, options, name=address)
@@ -75,10 +69,7 @@ def parse_address(address: str) -> tuple[SourceKind, str, BaseModel]:
 def find_sources(*, find_s: float = 0.5) -> list[dict[str, Any]]:
     """Return the available sources, and those whose devices or drivers are missing.
 
-    Parameters
-    ----------
-    find_s : float
-        Time to search for streams on the network, s.
+    ``find_s``: time to search for streams on the network, s.
 
     Returns
     -------

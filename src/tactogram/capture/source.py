@@ -90,12 +90,7 @@ class Source(Protocol):
     def read(self, timeout_s: float = 0.1) -> Block | None:
         """Return the samples since the last call; None if none arrived within ``timeout_s``.
 
-        Raises
-        ------
-        SourceEnded
-            If there will be no more samples.
-        SourceLost
-            If the source disappeared.
+        Raises `SourceEnded` if there will be no more samples; `SourceLost` if the source disappeared.
         """
         ...
 

@@ -113,7 +113,6 @@ def _sweep(request: _TrainRequest, show: Printer) -> None:
 
 
 def _refuse_settings(request: _TrainRequest) -> None:
-    """Refuse settings that a resumed run has already."""
     default = _TrainRequest()
     names = ("model", "purpose", "out", "changes", "band", "where", "split", "recipe", "by", "label")
     options = {"model": "MODEL", "purpose": "--for", "changes": "--set"}

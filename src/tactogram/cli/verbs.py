@@ -63,10 +63,7 @@ def add_options(parser: argparse.ArgumentParser, verb: Verb, *, listing: bool = 
 def request_of(verb: Verb, arguments: argparse.Namespace) -> Request:
     """Return the request of parsed arguments; omitted ones have the request's defaults.
 
-    Raises
-    ------
-    ParameterError
-        If a value is not of its type, or out of bounds.
+    Raises `ParameterError` if a value is not of its type, or out of bounds.
     """
     values = {}
     for field, option, kind in declared(verb.request):

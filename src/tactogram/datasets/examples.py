@@ -86,7 +86,6 @@ class Examples(Sequence[Example]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[Example]: ...
     def __getitem__(self, place: int | slice) -> Example | Sequence[Example]:
-        """Return one example, prepared on first use."""
         if isinstance(place, slice):
             return [self[i] for i in range(*place.indices(len(self)))]
         info = self.infos[place]

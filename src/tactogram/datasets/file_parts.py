@@ -56,6 +56,8 @@ def read_parts(
 ) -> list[FilePart | LeftOut]:
     """Return the parts of a take in order, and those that are left out.
 
+    Raises `DataError` if a file cannot be read, or no part of it is a recording.
+
     Parameters
     ----------
     paths : sequence of Path
@@ -67,11 +69,6 @@ def read_parts(
         error of a take without a column of materials; ``whole``, if labels are not to be read.
     name : str
         Name of the take in messages.
-
-    Raises
-    ------
-    DataError
-        If a file cannot be read, or no part of it is a recording.
     """
     labelled = not info.get("whole") and len(paths) == 1
     sources = [
@@ -116,7 +113,6 @@ def has_labels(path: Path, layouts: Sequence[TableLayout]) -> bool:
 
 
 def _contents(path: Path, info: Mapping[str, Any], *, labelled: bool) -> tuple[FileContent, ...]:
-    """Return the streams in a file, that of the signal first."""
     given = {name: info.get(name) for name in ("axes", "time", "rate")}
     return read_contents(path, layouts=info.get("layouts", ()), labelled=labelled, **given)
 
@@ -187,7 +183,6 @@ def _part(
 
 
 def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
-    """Return the streams of files, or of a part of them."""
     streams: dict[str, Signal] = {}
     files: dict[str, SignalFile] = {}
     notes: list[str] = []

@@ -41,26 +41,20 @@ def preview_dataset(
 ) -> dict[str, Any]:
     """Read the data set in ``path`` as `import_dataset` does, and write nothing.
 
-    Returns
-    -------
-    dict
-        ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number), ``several_rates_hz``
-        (by stream, where there are several), ``skipped`` (``source``, ``reason``; a part of a file has ``#`` in
-        ``source``), ``problems`` and ``notes`` (as `import_dataset`), ``skipped_files`` (number of those that are
-        skipped whole), ``needs_skip_bad`` (whether the import would stop without ``skip_bad``), ``question`` (what it
-        would ask about the paths; empty if nothing), ``proposed_path`` (a pattern of them that says more than the
-        material; empty if there is none) and ``layouts``, most files first. Each layout has ``files`` (number),
-        ``example``, ``columns`` (``heading``; ``role``: an axis, ``time``, ``rate``, ``material``, ``session``,
-        ``subject``, ``trial``, ``ignored`` or ``unclear``; ``unit`` as the heading spells it), ``tables`` (number of
-        columns of each file, of takes of several), ``mapped`` (whether a mapping decided), ``skipped`` (number),
-        ``materials`` (number of recordings by name), ``streams`` (by name: ``unit``, ``axes``), ``rates_hz`` (of the
-        store), ``estimated_rates_hz`` (their range, or null), ``jitter_s`` (largest, rms), ``interpolated``
-        (samples), ``largest_gap_s`` and ``seconds`` (shortest, longest).
+    Keys of the result: ``set``, ``path``, ``files`` (number), ``photographs`` (number), ``duplicates`` (number),
+    ``several_rates_hz`` (by stream, where there are several), ``skipped`` (``source``, ``reason``; a part of a file has
+    ``#`` in ``source``), ``problems`` and ``notes`` (as `import_dataset`), ``skipped_files`` (number of those that are
+    skipped whole), ``needs_skip_bad`` (whether the import would stop without ``skip_bad``), ``question`` (what it would
+    ask about the paths; empty if nothing), ``proposed_path`` (a pattern of them that says more than the material; empty
+    if there is none) and ``layouts``, most files first. Each layout has ``files`` (number), ``example``, ``columns``
+    (``heading``; ``role``: an axis, ``time``, ``rate``, ``material``, ``session``, ``subject``, ``trial``, ``ignored``
+    or ``unclear``; ``unit`` as the heading spells it), ``tables`` (number of columns of each file, of takes of
+    several), ``mapped`` (whether a mapping decided), ``skipped`` (number), ``materials`` (number of recordings by
+    name), ``streams`` (by name: ``unit``, ``axes``), ``rates_hz`` (of the store), ``estimated_rates_hz`` (their range,
+    or null), ``jitter_s`` (largest, rms), ``interpolated`` (samples), ``largest_gap_s`` and ``seconds`` (shortest,
+    longest).
 
-    Raises
-    ------
-    ParameterError, DataError
-        As `import_dataset`, except for unreadable files.
+    Raises `ParameterError` or `DataError` as `import_dataset`, except for unreadable files.
     """
     found = find_set(set_name, Path(path), options or {})
     target = _PreviewTarget()
@@ -95,10 +89,7 @@ def preview_file(
 ) -> Recording:
     """Return the first recording of an item of the data set, as it would be imported alone.
 
-    Raises
-    ------
-    ParameterError, DataError
-        As `import_dataset`; if the item is gone, or cannot be read.
+    Raises `ParameterError` or `DataError` as `import_dataset`; if the item is gone, or cannot be read.
     """
     found = find_set(set_name, Path(path), options or {})
     items = [item for item in found.items if name.startswith(item.name)]

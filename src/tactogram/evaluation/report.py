@@ -108,7 +108,8 @@ def _render(block: Block) -> dict[str, object]:
     if isinstance(block, ReportFigure):
         picture = io.BytesIO()
         block.figure.savefig(picture, format="png", dpi=130)
-        return {"kind": "picture", "data": _base64(picture), "caption": block.caption}
+        data = base64.b64encode(picture.getvalue()).decode()
+        return {"kind": "picture", "data": data, "caption": block.caption}
     return {
         "kind": "sound",
         "data": base64.b64encode(wav_bytes(block.signal)).decode(),
@@ -122,7 +123,3 @@ def _cell(value: object) -> tuple[str, bool]:
     if isinstance(value, float):
         return f"{value:.3g}", True
     return str(value), isinstance(value, int)
-
-
-def _base64(file: io.BytesIO) -> str:
-    return base64.b64encode(file.getvalue()).decode()

@@ -26,10 +26,7 @@ def find_or_simulate(
 
     ``options`` are those of `simulate_to_store`.
 
-    Raises
-    ------
-    DataError
-        If ``given`` is not a store.
+    Raises `DataError` if ``given`` is not a store.
     """
     if given:
         return open_store(given)
@@ -69,10 +66,7 @@ def train_all(
     Without ``on`` and ``processes`` nothing happens: `trained_run` trains each as it is needed. On a cluster all nodes
     share the folder.
 
-    Raises
-    ------
-    TactogramError
-        If trainings failed, once all others are finished; it names the first.
+    Raises `TactogramError` if trainings failed, once all others are finished; it names the first.
     """
     if not on and processes is None:
         return

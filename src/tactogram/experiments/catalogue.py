@@ -35,10 +35,7 @@ def result_files(name: str, runs: Path = Path("runs")) -> tuple[Path, ...]:
 def header_of(file: Path) -> dict[str, Any]:
     """Return the header that `reproduce` wrote into a result, empty if there is none.
 
-    Raises
-    ------
-    DataError
-        If the file is not JSON.
+    Raises `DataError` if the file is not JSON.
     """
     values = read_json(file)
     return dict(values.get("header") or {}) if isinstance(values, dict) else {}

@@ -63,8 +63,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     images, data : str
         Stores of rated images, and of rated plates and display signals; default: simulated.
     signal_run : str
@@ -148,7 +146,6 @@ def run(
 
 
 def _people(table: Ratings, conditions: Collection[str]) -> set[str]:
-    """Return the raters who scored any of ``conditions``."""
     return {
         rater
         for rater, item in zip(table.rater, table.item, strict=True)
@@ -169,7 +166,6 @@ def _simulated(
 def _write_items(
     folder: Path, alone: Mapping[str, Signal], pairs: Mapping[str, tuple[Signal, Image]]
 ) -> Path:
-    """Write every signal and image, and a table of the pairs, for a study with people."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(("item", "vibration", "image"))

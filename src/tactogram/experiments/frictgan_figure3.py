@@ -93,8 +93,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store of friction with photographs; default: simulated fabrics.
     fabrics : str
@@ -103,8 +101,6 @@ def run(
         Names of `ABLATIONS`, separated by commas; may be empty.
     trainings : int
         Seeds of each model.
-    on, processes
-        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "fabrics", given=data, progress=progress)
     names = fabrics_of(store, fabrics)

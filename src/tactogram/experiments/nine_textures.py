@@ -23,10 +23,7 @@ recordings have no cloth; artificial leather, which the paper does not name, is 
 def materials_of(store: Store) -> dict[str, str]:
     """Return the store's material of each of the nine textures.
 
-    Raises
-    ------
-    DataError
-        If one is missing.
+    Raises `DataError` if one is missing.
     """
     known = {info.material for info in store.index}
     found = {

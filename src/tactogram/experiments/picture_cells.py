@@ -100,12 +100,8 @@ def table_settings(*, paper: bool, protocol: str, progress: ProgressCallback, **
 
     ``files`` are some of `WEIGHTS`, searched in torch's cache where empty.
 
-    Raises
-    ------
-    ParameterError
-        If there is no such protocol.
-    DataError
-        If a given file does not exist, or a published training needs a network that is missing.
+    Raises `ParameterError` if there is no such protocol; `DataError` if a given file does not exist, or a published
+    training needs a network that is missing.
     """
     if protocol not in get_args(Protocol):
         raise ParameterError(f"protocol must be one of {', '.join(get_args(Protocol))}, got {protocol!r}")

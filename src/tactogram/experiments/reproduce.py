@@ -33,6 +33,8 @@ def reproduce(
 ) -> dict[str, Any]:
     """Run the experiment ``name`` and return its result, also written to ``OUT/result.json``.
 
+    Raises `ParameterError` if the experiment, recipe or an option does not exist, or ``out`` cannot be written to.
+
     Parameters
     ----------
     name : str
@@ -58,11 +60,6 @@ def reproduce(
         The experiment's figures; ``text``: its table, with published figures beside ours; and ``header``:
         ``experiment``, ``recipe``, ``options`` (those given), ``data`` (of each store ``name``, ``sha256`` and
         ``simulated``), ``finished`` (UTC) and ``version``. Paths are relative to ``out``.
-
-    Raises
-    ------
-    ParameterError
-        If the experiment, recipe or an option does not exist, or ``out`` cannot be written to.
     """
     known = experiments(Path(import_module(package).__path__[0]))
     if name not in known:

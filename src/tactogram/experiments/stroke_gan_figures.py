@@ -58,8 +58,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store with the nine textures; default: simulated.
     model : str
@@ -70,8 +68,6 @@ def run(
         Numbers of steps, separated by commas, each trained with each recipe; default: the recipe's.
     batch_size : int
         Signals per update; 0 for the recipe's.
-    on, processes
-        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "stroking9", given=data, progress=progress)
     materials = materials_of(store)

@@ -11,7 +11,7 @@ network's own pure textures cannot be distinguished there is nothing between the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
@@ -78,8 +78,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store with the nine textures; default: simulated.
     model : str
@@ -92,8 +90,6 @@ def run(
         Number of seeds, each with its own split.
     baselines : str
         Models to compare with, separated by commas, trained once each; may be empty.
-    on, processes
-        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "stroking9", given=data, progress=progress)
     materials = materials_of(store)
@@ -214,7 +210,8 @@ def _largest(values: Sequence[float | None]) -> float | None:
 
 def _text(model: str, rows: dict[str, Any], recipe: str, kind: str) -> str:
     count = next(iter(rows.values()))["trainings"]
-    axes = [name for name in _columns(rows) if name != "overall"]
+    columns: Mapping[str, Any] = next((row["half_weight"] for row in rows.values() if row["measured"]), {})
+    axes = [name for name in columns if name != "overall"]
     head = f"{'Tile and':28}{'half way at':>13}{'no level':>10}" + "".join(
         f"{f'on {name}':>8}" for name in axes
     )
@@ -243,10 +240,6 @@ def _pure(row: dict[str, Any]) -> str:
     if ends[0]["mean"] is None:
         return "–"
     return " … ".join(f"{end['mean']:.2f}" for end in ends)
-
-
-def _columns(rows: dict[str, Any]) -> list[str]:
-    return next((list(row["half_weight"]) for row in rows.values() if row["measured"]), [])
 
 
 def _cell(found: dict[str, Any], *, with_sd: bool = False) -> str:

@@ -42,8 +42,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     images, plates : str
         Stores of rated images and of rated surfaces; default: simulated.
     rater : str
@@ -81,7 +79,6 @@ def run(
 
 
 def _weights(text: str) -> list[int]:
-    """Return the weights in a text, ascending."""
     try:
         found = sorted({int(part) for part in str(text).split(",")})
     except ValueError:

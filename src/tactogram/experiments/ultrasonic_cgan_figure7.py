@@ -61,8 +61,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store of rated plates and display signals; default: the simulated study.
     ratings : str
@@ -181,7 +179,6 @@ def _group(
     changes: Mapping[str, Any],
     progress: ProgressCallback,
 ) -> Any:
-    """Return the signals that one training of group ``name`` generates for the plates."""
     changes = {**changes, "config.clusters": GROUPS[name], "seed": seed}
     options: dict[str, Any] = {"recipe": recipe, "by": "session", "changes": changes}
     out = folder / "runs" / f"{name}-{seed}"
@@ -229,7 +226,6 @@ def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path
 
 
 def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
-    """Write each signal as a file, and a table of them, for a study with people."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(("item", "condition", "plate", "file"))

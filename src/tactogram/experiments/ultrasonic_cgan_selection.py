@@ -60,8 +60,6 @@ def run(
         Of each training; 0 for the recipe's.
     finished : bool
         Report the runs that are finished, and train none.
-    on, processes
-        Where independent trainings run, as of `run_tasks`; by default one after the other.
     """
     store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
     plates = plates_of(store)

@@ -77,8 +77,6 @@ def run(
 
     Parameters
     ----------
-    folder, paper, progress
-        See `tactogram.experiments`.
     data : str
         Store with photographs; default: simulated surfaces.
     trainings : int

@@ -114,7 +114,7 @@ class AmplitudeSpectrogram:
         """Return the transform of the level, filled up to ``target`` with phases of a seed."""
         random = torch.Generator().manual_seed(seed)
         phase = 2 * math.pi * torch.rand(target.shape[1:], generator=random, dtype=torch.float64)
-        turn = torch.polar(torch.ones_like(phase), phase).to(target.device, _complex(target))
+        turn = torch.polar(torch.ones_like(phase), phase).to(target.device, target.dtype.to_complex())
         if not self.nonnegative:
             return target * turn
         level = target[..., 0] / self._transform.weights(target).sum()
@@ -144,7 +144,3 @@ class AmplitudeSpectrogram:
         x = overlap_add(pieces, self.hop) / self._transform.cover(s, self.frames)
         x = x[..., half : half + self.length]
         return x.clamp_min(0) if self.nonnegative else x
-
-
-def _complex(like: Tensor) -> torch.dtype:
-    return torch.complex64 if like.dtype == torch.float32 else torch.complex128

@@ -182,7 +182,6 @@ class RegisteredPairs:
         self._bounds = np.cumsum([len(lefts) for lefts in self._lefts])
 
     def __len__(self) -> int:
-        """Return the number of windows."""
         return int(self._bounds[-1])
 
     def of(self, number: int) -> range:
@@ -230,7 +229,6 @@ class RegisteredPairs:
         return signal.samples[:, start : start + count]
 
     def _signal(self, number: int) -> Signal:
-        """Return an example's signal at the rate of the pairs."""
         image = self._photo(number)
         signal = self.examples[number].signal
         if signal.domain != "displacement" or image.mm_per_pixel is None:

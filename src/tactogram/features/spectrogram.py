@@ -24,6 +24,8 @@ class Spectrogram:
     later. Nothing is measured from the data, so that levels are absolute.
     Tensors are float32 or float64.
 
+    Raises `ParameterError` if a field is invalid, or samples that the window hardly covers could not be recovered.
+
     Parameters
     ----------
     rate : float
@@ -41,11 +43,6 @@ class Spectrogram:
         Name for `scipy.signal.get_window`.
     start, iteration, iterations
         Phase recovery of `decode`; see `tactogram.features.recover`.
-
-    Raises
-    ------
-    ParameterError
-        If a field is invalid, or samples that the window hardly covers could not be recovered.
 
     Notes
     -----
@@ -137,10 +134,7 @@ class Spectrogram:
     def magnitude(self, z: Tensor) -> Tensor:
         """Return the magnitude of `stft` of a picture, (..., bin, frame); 0 at the floor.
 
-        Raises
-        ------
-        ParameterError
-            For another shape or dtype, or values that are not finite.
+        Raises `ParameterError` for another shape or dtype, or values that are not finite.
         """
         check_precision("z", z)
         bins = self.transform.bins
@@ -154,10 +148,7 @@ class Spectrogram:
         No gradient flows back. ``length``, samples, is by default the greatest with the frames of ``z``. The same seed
         gives the same signal, in a batch as alone.
 
-        Raises
-        ------
-        ParameterError
-            If ``z`` is not finite or not a picture of ``length`` samples.
+        Raises `ParameterError` if ``z`` is not finite or not a picture of ``length`` samples.
         """
         return self._recovered(self.magnitude(z.detach()), length, seed)
 

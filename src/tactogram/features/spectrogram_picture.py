@@ -27,6 +27,8 @@ class SpectrogramPicture:
     consecutive frames of it; resized to 256 x 256; logarithm; [-1, 1]. ``picture.crop(samples, first)`` is that.
     Tensors are float32 or float64.
 
+    Raises `ParameterError` if a field is invalid.
+
     Parameters
     ----------
     rate : float
@@ -46,11 +48,6 @@ class SpectrogramPicture:
         Size of the picture; row 0 is 0 Hz. Amplitudes are resized bilinearly, before the logarithm.
     start, iteration, iterations
         Phase recovery of `signal`; see `tactogram.features.recover`. The paper names Griffin-Lim.
-
-    Raises
-    ------
-    ParameterError
-        If a field is invalid.
 
     Notes
     -----
@@ -121,10 +118,7 @@ class SpectrogramPicture:
     def places(self, length: int) -> int:
         """Return the number of crops in ``length`` samples: `crop` takes ``first`` below it.
 
-        Raises
-        ------
-        ParameterError
-            If the recording is shorter than a picture.
+        Raises `ParameterError` if the recording is shorter than a picture.
         """
         frames = self.spectrogram.frames(length)
         if frames < self.frames:
@@ -140,10 +134,7 @@ class SpectrogramPicture:
 
         In [-1, 1]. Differentiable.
 
-        Raises
-        ------
-        ParameterError
-            For another number of frames.
+        Raises `ParameterError` for another number of frames.
         """
         got = self.spectrogram.frames(samples.shape[-1])
         if got != self.frames:
@@ -159,10 +150,7 @@ class SpectrogramPicture:
         From shape (..., time) to (..., 1, rows, columns), in [-1, 1]; ``first`` is 0 to `places` - 1. Only the samples
         of those frames are used, with the neighbours that their windows reach.
 
-        Raises
-        ------
-        ParameterError
-            If the recording lacks these frames.
+        Raises `ParameterError` if the recording lacks these frames.
         """
         if not 0 <= first < self.places(samples.shape[-1]):
             raise ParameterError(
@@ -183,10 +171,7 @@ class SpectrogramPicture:
 
         From shape (..., n_fft // 2 + 1, frames) to (..., 1, rows, columns), in [-1, 1].
 
-        Raises
-        ------
-        ParameterError
-            For another shape.
+        Raises `ParameterError` for another shape.
         """
         if amplitudes.shape[-2:] != (self.bins, self.frames):
             raise ParameterError(
@@ -202,10 +187,7 @@ class SpectrogramPicture:
 
         From shape (..., 1, rows, columns), in [-1, 1], to (..., n_fft // 2 + 1, frames).
 
-        Raises
-        ------
-        ParameterError
-            For another dtype or shape, or values that are not finite.
+        Raises `ParameterError` for another dtype or shape, or values that are not finite.
         """
         check_precision("pictures", pictures)
         if pictures.shape[-3:] != self.shape:
@@ -235,10 +217,7 @@ class SpectrogramPicture:
         ``smooth`` is the odd number of columns of the Hann window that smooths levels, in dB; 1 does not smooth.
         Shapes and ``seed`` as in `signal`.
 
-        Raises
-        ------
-        ParameterError
-            If ``smooth`` is even or below 1, or for pictures of another shape.
+        Raises `ParameterError` if ``smooth`` is even or below 1, or for pictures of another shape.
         """
         if smooth < 1 or smooth % 2 == 0:
             raise ParameterError(f"smooth must be an odd number of columns, got {smooth}")

@@ -106,10 +106,7 @@ class ModelInfo(ModelDescription):
     def given(self, condition: str) -> ModelInfo:
         """Return the model with ``condition`` as the one that it needs.
 
-        Raises
-        ------
-        ParameterError
-            If the model needs another, and takes none instead.
+        Raises `ParameterError` if the model needs another, and takes none instead.
         """
         if condition in self.instead:
             return self.model_copy(update={"needs": (condition,), "instead": ()})
@@ -180,15 +177,9 @@ def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelInfo]:
 
     Only ``model.toml`` files are read; no model is imported.
 
-    Parameters
-    ----------
-    folders : iterable of paths
-        Folders of models, or of folders of models; those in ``TACTOGRAM_MODELS`` are added.
+    ``folders``: folders of models, or of folders of models; those in ``TACTOGRAM_MODELS`` are added.
 
-    Raises
-    ------
-    ParameterError
-        If a ``model.toml`` is invalid, a folder contains no model, or two models have one name.
+    Raises `ParameterError` if a ``model.toml`` is invalid, a folder contains no model, or two models have one name.
     """
     found: dict[str, ModelInfo] = {}
     for folder, package in _places(folders):

@@ -62,8 +62,6 @@ class AdversarialPair(AdversarialNetworks):
         """Skip the gradients of the discriminator's weights, which the generator's loss does not need."""
         return fixed(self.discriminator)
 
-    # -- choice of weights ---------------------------------------------------------------------------------
-
     def validation_distance(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs) -> float:
         """Return the mean distance of the pictures of ``make`` from the pictures paired with the photographs."""
         count = min(len(pairs), EVALUATED)
@@ -91,8 +89,6 @@ class AdversarialPair(AdversarialNetworks):
         if self.best_weights:
             self.bare_generator.load_state_dict(self.best_weights)
             self.best_weights = {}
-
-    # -- state -------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
         """Return the weights and the best so far; the optimisers are in `optimiser_state`."""

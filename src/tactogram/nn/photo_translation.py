@@ -131,8 +131,6 @@ class PhotoTranslation:
         names = ("crop", "size", "per_photo", "per_recording", "repeats", "flips", "brightness", "contrast")
         return PhotoCrops(**{name: getattr(self.config, name) for name in names})
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Measure the level that is 1 in a picture, and the median length; both are saved with the weights."""
         spectrogram, most = self.picture.spectrogram, 0.0
@@ -198,8 +196,6 @@ class PhotoTranslation:
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Continue from `state`."""
         self.ceiling_db, self.seconds = float(state["ceiling_db"]), float(state["seconds"])
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def photo(self, condition: Condition, number: int, *, seed: int) -> Tensor:
         """Return crop ``number`` of ``condition["image"]``, not augmented: shape (1, 1, row, column), -1 to 1."""

@@ -176,10 +176,7 @@ class AutoregressiveModel:
     def prediction_error(self, signal: Signal) -> Array:
         """Return the innovations of ``signal``, float64, shape (axis, time - order), in its unit.
 
-        Raises
-        ------
-        ParameterError
-            If the signal is of another rate, unit or set of axes, or not longer than the order.
+        Raises `ParameterError` if the signal is of another rate, unit or set of axes, or not longer than the order.
         """
         _same(self, signal)
         if len(signal) <= self.order:
@@ -198,17 +195,14 @@ def mix(
     The output power, not the variance of the innovations, is interpolated: in dB (``level="log"``), which is perceived
     as even, or linearly. A silent axis has no spectrum to add; its level counts as `SILENCE`.
 
+    Raises `ParameterError` if the models differ in kind or the weights are invalid.
+
     Parameters
     ----------
     models : sequence of AutoregressiveModel
         Equal in rate, unit and axes; the order may differ.
     weights : array-like, shape (model,)
         >= 0, not all 0; scaled to sum to 1.
-
-    Raises
-    ------
-    ParameterError
-        If the models differ in kind or the weights are invalid.
     """
     w = checked_weights(weights, len(models))
     for model in models:

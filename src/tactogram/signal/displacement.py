@@ -33,6 +33,9 @@ def over_displacement(
     where the stroke forth ended, over the same ground again. Samples during standstill (slower than ``standstill``
     times the median speed; turning points too) are dropped, and those on both sides become neighbours.
 
+    Raises `UnitError` if the speed is not in m/s; `ParameterError` if ``signal`` or the speed is not over time, their
+    durations differ, or nothing moves.
+
     Parameters
     ----------
     signal : Signal
@@ -50,13 +53,6 @@ def over_displacement(
     -------
     Signal
         Over displacement, of the same unit and axes. Its first sample is where the finger first moves.
-
-    Raises
-    ------
-    UnitError
-        If the speed is not in m/s.
-    ParameterError
-        If ``signal`` or the speed is not over time, their durations differ, or nothing moves.
     """
     if signal.domain != "time":
         raise ParameterError("signal is over displacement already; expected one over time")
@@ -90,6 +86,9 @@ def over_displacement(
 def played(signal: Signal, speed_mm_s: float | Signal, rate: float) -> Signal:
     """Return the signal over time of a finger that moves over a signal over displacement.
 
+    Raises `UnitError` if the speed is not in m/s; `ParameterError` if ``signal`` is over time, the speed is not, or the
+    finger leaves the surface.
+
     Parameters
     ----------
     signal : Signal
@@ -104,13 +103,6 @@ def played(signal: Signal, speed_mm_s: float | Signal, rate: float) -> Signal:
     -------
     Signal
         Of the same unit and axes; as long as the length takes at a constant speed, or as the speed.
-
-    Raises
-    ------
-    UnitError
-        If the speed is not in m/s.
-    ParameterError
-        If ``signal`` is over time, the speed is not, or the finger leaves the surface.
     """
     if signal.domain != "displacement":
         raise ParameterError("signal is over time already; expected one over displacement")

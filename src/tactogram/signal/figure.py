@@ -24,14 +24,8 @@ def signal_figure(
     The spectrogram is Hamming 256, hop 128, as in Saga et al. Sec. III-B, in dB re 1 ``unit`` per bin. Only whole
     frames are drawn: zeros around the signal would look like an onset and an end.
 
-    Parameters
-    ----------
-    signal : Signal
-    title : str
-    shown : float, s or mm
-        Length of the waveform; the spectrogram is of the whole signal.
-    figure : Figure, optional
-        To draw on; by default a new one, which no window shows.
+    ``shown`` (float, s or mm): length of the waveform; the spectrogram is of the whole signal. ``figure``: to draw on;
+    by default a new one, which no window shows.
     """
     rows = len(signal.axes)
     figure = Figure(layout="constrained") if figure is None else figure

@@ -36,15 +36,10 @@ def join(pieces: Sequence[Signal], *, overlap_s: float, search_s: float = 0.0) -
     The power (variance) of each axis changes smoothly from one piece to the next, whatever their correlation, as long
     as it is above `LEAST_CORRELATION`; so does the mean, such as gravity.
 
-    Parameters
-    ----------
-    pieces : sequence of Signal
-        Of one rate, unit, set of axes and domain. Each at least ``overlap_s`` + ``search_s`` long.
-    overlap_s : float
-        Length of each crossfade, s (mm over displacement, as all lengths here); 0 puts the pieces end to end.
-    search_s : float
-        Longest cut, s, at the beginning of each further piece, so that the rest best matches what it is faded into
-        (normalised cross-correlation, summed over the axes). All axes move together.
+    ``pieces``: of one rate, unit, set of axes and domain. Each at least ``overlap_s`` + ``search_s`` long.
+    ``overlap_s``: length of each crossfade, s (mm over displacement, as all lengths here); 0 puts the pieces end to
+    end. ``search_s``: longest cut, s, at the beginning of each further piece, so that the rest best matches what it is
+    faded into (normalised cross-correlation, summed over the axes). All axes move together.
     """
     if not pieces:
         raise ParameterError("join needs at least one piece, got none")

@@ -96,15 +96,12 @@ def steel_dwass(groups: Mapping[str, ArrayLike]) -> Comparison:
     ``statistic`` is t as in R. G. D. Steel, Technometrics 2 (1960): the rank sum of the two groups in normal form, with
     mid ranks; p is that of the studentised range of t * sqrt(2).
 
+    Raises `ParameterError` if a group is too small or has a value that is not finite.
+
     Parameters
     ----------
     groups : mapping from str to float array, shape (value,)
         At least two, each of at least two values.
-
-    Raises
-    ------
-    ParameterError
-        If a group is too small or has a value that is not finite.
     """
     import scikit_posthocs  # imports its plotting, which takes seconds
 
@@ -145,15 +142,12 @@ def mann_whitney(groups: Mapping[str, ArrayLike]) -> Comparison:
 def paired_t(conditions: Mapping[str, ArrayLike]) -> Comparison:
     """Return the paired t-test between every two conditions that the same people answered, with Holm's correction.
 
+    Raises `ParameterError` if there are fewer than two conditions or complete people, or they are not of one length.
+
     Parameters
     ----------
     conditions : mapping from str to float array, shape (subject,)
         One value per person, in the same order; people with a missing value (NaN) are left out.
-
-    Raises
-    ------
-    ParameterError
-        If there are fewer than two conditions or complete people, or they are not of one length.
     """
     samples, left_out = _complete(conditions)
 
@@ -171,15 +165,12 @@ def paired_t(conditions: Mapping[str, ArrayLike]) -> Comparison:
 def friedman_wilcoxon(conditions: Mapping[str, ArrayLike]) -> Comparison:
     """Return Friedman's test over all conditions, and Wilcoxon's signed ranks between every two (Holm).
 
+    Raises `ParameterError` as `paired_t`.
+
     Parameters
     ----------
     conditions : mapping from str to float array, shape (subject,)
         As in `paired_t`; ``overall`` needs three.
-
-    Raises
-    ------
-    ParameterError
-        As `paired_t`.
     """
     samples, left_out = _complete(conditions)
     overall = None

@@ -50,6 +50,8 @@ class IntraclassCorrelation:
 def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
     """Return Krippendorff's alpha: 1 where all agree, 0 where they agree as by chance.
 
+    Raises `ParameterError` if ``scores`` is no table, or ``level`` is unknown.
+
     Parameters
     ----------
     scores : float array, shape (item, rater)
@@ -61,11 +63,6 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
     -------
     float or None
         None if no item has two scores, or all scores are alike.
-
-    Raises
-    ------
-    ParameterError
-        If ``scores`` is no table, or ``level`` is unknown.
     """
     from nltk.metrics.agreement import AnnotationTask  # imports a whole toolkit, which takes seconds
 
@@ -89,6 +86,8 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
 def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
     """Return ICC(2,1) and ICC(2,k): raters and items both drawn at random, absolute agreement.
 
+    Raises `ParameterError` if ``scores`` is no table.
+
     Parameters
     ----------
     scores : float array, shape (item, rater)
@@ -99,11 +98,6 @@ def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
     -------
     IntraclassCorrelation or None
         None if fewer than two items or raters are complete, or all scores are alike.
-
-    Raises
-    ------
-    ParameterError
-        If ``scores`` is no table.
     """
     table = _table(scores)
     whole = _complete(table)

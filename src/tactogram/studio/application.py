@@ -51,15 +51,9 @@ def make_app(
 
     NiceGUI allows one application per process, so call this once per process.
 
-    Parameters
-    ----------
-    studio : Studio
-    token : str, optional
-        Access token that browsers on other machines must present; None serves loopback only.
-    names : tuple of str
-        Host names and addresses under which other machines reach it.
-    https : bool
-        Whether to restrict cookies to encrypted connections.
+    ``token``: access token that browsers on other machines must present; None serves loopback only. ``names``: host
+    names and addresses under which other machines reach it. ``https``: whether to restrict cookies to encrypted
+    connections.
     """
     state = _state_folder(studio)
     imported("nicegui", extra="studio", what="the studio")
@@ -109,21 +103,10 @@ def serve(
 ) -> None:
     """Serve a studio until interrupted.
 
-    Parameters
-    ----------
-    studio : Studio
-    listening : ListeningPort
-        Beyond loopback, everything but the participants' pages requires a random token.
-    open_browser : bool
-    path : str
-        Path of the page to open.
-    ready : callable
-        Called once the server accepts connections.
+    ``listening``: beyond loopback, everything but the participants' pages requires a random token. ``path``: path of
+    the page to open. ``ready``: called once the server accepts connections.
 
-    Raises
-    ------
-    DataError
-        If there is no certificate and none can be created.
+    Raises `DataError` if there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
     from tactogram.studio.server.connections import StudioServer

@@ -158,10 +158,7 @@ def in_range(
 ) -> float | None:
     """Return ``value`` unchanged, None included.
 
-    Raises
-    ------
-    ParameterError
-        If it is outside ``least`` to ``most``, or a fraction although ``whole``.
+    Raises `ParameterError` if it is outside ``least`` to ``most``, or a fraction although ``whole``.
     """
     if value is None:
         return None

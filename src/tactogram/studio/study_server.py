@@ -33,6 +33,8 @@ def run_study(
 ) -> None:
     """Begin or continue a study session, and serve it until interrupted.
 
+    Raises `TactogramError` if the study, folder or codes are invalid.
+
     Parameters
     ----------
     study : Path or str
@@ -45,7 +47,6 @@ def run_study(
         Values by dotted key.
     codes : sequence of str
         Participants to enrol; existing ones are left unchanged.
-    open_browser : bool
     device : str
         Device for a study with ``played_by = "server"``: ``audio``, ``audio:NAME``, or ``null`` (discards the signal);
         with ``"stream"`` also ``digilent[:SERIAL]`` or ``osc:HOST:PORT``.
@@ -58,11 +59,6 @@ def run_study(
         Called once the server accepts connections, with ``experimenter`` (address of that page, with the token if one
         is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
         ``certificate_sha256`` (of a self-signed certificate), ``session``, and ``study``.
-
-    Raises
-    ------
-    TactogramError
-        If the study, folder or codes are invalid.
     """
     for code in codes:
         checked_code(code)

@@ -36,10 +36,7 @@ def save_state(path: Path, state: Mapping[str, Any], facts: Mapping[str, Any] | 
 def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the state and the facts written by `save_state`; tensors are on the CPU.
 
-    Raises
-    ------
-    RunError
-        If the file is missing, damaged, or of a later version.
+    Raises `RunError` if the file is missing, damaged, or of a later version.
     """
     try:
         with safe_open(path, framework="pt") as file:
@@ -56,7 +53,6 @@ def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _take_apart(value: Any, place: str, tensors: dict[str, Tensor]) -> Any:
-    """Return ``value`` with each tensor replaced by a reference into ``tensors``."""
     if isinstance(value, np.ndarray):
         value = torch.from_numpy(np.array(value))
     if isinstance(value, Tensor):

@@ -37,22 +37,12 @@ def make_fabric(
 ) -> Any:
     """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision.
 
-    Parameters
-    ----------
-    training : TrainingSettings
-        Its ``precision`` is used.
-    accelerator : str
-        Fabric's name: ``auto`` takes a GPU if there is one.
-    devices, nodes : int
-        Processes per machine, each with its device, and machines. If there are several processes, they have been
-        started with torchrun's environment; each trains on its share of a batch, and gradients are averaged.
+    Of ``training`` its ``precision`` is used. ``accelerator`` is Fabric's name: ``auto`` takes a GPU if there is one.
+    ``devices`` and ``nodes``: processes per machine, each with its device, and machines. If there are several
+    processes, they have been started with torchrun's environment; each trains on its share of a batch, and gradients
+    are averaged.
 
-    Raises
-    ------
-    ParameterError
-        If this machine has no such device.
-    RunError
-        If the processes cannot connect.
+    Raises `ParameterError` if this machine has no such device; `RunError` if the processes cannot connect.
     """
     from lightning_fabric import Fabric
     from lightning_fabric.utilities.exceptions import MisconfigurationException

@@ -31,15 +31,9 @@ def make_logger(name: str, folder: Path, *, start: int) -> TrainingLogger:
     TensorBoard's events are in the folder ``tensorboard`` of the run; Weights & Biases receives the run under the
     folder's name, in the project ``tactogram`` or that of its variable ``WANDB_PROJECT``.
 
-    Parameters
-    ----------
-    start : int
-        Finished steps of all stages; what a killed training logged after them is replaced.
+    ``start``: finished steps of all stages; what a killed training logged after them is replaced.
 
-    Raises
-    ------
-    MissingExtraError
-        If its package is not installed.
+    Raises `MissingExtraError` if its package is not installed.
     """
     check_logger(name)
     if name == "tensorboard":

@@ -41,12 +41,12 @@ def fit(
     Batch k and the random numbers of step k depend on ``seed``, stage and k alone, so that a resumed training equals an
     uninterrupted one.
 
+    Raises `RunError` if a loss is not finite.
+
     Parameters
     ----------
-    learner : Learner
     examples : sequence of Example
         The training part.
-    seed : int
     start : TrainingPosition
         Position of the state of ``learner``.
     processes : Processes
@@ -54,11 +54,6 @@ def fit(
         a step are others in each, except in a stage of one step, which every process computes alone.
     on_step : function
         Called after each step with the new position, the stage and its losses, e.g. to log and save.
-
-    Raises
-    ------
-    RunError
-        If a loss is not finite.
     """
     for place, stage in enumerate(learner.stages(examples)):
         if place < start.stage:

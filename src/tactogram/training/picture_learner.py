@@ -111,8 +111,6 @@ class PictureLearner(Generic[ConfigT]):
         self.validation_examples: Sequence[Example] = ()
         self.training_examples: Sequence[Example] = ()
 
-    # -- the model's own part ----------------------------------------------------------------------------------
-
     def networks(self) -> tuple[nn.Module, nn.Module]:
         """Return generator and discriminator with initial weights from torch's own generator."""
         raise NotImplementedError
@@ -143,8 +141,6 @@ class PictureLearner(Generic[ConfigT]):
     def conditioning(self, photo: Tensor) -> tuple[Tensor, ...]:
         """Return the generator's further inputs for photographs, (batch, 1, row, column); none by default."""
         return ()
-
-    # -- training ----------------------------------------------------------------------------------------------
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
@@ -264,8 +260,6 @@ class PictureLearner(Generic[ConfigT]):
             if optimisers.get("predictor"):
                 self.predictor.optimiser.load_state_dict(optimisers["predictor"])
 
-    # -- use ---------------------------------------------------------------------------------------------------
-
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return the vibration of the photographed surface, at the level of the training data.
 
@@ -287,10 +281,7 @@ class PictureLearner(Generic[ConfigT]):
     def probabilities_of(self, image: Image) -> Tensor:
         """Return the predicted probabilities of a photograph's labels, shape (class,), the mean over `VIEWS` crops.
 
-        Raises
-        ------
-        ParameterError
-            If the run has no label predictor, or the photograph is smaller than a crop.
+        Raises `ParameterError` if the run has no label predictor, or the photograph is smaller than a crop.
         """
         if self.predictor is None:
             raise ParameterError("this run has no label predictor and cannot classify photographs")

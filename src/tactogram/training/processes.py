@@ -99,10 +99,7 @@ def is_first_process() -> bool:
 def devices_and_nodes(devices: int, nodes: int) -> tuple[int, int]:
     """Return the processes per machine and the machines: those of torchrun, where it started this process.
 
-    Raises
-    ------
-    ParameterError
-        If others are wanted than torchrun started, or several machines without it.
+    Raises `ParameterError` if others are wanted than torchrun started, or several machines without it.
     """
     if devices < 1 or nodes < 1:
         raise ParameterError(f"devices and nodes must be >= 1, got {devices} and {nodes}")

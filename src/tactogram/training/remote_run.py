@@ -72,10 +72,7 @@ class RemoteRun(Run):
     def publish(self) -> None:
         """Send the files that were written since the last time, and remove those that are gone.
 
-        Raises
-        ------
-        DataError
-            If the object store cannot be written to; the local copy is complete.
+        Raises `DataError` if the object store cannot be written to; the local copy is complete.
         """
         there = {
             file.relative_to(self.folder).as_posix(): _state(file)
@@ -106,12 +103,7 @@ def run_at(place: Path | str) -> Run:
 def open_run(place: Path | str) -> Run:
     """Return the run in a folder or at a URL.
 
-    Raises
-    ------
-    RunError
-        If there is none.
-    DataError
-        If the object store cannot be reached.
+    Raises `RunError` if there is none; `DataError` if the object store cannot be reached.
     """
     run = run_at(place)
     run.check_begun()

@@ -40,10 +40,7 @@ class Run:
     def create(cls, folder: Path, *, recipe: Recipe, data: Mapping[str, Any], identity: str) -> Self:
         """Create the folder with recipe, environment and data facts.
 
-        Raises
-        ------
-        RunError
-            If the folder contains a run.
+        Raises `RunError` if the folder contains a run.
         """
         run = cls(folder)
         run.check_free()
@@ -113,8 +110,6 @@ class Run:
         """The training data: path, name, sha256, split, whether simulated."""
         return self.read_json("data.json")
 
-    # -- during training ---------------------------------------------------------------------------------
-
     def save_checkpoint(self, learner: Learner, position: TrainingPosition) -> None:
         """Save the state at ``position``."""
         save_state(self.folder / "checkpoint.safetensors", learner.state(), asdict(position))
@@ -165,7 +160,6 @@ class Run:
         (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
 
     def _write_curves(self) -> None:
-        """Write the logged lines as a table for spreadsheets."""
         lines = self.metrics()
         columns = list(dict.fromkeys(name for line in lines for name in line))
         text = io.StringIO()
@@ -174,15 +168,10 @@ class Run:
         table.writerows(lines)
         write_text(self.folder / "metrics.csv", text.getvalue())
 
-    # -- afterwards --------------------------------------------------------------------------------------
-
     def facts(self) -> dict[str, Any]:
         """Return model.json.
 
-        Raises
-        ------
-        RunError
-            If the training is not finished, or the run is of a later version.
+        Raises `RunError` if the training is not finished, or the run is of a later version.
         """
         if not self.finished:
             raise RunError(f"{self.place}: the training is not finished; resume it")

@@ -42,8 +42,6 @@ class TextureLearner(OneStepLearner, Generic[M]):
         """Models of each material over the recorded speeds and forces."""
         self.seconds = 0.0
 
-    # -- the model of a texture --------------------------------------------------------------------------
-
     def fit(self, signals: Sequence[Signal]) -> M:
         """Return the model of recordings of one material, speed and force."""
         raise NotImplementedError
@@ -71,8 +69,6 @@ class TextureLearner(OneStepLearner, Generic[M]):
     def map_of(self, conditions: NDArray[np.float64], models: tuple[M, ...]) -> ModelMap[M]:
         """Return the map over the speeds and forces of one material's models."""
         raise NotImplementedError
-
-    # -- training ----------------------------------------------------------------------------------------
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         """Fit every model, and return the figures of `validate` on the training data."""
@@ -122,8 +118,6 @@ class TextureLearner(OneStepLearner, Generic[M]):
             )
             for each in state["maps"]
         ]
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal of ``condition``, by default as long as the median of the training recordings."""

@@ -127,8 +127,6 @@ class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
         adam = partial(torch.optim.Adam, betas=config.betas)
         super().__init__(*networks, rates=rates, optimiser=adam, device=device)
 
-    # -- the model's own part ----------------------------------------------------------------------------------
-
     def networks(self) -> tuple[nn.Module, nn.Module]:
         """Return generator and discriminator with initial weights from torch's own generator."""
         raise NotImplementedError
@@ -153,8 +151,6 @@ class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
         """The network that generates signals in use."""
         network: nn.Module = bare(self.generator)
         return network
-
-    # -- training ----------------------------------------------------------------------------------------------
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
@@ -219,8 +215,6 @@ class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
         self.generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["discriminator"])
         self.load_optimisers(state.get("optimisers"))
-
-    # -- use ---------------------------------------------------------------------------------------------------
 
     def crossfaded(
         self, label: Tensor, length: int, *, seed: int, given: Mapping[int, Tensor] = NO_LATENTS

@@ -59,12 +59,9 @@ def demo(
 
     An earlier demo in the folder is replaced.
 
-    Returns
-    -------
-    dict
-        ``report``; ``recording_accuracy``, ``recording_accuracy_95``, ``recordings``, ``window_accuracy``, ``windows``,
-        ``none_of_these`` of the classifier, ``measures`` and ``positions`` of the generator, as in `evaluate`;
-        ``mixing`` (the measure of the ladder, in words), ``simulated`` (always true).
+    Keys of the result: ``report``; ``recording_accuracy``, ``recording_accuracy_95``, ``recordings``,
+    ``window_accuracy``, ``windows``, ``none_of_these`` of the classifier, ``measures`` and ``positions`` of the
+    generator, as in `evaluate`; ``mixing`` (the measure of the ladder, in words), ``simulated`` (always true).
     """
     folder = _fresh(Path(out))
     simulate_to_store("stroking9", folder / "data", seed=seed, per_class=PER_CLASS, progress=progress)

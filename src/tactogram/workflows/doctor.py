@@ -31,20 +31,18 @@ EXTRAS = {
 def doctor() -> dict[str, Any]:
     """Return facts on this installation.
 
-    Returns
-    -------
-    dict
-        ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``,
-        ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``weights`` (published
-        weights that no package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``,
-        ``url``), ``problems`` (sentences).
+    Keys of the result: ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``,
+    ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``weights`` (published weights
+    that no package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``, ``url``),
+    ``problems`` (sentences).
     """
     import psutil
     import torch
 
     core: dict[str, str | None] = {}
+    provided = metadata("tactogram").get_all("Provides-Extra") or []
     extras: dict[str, dict[str, Any]] = {
-        name: {"for": what, "missing": []} for name, what in EXTRAS.items() if name in _provided()
+        name: {"for": what, "missing": []} for name, what in EXTRAS.items() if name in provided
     }
     for text in requires("tactogram") or []:
         need = Requirement(text)
@@ -124,7 +122,3 @@ def _version(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
-
-
-def _provided() -> list[str]:
-    return metadata("tactogram").get_all("Provides-Extra") or []

@@ -24,10 +24,7 @@ def hub_library() -> Any:
 def push(folder: Path, repository: str, *, kind: Kind) -> str:
     """Upload the files of ``folder`` to a repository, which is created if there is none; return its address.
 
-    Raises
-    ------
-    RunError
-        If the server refuses, or is not reached.
+    Raises `RunError` if the server refuses, or is not reached.
     """
     hub = hub_library()
     with _one_line(repository):

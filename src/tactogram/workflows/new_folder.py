@@ -15,10 +15,7 @@ from tactogram.errors import RunError
 def new_folder(target: Path) -> Iterator[Path]:
     """Yield a private folder beside ``target``, which becomes ``target`` unless the block raises.
 
-    Raises
-    ------
-    RunError
-        If ``target`` exists.
+    Raises `RunError` if ``target`` exists.
     """
     if target.exists():
         raise RunError(f"{target}: exists already; choose another `out`")

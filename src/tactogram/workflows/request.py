@@ -59,7 +59,6 @@ class Request:
     """Base of the requests: numbers are checked against their bounds."""
 
     def __post_init__(self) -> None:
-        """Refuse values out of bounds."""
         for field, option, kind in declared(type(self)):
             value = getattr(self, field.name)
             if isinstance(value, int | float):

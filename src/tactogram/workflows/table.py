@@ -45,10 +45,7 @@ class PublishedResult(BaseModel):
 def table(model_folders: Sequence[Path] = (), *, runs: Sequence[Path | str] = ()) -> list[dict[str, Any]]:
     """Return one row per figure of every model and of evaluated ``runs``: ``model`` and fields of `PublishedResult`.
 
-    Raises
-    ------
-    RunError
-        If one of ``runs`` is no run, or was not evaluated.
+    Raises `RunError` if one of ``runs`` is no run, or was not evaluated.
     """
     rows = [row for run in runs for row in _of_run(_opened(run))]
     for name, facts in models.available(model_folders).items():
@@ -68,7 +65,6 @@ def _opened(run: Path | str) -> Run:
 
 
 def _of_run(run: Run) -> Iterator[dict[str, Any]]:
-    """Yield the figures of a run's last evaluation."""
     if not (run.folder / "evaluation.json").is_file():
         raise RunError(f"{run.place}: was not evaluated: tactogram evaluate {run.place}")
     evaluation = run.read_json("evaluation.json")

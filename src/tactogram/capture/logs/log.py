@@ -50,19 +50,11 @@ def read_log(
 ) -> list[SensorLog]:
     """Return the samples of every sensor in a log, in the order in which they were first received.
 
-    Parameters
-    ----------
-    path : Path
-        Our own log (`RawLog`), or another program's text or bytes, with or without a time in front of each line.
-    kind : {"twelite", "serial"}, optional
-        By default that of our own log; for another program's, ``"twelite"`` if there is a packet near its beginning.
-    csv : CsvFormat, optional
-        Format of a board's lines.
+    ``path``: our own log (`RawLog`), or another program's text or bytes, with or without a time in front of each line.
+    ``kind``: by default that of our own log; for another program's, ``"twelite"`` if there is a packet near its
+    beginning. ``csv``: format of a board's lines.
 
-    Raises
-    ------
-    DataError
-        If it is not readable, or contains no samples.
+    Raises `DataError` if it is not readable, or contains no samples.
     """
     path = Path(path)
     simulated = bool((log_facts(path) or {}).get("simulated"))

@@ -24,17 +24,10 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     one line across gaps of up to 5 s at 100 Hz. Where stamps jump (`stream.channels.split_at_gaps`), NaN takes the
     place of the missing samples.
 
-    Parameters
-    ----------
-    unit : str, optional
-        Unit of the samples; by default the stream's own, or 1.
+    ``unit``: unit of the samples; by default the stream's own, or 1.
 
-    Raises
-    ------
-    MissingExtraError
-        If pyxdf is not installed.
-    DataError
-        If it is not readable as XDF, or contains no numbers.
+    Raises `MissingExtraError` if pyxdf is not installed; `DataError` if it is not readable as XDF, or contains no
+    numbers.
     """
     pyxdf = imported("pyxdf", extra="lsl", what="XDF files")
     path = Path(path)

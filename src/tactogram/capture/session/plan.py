@@ -115,12 +115,8 @@ class SessionPlan(BaseModel):
     def load(cls, plan: Path | str, *, changes: Mapping[str, Any] | None = None) -> Self:
         """Read a TOML file, or one of `shipped_plans` by name; ``changes`` are values by (dotted) key.
 
-        Raises
-        ------
-        DataError
-            If the file is not TOML.
-        ParameterError
-            If there is no such file, or a key or value is wrong.
+        Raises `DataError` if the file is not TOML; `ParameterError` if there is no such file, or a key or value is
+        wrong.
         """
         path = shipped_plans().get(str(plan), Path(plan))
         if not path.exists():

@@ -209,7 +209,6 @@ class RecordingSession:
         return False
 
     def _record(self, trial: PlannedTake) -> Take:
-        """Count down, then record a take."""
         plan, feed = self.plan, self._feed
         if self._lost is not None:
             raise self._lost
@@ -240,7 +239,6 @@ class RecordingSession:
         return feed.take(start, stop)
 
     def _wanted(self) -> int:
-        """Return the number of samples in a take."""
         return max(1, round(self.plan.seconds * (self._feed.rate or 1.0)))
 
     def _check(self, take: Take) -> TakeAssessment:

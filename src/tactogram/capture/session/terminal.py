@@ -30,7 +30,7 @@ WIDTH = 44
 def meter(levels: MeterReading) -> RenderableType:
     """Return the level meter: a bar of the rms, the peak, clipping, rate and losses."""
     top = levels.full_scale or NO_FULL_SCALE
-    share = (_db(levels.rms, top) - FLOOR_DB) / (TOP_DB - FLOOR_DB)
+    share = (20 * log10(max(levels.rms, 1e-9) / top) - FLOOR_DB) / (TOP_DB - FLOOR_DB)
     bar = ProgressBar(
         total=1.0, completed=min(1.0, max(0.0, share)), width=WIDTH,
         complete_style="red" if levels.clipped else "green", finished_style="red",
@@ -125,7 +125,3 @@ def _single_keys() -> Iterator[Callable[[], str]]:
         yield pressed
     finally:
         termios.tcsetattr(number, termios.TCSADRAIN, before)
-
-
-def _db(value: float, top: float) -> float:
-    return 20 * log10(max(value, 1e-9) / top)

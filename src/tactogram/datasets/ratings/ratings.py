@@ -242,10 +242,7 @@ class Ratings:
 def join_ratings(tables: Sequence[Ratings]) -> Ratings:
     """Return the rows of several tables as one, e.g. of those who rated surfaces and those who rated signals.
 
-    Raises
-    ------
-    DataError
-        If they differ in scale or words, or contain the same rating.
+    Raises `DataError` if they differ in scale or words, or contain the same rating.
     """
     first = tables[0]
     for other in tables[1:]:

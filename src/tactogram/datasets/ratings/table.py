@@ -64,8 +64,6 @@ def read_table(
     path : Path
         ``.csv``, ``.tsv``, ``.parquet``, ``.xlsx`` or ``.json``; a file of
         `tactogram.datasets.ratings.files.write_ratings` has its own scale and words.
-    scale : Scale
-    columns : RatingColumns, optional
     items : collection of str
         Names of items, by which they are found in the questions of a questionnaire.
 
@@ -90,10 +88,7 @@ def read_table(
 def write_table(path: Path, ratings: Ratings, *, form: Form = "long") -> None:
     """Write a table for `read_table`, atomically; Parquet is always long.
 
-    Raises
-    ------
-    ParameterError
-        For another suffix or form.
+    Raises `ParameterError` for another suffix or form.
     """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES or form not in ("long", "wide"):

@@ -38,12 +38,12 @@ def split_photographs(
 ) -> Split:
     """Return ``split`` with the photographs, or regions of them, that each of its parts may use.
 
+    Raises `ParameterError` if a share is invalid, or a photograph is too small to be cut for its parts.
+
     Parameters
     ----------
-    store : Store
     split : Split
         Of recordings of ``store``.
-    seed : int
     test, validation : float, 0 to 1
         Shares of each material's photographs if it has one for each of its parts; at least one for each. The paper of
         the visual-tactile GAN has 80/10/10 (Sec. 4.1).
@@ -57,11 +57,6 @@ def split_photographs(
     Split
         ``by_region`` names the materials whose parts share a photograph, ``photograph_note`` describes the split in a
         sentence. Materials without photographs get none; `require_photographs` refuses them.
-
-    Raises
-    ------
-    ParameterError
-        If a share is invalid, or a photograph is too small to be cut for its parts.
     """
     if not (test >= 0 and validation >= 0 and test + validation < 1):
         raise ParameterError(f"test + validation must be below 1 and each >= 0, got {test} + {validation}")

@@ -209,12 +209,7 @@ class Split:
     def load(cls, path: Path) -> Self:
         """Read a file of `save`.
 
-        Raises
-        ------
-        DataError
-            If it is not a split, or of another version.
-        LeakError
-            If it leaks.
+        Raises `DataError` if it is not a split, or of another version; `LeakError` if it leaks.
         """
         values = read_json(path)
         if not isinstance(values, dict) or values.get("format") != FORMAT:

@@ -26,6 +26,8 @@ def split_fractions(
 ) -> Split:
     """Draw the parts at random.
 
+    Raises `ParameterError` if a share is invalid, or there are too few recordings or groups.
+
     Parameters
     ----------
     index : iterable of RecordingInfo
@@ -35,14 +37,8 @@ def split_fractions(
         there are enough recordings.
     test, validation : float, 0 to 1
         Shares of the recordings (by recording) or of the groups; at least one if above 0.
-    seed : int
     label : str or callable
         Class of a recording.
-
-    Raises
-    ------
-    ParameterError
-        If a share is invalid, or there are too few recordings or groups.
     """
     if not (test >= 0 and validation >= 0 and test + validation < 1):
         raise ParameterError(f"test + validation must be below 1 and each >= 0, got {test} + {validation}")
@@ -108,10 +104,7 @@ def kfold(
     By recording, each class is dealt separately, so that every fold tests every class. ``validation`` is the share of
     each training part for validation; at least one of each class, or one group.
 
-    Raises
-    ------
-    ParameterError
-        If there are fewer recordings of a class, or groups, than folds.
+    Raises `ParameterError` if there are fewer recordings of a class, or groups, than folds.
     """
     if folds < 2:
         raise ParameterError(f"folds must be >= 2, got {folds}")
@@ -152,10 +145,7 @@ def contiguous_blocks(
     Learning-based Classification and Generation of Vibrotactile Information", Sec. II-C). ``seconds`` are the durations
     by id; ``gap_s`` is left out of training on both sides of the tested part: the length of one window.
 
-    Raises
-    ------
-    ParameterError
-        If a recording is too short to leave anything for training.
+    Raises `ParameterError` if a recording is too short to leave anything for training.
     """
     if blocks < 2:
         raise ParameterError(f"blocks must be >= 2, got {blocks}")
@@ -198,7 +188,6 @@ def _strata(infos: Sequence[RecordingInfo], label: Label) -> dict[str, dict[str,
 
 
 def _members(infos: Sequence[RecordingInfo], by: By) -> dict[str, list[str]]:
-    """Return the recordings of each group."""
     if by not in get_args(By):
         raise ParameterError(f"by must be one of {', '.join(get_args(By))}, got {by!r}")
     members: dict[str, list[str]] = defaultdict(list)

@@ -26,12 +26,8 @@ def append_recording(path: Path, recording: Recording, *, name: str, licence: st
     When this returns, the recording is on the disk; when it raises, the store is as it was. ``name``, ``licence`` and
     ``source`` are those of a new store; see `create_store`.
 
-    Raises
-    ------
-    DataError
-        If the store holds the same samples, or the recording does not fit the others.
-    OSError
-        If the disk is full, or the folder not writable.
+    Raises `DataError` if the store holds the same samples, or the recording does not fit the others; `OSError` if the
+    disk is full, or the folder not writable.
     """
     if not path.exists():
         with new_store(

@@ -32,10 +32,7 @@ def copy_store(
     there: a copy that was interrupted is begun again. A target that is the same store already is left as it is.
     ``progress`` is called with the bytes copied and their total.
 
-    Raises
-    ------
-    DataError
-        If the source is damaged, the target holds something else, or one of them cannot be reached.
+    Raises `DataError` if the source is damaged, the target holds something else, or one of them cannot be reached.
     """
     store, place = open_store(source), location(target)
     if _holds(place, store):
@@ -87,7 +84,6 @@ def _written(place: Path | RemotePath) -> Iterator[Path | RemotePath]:
 
 
 def _write_catalogue(store: Store, folder: Path | RemotePath) -> StoredFile:
-    """Write the catalogue of ``store`` into ``folder``."""
     with tempfile.TemporaryDirectory(prefix="tactogram-catalogue-") as name:
         path = Path(name) / f"catalogue-{store.sha256[:16]}.parquet"
         write_catalogue(path, store.folder, store.facts)

@@ -29,6 +29,9 @@ def create_store(
 ) -> Store:
     """Write ``recordings`` to a new store, which appears complete or not at all, and open it.
 
+    Raises `DataError` if ``path`` exists, there are neither recordings nor photographs, one does not fit the others, or
+    an unknown item was rated.
+
     Parameters
     ----------
     path : Path
@@ -43,12 +46,6 @@ def create_store(
         Materials and photographs of them, besides the recordings' own images; any number of each.
     ratings : Ratings, optional
         Ratings of items (`item_of`).
-
-    Raises
-    ------
-    DataError
-        If ``path`` exists, there are neither recordings nor photographs, one does not fit the others, or an unknown
-        item was rated.
     """
     path = Path(path)
     check_new(path)
@@ -80,10 +77,7 @@ def add_recordings(
     They go to new shards; ``dataset.json`` is replaced last, atomically. Stored ones are left out. ``durable`` waits
     until everything is on the disk, so that it survives a power cut.
 
-    Raises
-    ------
-    DataError
-        If a recording does not fit the others, or the store was changed meanwhile.
+    Raises `DataError` if a recording does not fit the others, or the store was changed meanwhile.
     """
     with StoreWriter(store.folder, store.facts, store, durable=durable) as writer:
         for recording in recordings:
@@ -98,11 +92,8 @@ def add_recordings(
 def add_ratings(store: Store, ratings: Ratings, *, replace: bool = False) -> Store:
     """Add ``ratings`` of its items to ``store`` and open it again; ``replace`` discards stored ratings.
 
-    Raises
-    ------
-    DataError
-        If there are ratings already and ``replace`` is false, an unknown item was rated, or the store was changed
-        meanwhile.
+    Raises `DataError` if there are ratings already and ``replace`` is false, an unknown item was rated, or the store
+    was changed meanwhile.
     """
     stored = store.facts.ratings
     if stored is not None and not replace:
@@ -130,10 +121,7 @@ def new_store(
     ``job`` identifies what is written, and by which version: if a process of this machine was killed in the same job
     after a checkpoint (`StoreWriter.keep`), the writer goes on from there, after ``tasks_done`` tasks.
 
-    Raises
-    ------
-    ParameterError
-        If ``name`` or ``licence`` is empty.
+    Raises `ParameterError` if ``name`` or ``licence`` is empty.
     """
     if not name:
         raise ParameterError("a store needs a name, got ''")

@@ -67,5 +67,4 @@ def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tab
 
 
 def _chance(materials: int) -> dict[str, float | None]:
-    """Return the ceiling of an accuracy: chance."""
     return {CEILING: 1 / materials, NEAREST: None}

@@ -264,7 +264,6 @@ def _per_measure(result: GenerationResult, name: str) -> ReportTable:
 
 
 def _others(result: GenerationResult) -> list[str]:
-    """Return the baselines other than the model itself."""
     rows = [row for rows in result.values.values() for row in rows.values()]
     return [name for name in result.baselines if any(row.get(name) != row.get(MODEL) for row in rows)]
 

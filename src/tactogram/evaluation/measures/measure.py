@@ -49,10 +49,7 @@ class Measure:
 def signal_measures() -> dict[str, Measure]:
     """Return all measures of two sets of signals by name, in the order of tables.
 
-    Raises
-    ------
-    ParameterError
-        If a module cannot be imported, or does not declare the measure that it is named after.
+    Raises `ParameterError` if a module cannot be imported, or does not declare the measure that it is named after.
     """
     measures = [MEASURES.definition(name, "MEASURE", Measure) for name in MEASURES.names()]
     return {measure.name: measure for measure in sorted(measures, key=lambda m: (m.rank, m.name))}

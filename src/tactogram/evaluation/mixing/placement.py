@@ -128,6 +128,9 @@ def positions(
     pooled over steps). Whether it moves at all is Kendall's (1938) tau with an interval from draws of the positions
     within their errors.
 
+    Raises `IndistinctEndsError` if the squared distance of the ends is less than twice its expectation for equal ends;
+    `ParameterError` if there are too few signals or they differ in kind, or weights do not rise.
+
     Parameters
     ----------
     steps : sequence of sequences of Signal
@@ -138,13 +141,6 @@ def positions(
         Weight of the end's material, rising; by default evenly from 0 to 1.
     level : bool
         Whether the level counts; without it, only the shape of the spectrum and the modulation do.
-
-    Raises
-    ------
-    IndistinctEndsError
-        If the squared distance of the ends is less than twice its expectation for equal ends.
-    ParameterError
-        If there are too few signals or they differ in kind, or weights do not rise.
     """
     w = np.linspace(0, 1, len(steps)) if weights is None else np.asarray(weights, np.float64)
     if w.shape != (len(steps),) or len(w) < 2 or not (np.isfinite(w).all() and (np.diff(w) > 0).all()):

@@ -45,6 +45,9 @@ def attention_maps(generator: nn.Module, photo: Tensor, *conditions: Tensor) -> 
     The gradients of a picture's sum are averaged over places to one weight per map; the weighted sum of the maps is
     scaled to 0..1 by its smallest and largest value (Sec. 4.4, which mentions no rectification).
 
+    Raises `ParameterError` or `MissingExtraError` if ``generator`` has no such layer; if captum of the extra ``vision``
+    is not installed.
+
     Parameters
     ----------
     generator : nn.Module
@@ -57,11 +60,6 @@ def attention_maps(generator: nn.Module, photo: Tensor, *conditions: Tensor) -> 
     -------
     float32 tensor, shape (photo, row, column) of the picture, in 0..1
         All 0 where a map is flat.
-
-    Raises
-    ------
-    ParameterError, MissingExtraError
-        If ``generator`` has no such layer; if captum of the extra ``vision`` is not installed.
     """
     size: list[int] = []
 

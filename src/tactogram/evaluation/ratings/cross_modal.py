@@ -30,23 +30,16 @@ def errors_of(
 ) -> dict[str, Array]:
     """Return the absolute errors of conditions with the same people, in points of the scale.
 
-    Parameters
-    ----------
-    table : Ratings
-        Ratings of items called ``CONDITION/TARGET``.
-    targets : mapping from str to sequence of float
-        Mean scores of each target, in the order of ``table.words``.
+    ``table``: ratings of items called ``CONDITION/TARGET``. ``targets``: mean scores of each target, in the order of
+    ``table.words``.
+
+    Raises `ParameterError` if a condition has no item.
 
     Returns
     -------
     dict from str to float64 array, shape (rater, target, word)
         By condition; NaN for missing scores. Raters of any condition, sorted: row n is the same
         person everywhere. Rated targets in the given order.
-
-    Raises
-    ------
-    ParameterError
-        If a condition has no item.
     """
     place = {item: number for number, item in enumerate(table.items)}
     found: dict[str, Array] = {}

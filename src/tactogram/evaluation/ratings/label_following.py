@@ -41,17 +41,14 @@ class LabelFidelity:
 def label_fidelity(asked: Array, said: Array) -> LabelFidelity:
     """Return how closely ``said`` follows ``asked``.
 
+    Raises `ParameterError` if the shapes do not fit.
+
     Parameters
     ----------
     asked : float array, shape (label, word)
         At least 3 labels.
     said : float array, shape (label, draw, word)
         Scores of items generated for each label from several noises.
-
-    Raises
-    ------
-    ParameterError
-        If the shapes do not fit.
     """
     if said.ndim != 3 or asked.shape != (len(said), said.shape[2]) or len(asked) < 3:
         raise ParameterError(

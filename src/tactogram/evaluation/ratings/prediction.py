@@ -48,13 +48,10 @@ class PredictedRatings:
     def as_dict(self, *, seed: int = 0) -> dict[str, Any]:
         """Return the figures as JSON values.
 
-        Returns
-        -------
-        dict
-            ``per_word`` (word to row) and ``mean`` (over words). A row has ``mae``, ``mae_sd`` (over repetitions, None
-            of one), ``constant_mae``, ``p_against_constant`` (Wilcoxon's signed ranks over items, two-sided, not
-            corrected), ``split_half_mae`` and ``one_rater_mae`` (None with fewer than four, or two, raters) and
-            ``rank_correlation`` (Spearman, over items, mean over repetitions) with ``rank_correlation_sd``.
+        Keys of the result: ``per_word`` (word to row) and ``mean`` (over words). A row has ``mae``, ``mae_sd`` (over
+        repetitions, None of one), ``constant_mae``, ``p_against_constant`` (Wilcoxon's signed ranks over items,
+        two-sided, not corrected), ``split_half_mae`` and ``one_rater_mae`` (None with fewer than four, or two, raters)
+        and ``rank_correlation`` (Spearman, over items, mean over repetitions) with ``rank_correlation_sd``.
         """
         rng = np.random.default_rng(seed)
         split, alone = split_half_error(self.cube, rng=rng), one_rater_error(self.cube)
@@ -131,16 +128,13 @@ def distances_to_targets(
 ) -> dict[str, tuple[str, float]]:
     """Return each generated item's target and its root mean square distance to it over words, points of the scale.
 
+    Raises `ParameterError` if a name has no target.
+
     Parameters
     ----------
     scores : mapping from str to float64 array, shape (word,)
         By item, named ``GROUP/TARGET``.
     targets : mapping from str to float64 array, shape (word,)
-
-    Raises
-    ------
-    ParameterError
-        If a name has no target.
     """
     found = {}
     for name, row in scores.items():

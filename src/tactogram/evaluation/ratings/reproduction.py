@@ -46,14 +46,11 @@ class ReproductionErrors:
     def as_dict(self) -> dict[str, Any]:
         """Return the figures as JSON values.
 
-        Returns
-        -------
-        dict
-            ``told_by``; ``conditions``: for each ``mae``, ``se`` and ``n`` of all answers as printed, ``targets``
-            (number of rated ones), ``se_by_rater`` (None for one rater), ``per_word``; ``incomplete``: conditions that
-            lack a target and are not tested; ``tests``: ``as_printed`` (Student's t over all answers as if
-            independent), ``by_rater`` (paired t over raters' means, Holm; None for one rater) and ``by_target`` (the
-            same over targets), each a list of pairs.
+        Keys of the result: ``told_by``; ``conditions``: for each ``mae``, ``se`` and ``n`` of all answers as printed,
+        ``targets`` (number of rated ones), ``se_by_rater`` (None for one rater), ``per_word``; ``incomplete``:
+        conditions that lack a target and are not tested; ``tests``: ``as_printed`` (Student's t over all answers as if
+        independent), ``by_rater`` (paired t over raters' means, Holm; None for one rater) and ``by_target`` (the same
+        over targets), each a list of pairs.
         """
         rows = {name: self._row(errors) for name, errors in self.errors.items()}
         whole = {n: e for n, e in self.errors.items() if rows[n]["targets"] == len(self.targets)}
@@ -63,7 +60,7 @@ class ReproductionErrors:
             "conditions": rows,
             "incomplete": [name for name in rows if name not in whole],
             "tests": {
-                "as_printed": _pairs(student_t, {n: _given(e.ravel()) for n, e in whole.items()}),
+                "as_printed": _pairs(student_t, {n: e[~np.isnan(e)] for n, e in whole.items()}),
                 "by_rater": _pairs(paired_t, {n: nan_mean(e, (0, 2)) for n, e in whole.items()}),
                 "by_target": _pairs(paired_t, {n: nan_mean(e, (1, 2)) for n, e in whole.items()}),
             },
@@ -87,6 +84,8 @@ def reproduction(
 ) -> ReproductionErrors:
     """Return the errors of rated items from their targets.
 
+    Raises `DataError` if no condition was rated, or a target is unknown.
+
     Parameters
     ----------
     ratings : Ratings
@@ -97,11 +96,6 @@ def reproduction(
         In the order of tables; conditions without ratings are left out.
     told_by : str
         The raters.
-
-    Raises
-    ------
-    DataError
-        If no condition was rated, or a target is unknown.
     """
     place = {item: number for number, item in enumerate(ratings.items)}
     found: dict[str, Floats] = {}
@@ -147,10 +141,6 @@ def _pairs(test: Any, groups: Mapping[str, Floats]) -> list[dict[str, Any]] | No
         }
         for pair in found.pairs
     ]
-
-
-def _given(values: Floats) -> Floats:
-    return values[~np.isnan(values)]
 
 
 def _finite(value: float) -> float | None:

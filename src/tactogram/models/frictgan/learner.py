@@ -66,8 +66,6 @@ class FrictGANLearner(AdversarialNetworks):
         super().setup(fabric)
         self.share = BatchShare.of_process(fabric)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         pairs, self.training_examples = self.pairs(examples), examples
         steps = self.config.steps or self.config.epochs * math.ceil(len(pairs) / self.config.batch_size)
@@ -176,8 +174,6 @@ class FrictGANLearner(AdversarialNetworks):
         """Return the magnitudes of network outputs, on the processor."""
         return magnitudes_of(inside.float().cpu(), self.scale, self.config)
 
-    # -- evaluation --------------------------------------------------------------------------------------
-
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return ``l1`` of the magnitudes of unseen windows, and the paper's ``mse`` of friction.
 
@@ -227,8 +223,6 @@ class FrictGANLearner(AdversarialNetworks):
     def _noise(self, seed: int, number: int) -> Tensor:
         return torch.randn(self.config.noise, generator=child_generator(seed, "noise", number))
 
-    # -- state -------------------------------------------------------------------------------------------
-
     def state(self) -> dict[str, Any]:
         return {
             "scale": self.scale,
@@ -245,8 +239,6 @@ class FrictGANLearner(AdversarialNetworks):
         self.generator.load_state_dict(state["generator"])
         self.discriminator.load_state_dict(state["critic"])
         self.load_optimisers(state.get("optimisers"))
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     @property
     def window_protocol(self) -> str:
@@ -350,11 +342,7 @@ def grouped(places: Iterator[int], count: int, *, skip: int = 0) -> Iterator[lis
         yield [next(places) for _ in range(count)]
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> FrictGANLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return FrictGANLearner(config, kind, seed=seed, device=device)
+build = FrictGANLearner
 
 
 def _cross_entropy(scores: Tensor, target: float) -> Tensor:

@@ -41,8 +41,6 @@ class NearestPhotoLearner(OneStepLearner):
         """Material of each row of `descriptors`."""
         self.seconds = 0.0
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Example] = batch
         by_material = self.kind.by_material(examples)
@@ -115,8 +113,6 @@ class NearestPhotoLearner(OneStepLearner):
             name: [self.kind.signal(samples) for samples in stored]
             for name, stored in state["recordings"].items()
         }
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def classify_photograph(self, image: Image) -> tuple[str, None]:
         return self.material_of(image), None

@@ -9,7 +9,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
-from tactogram.model import Condition, Example, SignalKind
+from tactogram.model import Condition, Example
 from tactogram.models.pix2pix.config import Config
 from tactogram.models.pix2pix.networks import discriminator, generator
 from tactogram.nn.adversarial_loss import adversarial_loss
@@ -50,8 +50,4 @@ class Pix2PixLearner(PictureLearner[Config]):
             return super().generate(condition, seconds=seconds, seed=seed)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> Pix2PixLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return Pix2PixLearner(config, kind, seed=seed, device=device)
+build = Pix2PixLearner

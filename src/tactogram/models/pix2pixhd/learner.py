@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
-from tactogram.model import Example, SignalKind, Stage
+from tactogram.model import Example, Stage
 from tactogram.models.pix2pixhd.config import Config
 from tactogram.models.pix2pixhd.networks import GlobalGenerator, discriminator, generator
 from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_loss
@@ -59,8 +59,4 @@ class Pix2PixHDLearner(PictureLearner[Config]):
         return {name: value.item() for name, value in figures.items()}
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> Pix2PixHDLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return Pix2PixHDLearner(config, kind, seed=seed, device=device)
+build = Pix2PixHDLearner

@@ -52,7 +52,6 @@ class ResidualBlock(nn.Module):
         )  # fmt: skip
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return the sum of ``x`` and its convolution."""
         added: Tensor = x + self.layers(x)
         return added
 

@@ -45,12 +45,10 @@ class ImageFeatures:
         self._trunk, self.used = trunk, "efficientnet_lite0"
 
     def state(self) -> dict[str, Any]:
-        """Return the trunk's name and weights."""
         weights = {} if self._trunk is None else dict(self._trunk.network.state_dict())
         return {"used": self.used, "weights": weights}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Use the trunk of a `state`."""
         self.used, self._trunk = state["used"], None
         if self.used != "none":
             self._trunk = Trunk(self.used)

@@ -40,8 +40,6 @@ class RaterLearner(OneStepLearner):
         self.noise = np.full(len(self.words), np.nan)
         """Standard deviation between raters of one item, in points of the scale; NaN where no item has two raters."""
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Rateable]) -> tuple[Stage, ...]:
         rated = {e.item: ~np.isnan(e.rated.scores).all(0) for e in examples if e.rated is not None}
         if len(rated) < FEWEST_ITEMS:
@@ -106,8 +104,6 @@ class RaterLearner(OneStepLearner):
         self.images.load_state(state["images"])
         self.regression = Regression.of_state(state["regression"]) if state["regression"] else None
 
-    # -- use ---------------------------------------------------------------------------------------------
-
     def predict(self, content: Signal | Image) -> Mapping[str, float]:
         scores = self._on_scale(self._fitted.predict(self._row(content))[0])
         return dict(zip(self.words, scores.tolist(), strict=True))
@@ -143,7 +139,6 @@ class RaterLearner(OneStepLearner):
         return rows, self.images.blocks or (rows.shape[1],)
 
     def _row(self, content: Signal | Image) -> NDArray[np.float64]:
-        """Return the features of one signal or image, shape (1, feature)."""
         if isinstance(self.kind, SignalKind):
             if not isinstance(content, Signal):
                 raise ParameterError(f"this rater is of signals, got {type(content).__name__}")

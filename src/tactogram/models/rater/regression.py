@@ -92,7 +92,6 @@ class Regression:
         return np.asarray(np.stack(columns, axis=1) + self.intercepts)
 
     def state(self) -> dict[str, Any]:
-        """Return the regression as arrays and numbers."""
         names = ("low", "high", "mean", "spread", "weight")
         return {
             "scaling": {name: getattr(self.scaling, name) for name in names},
@@ -107,7 +106,6 @@ class Regression:
 
     @classmethod
     def of_state(cls, state: Mapping[str, Any]) -> Regression:
-        """Return the regression of a `state`."""
         arrays = {
             name: np.asarray(state[name], np.float64)
             for name in ("support", "coefficients", "intercepts", "error")
@@ -138,7 +136,6 @@ def fit_regression(
     weights : float64 array, shape (example,)
     blocks : sequence of int
         Sizes of the blocks of features, in order.
-    config : Config
     rng : numpy Generator
         Shuffles the items into folds.
     """

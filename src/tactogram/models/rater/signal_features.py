@@ -34,10 +34,7 @@ LOWEST_RATE = 80.0
 def edges(rate: float) -> NDArray[np.float64]:
     """Return the edges of the third-octave bands in a signal of ``rate`` Hz, Hz.
 
-    Raises
-    ------
-    ParameterError
-        If the rate is below `LOWEST_RATE`.
+    Raises `ParameterError` if the rate is below `LOWEST_RATE`.
     """
     if rate < LOWEST_RATE:
         raise ParameterError(f"rate must be at least {LOWEST_RATE:g} Hz to be rated by, got {rate:g}")
@@ -47,10 +44,10 @@ def edges(rate: float) -> NDArray[np.float64]:
 def signal_features(signal: Signal) -> NDArray[np.float64]:
     """Return features for scoring, independent of phase and start and, as far as possible, of length.
 
-    Parameters
-    ----------
-    signal : Signal
-        Over time. Axes are joined by their power: a hand does not feel directions apart (Bensmaia & Hollins 2003).
+    ``signal``: over time. Axes are joined by their power: a hand does not feel directions apart (Bensmaia & Hollins
+    2003).
+
+    Raises `ParameterError` if it is over displacement or its rate is too low.
 
     Returns
     -------
@@ -58,11 +55,6 @@ def signal_features(signal: Signal) -> NDArray[np.float64]:
         Level in each band of `edges` while it is on, dB re 1 unit²; whole level; centre (octaves re 1 Hz) and shape of
         the spectrum; peak, crest and kurtosis; modulation depth in `MODULATIONS_HZ`, dB; share of time on, onsets per
         second, place and spread of the energy in time, decay, length.
-
-    Raises
-    ------
-    ParameterError
-        If it is over displacement or its rate is too low.
     """
     if signal.domain != "time":
         raise ParameterError("a rater needs signals over time, got one over displacement")

@@ -56,8 +56,6 @@ class ReplayLearner(OneStepLearner):
         self.segments: dict[str, list[StoredSegment]] = {}
         self.seconds = 0.0
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         examples: Sequence[Example] = batch
         by_material = self.kind.by_material(examples)
@@ -131,8 +129,6 @@ class ReplayLearner(OneStepLearner):
             name: [StoredSegment(s["id"], self.kind.signal(s["samples"]), s["condition"]) for s in members]
             for name, members in state["materials"].items()
         }
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         check_condition(condition, needs=("material",), takes=NAMES)

@@ -101,8 +101,4 @@ class ResidueFusionLearner(PictureLearner[Config]):
         return self._classified(image)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> ResidueFusionLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return ResidueFusionLearner(config, kind, seed=seed, device=device)
+build = ResidueFusionLearner

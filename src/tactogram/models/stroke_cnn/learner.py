@@ -65,8 +65,6 @@ class StrokeCNNLearner:
         self.backward = fabric.backward
         self.device, self.share = fabric.device, BatchShare.of_process(fabric)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def set_validation(self, examples: Sequence[Example]) -> str:
         self.validation = examples
         return ""
@@ -179,8 +177,6 @@ class StrokeCNNLearner:
                 self.schedule.load_state_dict(schedule)
             self.optimiser.load_state_dict(optimisers["adam"])
 
-    # -- export ------------------------------------------------------------------------------------------
-
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         network = Standardised(for_export(self.network), self.mean, self.scale)
         shape = DRAWN, len(self.kind.axes), self.config.window
@@ -201,8 +197,6 @@ class StrokeCNNLearner:
             facts={"material": list(self.materials), "hop_samples": self.config.hop_samples},
         )
         return {"classifier": exported}
-
-    # -- use ---------------------------------------------------------------------------------------------
 
     def probabilities(self, signal: Signal) -> NDArray[np.float64]:
         return pooled(self.window_probabilities(signal))
@@ -277,8 +271,4 @@ class Windows:
         return x, self.classes[which].astype(np.int64)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> StrokeCNNLearner:
-    """Return an untrained classifier for signals of ``kind``."""
-    return StrokeCNNLearner(config, kind, seed=seed, device=device)
+build = StrokeCNNLearner

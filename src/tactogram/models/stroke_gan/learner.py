@@ -134,8 +134,4 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         return self.scaling.unscaled(self.crossfaded(label, length, seed=seed, given=given))
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> StrokeGANLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return StrokeGANLearner(config, kind, seed=seed, device=device)
+build = StrokeGANLearner

@@ -67,10 +67,8 @@ class Scaling:
         return self.kind.signal(x.astype(np.float32))
 
     def state(self) -> dict[str, Any]:
-        """Return offset and scale."""
         return {"offset": self.offset, "scale": self.scale}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
         self.offset = np.asarray(state["offset"], np.float64)
         self.scale = np.asarray(state["scale"], np.float64)

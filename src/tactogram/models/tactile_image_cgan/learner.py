@@ -68,8 +68,6 @@ class TactileImageLearner:
         self.gan.setup(fabric)
         self.share = BatchShare.of_process(fabric)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[ImageExample]) -> tuple[Stage, ...]:
         self._images(examples)
         return (Stage("gan", self.config.updates),)
@@ -162,8 +160,6 @@ class TactileImageLearner:
         self.real_spread = float(state["real_spread"])
         self.gan.load_state(state["gan"], state.get("optimisers"))
 
-    # -- export ------------------------------------------------------------------------------------------
-
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         words, noise = self.kind.words, self.config.noise
 
@@ -186,15 +182,11 @@ class TactileImageLearner:
             ),
         }
 
-    # -- use ---------------------------------------------------------------------------------------------
-
     @property
     def rated_means(self) -> dict[str, NDArray[np.float64]]:
-        """Mean scores of each training image, 0 to 1, shape (word,)."""
         return dict(zip(self.items, self.means, strict=True))
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Image:
-        """Return an image that evokes ``words``, each on the scale of the training ratings."""
         check_condition(condition, needs=("words",))
         if seconds is not None:
             raise ParameterError(f"seconds must be omitted, an image has no length; got {seconds:g}")
@@ -219,8 +211,4 @@ def _cross_entropy(scores: Tensor, label: float) -> Tensor:
     return F.binary_cross_entropy_with_logits(scores.float(), torch.full_like(scores, label).float())
 
 
-def build(
-    config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
-) -> TactileImageLearner:
-    """Return an untrained model for images of ``kind``."""
-    return TactileImageLearner(config, kind, seed=seed, device=device)
+build = TactileImageLearner

@@ -76,8 +76,6 @@ class TextureGANLearner(WaveGANLearner[Config]):
         if self.average:
             self.average.network.to(self.device)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.check_all_present(examples)
         match = (Stage("match", 1),) if self.band_levels else ()
@@ -190,8 +188,6 @@ class TextureGANLearner(WaveGANLearner[Config]):
         if self.average:
             self.average.load_state(state["average"])
 
-    # -- use ---------------------------------------------------------------------------------------------
-
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         kind, config = self.kind, self.config
         labels = (*self.materials, *config.conditions)
@@ -244,8 +240,4 @@ class TextureGANLearner(WaveGANLearner[Config]):
         return self.whitening.coloured(white, weights)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> TextureGANLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return TextureGANLearner(config, kind, seed=seed, device=device)
+build = TextureGANLearner

@@ -69,10 +69,7 @@ class Whitening:
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Fit a model, the couplings and a model of the rest per material; return their mean order.
 
-        Raises
-        ------
-        ParameterError
-            If no recording of a material is long enough.
+        Raises `ParameterError` if no recording of a material is long enough.
         """
         self.models, self.couplings, self.rests = [], [], []
         for name in self.kind.materials:
@@ -121,7 +118,6 @@ class Whitening:
         return self.kind.signal(x.astype(np.float32))
 
     def state(self) -> dict[str, Any]:
-        """Return the filters."""
         return {
             "models": [_parts(model) for model in self.models],
             "couplings": self.couplings,
@@ -129,7 +125,6 @@ class Whitening:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
         self.models, self.rests = (
             [self._model(parts) for parts in state[name]] for name in ("models", "rests")
         )

@@ -21,7 +21,6 @@ def figures_of(
     ----------
     spectra : mapping from int to float32 array, shape (spectrum, bin)
         Unseen sensor spectra by surface.
-    surfaces : SurfaceTable
     trained : sequence of TrainedCluster
         One per cluster.
 

@@ -58,8 +58,6 @@ class UltrasonicCGANLearner:
     def setup(self, fabric: Any) -> None:
         self.pair.setup(fabric)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if not signals_of(examples):
             raise ParameterError("ultrasonic_cgan needs rated display signals, without a material; got none")
@@ -70,7 +68,6 @@ class UltrasonicCGANLearner:
     def batches(
         self, stage: Stage, examples: Sequence[Example], *, seed: int, start: int = 0
     ) -> Iterator[Any]:
-        """Yield, per step, the spectra and raters of its iterations, drawn with replacement."""
         data = self._of(examples)
         if stage.name == FIT:
             yield (examples,)
@@ -132,7 +129,6 @@ class UltrasonicCGANLearner:
         }
 
     def _of(self, examples: Sequence[Example]) -> TrainingSpectra:
-        """Return the spectra of ``examples``, computed once."""
         if self._data is None or self._data.examples is not examples:
             signals = signals_of(examples)
             for example in signals:
@@ -155,10 +151,7 @@ class UltrasonicCGANLearner:
 
     @property
     def rated_means(self) -> dict[str, NDArray[np.float64]]:
-        """Mean scores of each surface, 0 to 1, shape (word,)."""
         return dict(zip(self._surfaces.plates, self._surfaces.means, strict=True))
-
-    # -- results -----------------------------------------------------------------------------------------
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return the number of failed trainings, and figures of the others on unseen recordings: `figures_of`."""
@@ -172,7 +165,6 @@ class UltrasonicCGANLearner:
         return failed | figures_of(spectra_of, self._surfaces, self.trained)
 
     def outcome(self) -> dict[str, Any]:
-        """Return the results of the trainings as JSON values."""
         surfaces, rule = self._surfaces, self.pair.rule
         clusters = [
             {
@@ -221,29 +213,18 @@ class UltrasonicCGANLearner:
         if "optimisers" in state:
             self.pair.load_state(state["optimisers"])
 
-    # -- use ---------------------------------------------------------------------------------------------
-
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return the modulating signal for scores: a loop of 1 s without a seam, repeated for ``seconds``.
 
         The last repetition is cut if ``seconds`` is no whole number. Each axis of the display has the same spectrum in
         other phases.
 
-        Parameters
-        ----------
-        condition : mapping
-            ``words``: a score for each word of the run, on the scale of its ratings. ``vibration``: a Signal of a
-            sensor, 1 s or longer, of which ``seed`` draws an axis and a window; by default a stored spectrum, also
-            drawn, of the surface nearest in words.
-        seconds : float, optional
-        seed : int
+        ``condition`` has ``words``, a score for each word of the run, on the scale of its ratings, and may have
+        ``vibration``, a Signal of a sensor, 1 s or longer, of which ``seed`` draws an axis and a window; by default a
+        stored spectrum, also drawn, of the surface nearest in words.
 
-        Raises
-        ------
-        ParameterError
-            If a word is missing or unknown, a score off the scale, or the vibration too short or constant.
-        FailedTrainingError
-            If the training of the cluster of the nearest surface failed.
+        Raises `ParameterError` if a word is missing or unknown, a score off the scale, or the vibration too short or
+        constant; `FailedTrainingError` if the training of the cluster of the nearest surface failed.
         """
         made = self._make(condition, seed)
         return loop(made.amplitudes, self.kind, self.config, seconds=seconds, seed=seed)
@@ -251,13 +232,11 @@ class UltrasonicCGANLearner:
     def selection_for(self, condition: Condition, seed: int) -> dict[str, Any]:
         """Return the inputs of `generate` and the clamped shares, as JSON values.
 
-        Returns
-        -------
-        dict
-            ``surface`` (nearest in words), ``distance`` (of the scores as 0 to 1, Euclidean), ``group``, ``cluster``
-            (from 1), ``cluster_surfaces``, ``sensor_spectrum`` (``recording``, ``axis``, ``window``), ``clamped_bins``
-            and ``clamped_amplitude`` (shares below 0), ``nearest_display_signal`` and ``nearest_display_distance`` (a
-            small one is a copy), ``full_scale`` (1: the limit of the display's drive), ``peak``, ``crest_factor``.
+        Keys of the result: ``surface`` (nearest in words), ``distance`` (of the scores as 0 to 1, Euclidean),
+        ``group``, ``cluster`` (from 1), ``cluster_surfaces``, ``sensor_spectrum`` (``recording``, ``axis``,
+        ``window``), ``clamped_bins`` and ``clamped_amplitude`` (shares below 0), ``nearest_display_signal`` and
+        ``nearest_display_distance`` (a small one is a copy), ``full_scale`` (1: the limit of the display's drive),
+        ``peak``, ``crest_factor``.
         """
         made = self._make(condition, seed)
         signal = loop(made.amplitudes, self.kind, self.config, seconds=None, seed=seed)
@@ -301,19 +280,13 @@ class TrainingSpectra:
         return torch.cat((table[at[0]], all_scores[item[at[1]], at[2]]), 2)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> UltrasonicCGANLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return UltrasonicCGANLearner(config, kind, seed=seed, device=device)
+build = UltrasonicCGANLearner
 
 
 def _cluster_title(number: int, members: Sequence[str]) -> str:
-    """Return a cluster's title in a figure, with the number of surfaces if there are many."""
     shown = ", ".join(members) if len(members) < 6 else f"{members[0]} … {members[-1]} ({len(members)})"
     return f"cluster {number + 1}: {shown}"
 
 
 def _number(stage: Stage) -> int:
-    """Return the cluster of a stage, from 0."""
     return int(stage.name.removeprefix("cluster-")) - 1

@@ -68,7 +68,6 @@ class ProjectionDiscriminator(Discriminator):
         self.projection = LabelProjection(config.discriminator_widths[-1], words)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return the logit of "training data", (batch, 1), of spectra with scores, (batch, bin + word)."""
         h = self.layers[:-1](x[:, : self.bins])  # B, width
         y: Tensor = self.layers[-1](h) + self.projection(h, x[:, self.bins :])[:, None]  # B, 1
         return y

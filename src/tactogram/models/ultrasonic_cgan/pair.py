@@ -36,7 +36,6 @@ class ClusterNetworks(AdversarialNetworks):
         self.begin(0)
 
     def begin(self, cluster: int) -> None:
-        """Return to initial weights, those of ``cluster``."""
         self.cluster = cluster
         for network, fresh in zip(self._bare, self._initial(cluster), strict=True):
             network.load_state_dict(fresh.state_dict())
@@ -107,8 +106,6 @@ class ClusterNetworks(AdversarialNetworks):
         with torch_seeded(self.seed, "weights", cluster):
             return Generator(self.config, words=self.words), discriminator_of(self.config, words=self.words)
 
-    # -- state -------------------------------------------------------------------------------------------
-
     def outcome(self) -> dict[str, Any]:
         """Return the result of the cluster's training: the chosen weights, or none if it failed, and the curves."""
         chosen = self.selector.chosen
@@ -116,11 +113,10 @@ class ClusterNetworks(AdversarialNetworks):
             "chosen": None if chosen is None else [chosen.iteration, chosen.loss, chosen.rate],
             "generator": self.best[0] if self.best else None,
             "discriminator": self.best[1] if self.best else None,
-            "curves": self._all_curves(),
+            "curves": np.concatenate((np.zeros((3, 0), np.float32), *self.curves), axis=1),
         }
 
     def state(self) -> dict[str, Any]:
-        """Return the state within a cluster's training."""
         return {
             "cluster": self.cluster,
             "now": [network.state_dict() for network in self._bare],
@@ -129,7 +125,6 @@ class ClusterNetworks(AdversarialNetworks):
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
         self.begin(state["cluster"])
         for network, weights in zip(self._bare, state["now"], strict=True):
             network.load_state_dict(weights)
@@ -148,6 +143,3 @@ class ClusterNetworks(AdversarialNetworks):
                 {name: x.to(self.device) for name, x in outcome[key].items()}
                 for key in ("generator", "discriminator")
             )
-
-    def _all_curves(self) -> NDArray[np.float32]:
-        return np.concatenate((np.zeros((3, 0), np.float32), *self.curves), axis=1)

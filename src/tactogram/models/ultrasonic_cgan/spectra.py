@@ -85,21 +85,14 @@ def display_side(examples: Sequence[Example], config: Config) -> SideSpectra:
 def sensor_spectra(signal: Signal, config: Config) -> NDArray[np.float32]:
     """Return the amplitude spectra of the windows of the stable part, each axis standardised. Sec. III-B.
 
-    Parameters
-    ----------
-    signal : Signal
-        Over time, at least a window long. Its middle ``stable_s`` are used, or all of a shorter signal.
-    config : Config
+    ``signal``: over time, at least a window long. Its middle ``stable_s`` are used, or all of a shorter signal.
+
+    Raises `ParameterError` if the signal is too short, too slow, or constant.
 
     Returns
     -------
     float32 array, shape (axis, window, bin)
         Of the standardised signal: a sinusoid alone reads sqrt(2).
-
-    Raises
-    ------
-    ParameterError
-        If the signal is too short, too slow, or constant.
     """
     window = _window_length(signal, config)
     stable = min(len(signal), round(config.stable_s * signal.rate))

@@ -80,15 +80,12 @@ class SurfaceTable:
 
     @property
     def count(self) -> int:
-        """Number of clusters."""
         return int(self.clusters.max()) + 1
 
     def members(self, cluster: int) -> tuple[str, ...]:
-        """Return the surfaces of a cluster."""
         return tuple(name for name, k in zip(self.plates, self.clusters, strict=True) if k == cluster)
 
     def rows(self, sensor: SideSpectra, cluster: int) -> NDArray[np.int64]:
-        """Return the spectra of the surfaces of ``cluster``."""
         return np.flatnonzero(self.clusters[sensor.item] == cluster)
 
     def display_rows(self, display: SideSpectra, cluster: int) -> NDArray[np.int64]:
@@ -103,7 +100,6 @@ class SurfaceTable:
         return np.flatnonzero(mine[display.item])
 
     def state(self) -> dict[str, Any]:
-        """Return all fields as arrays, lists and numbers."""
         return {
             name: list(value) if isinstance(value, tuple) else value
             for name, value in ((name, getattr(self, name)) for name in self.__dataclass_fields__)
@@ -111,7 +107,6 @@ class SurfaceTable:
 
     @classmethod
     def of(cls, state: Mapping[str, Any]) -> Self:
-        """Return the table of a `state`."""
         fields: dict[str, Any] = {
             name: np.asarray(value)
             if hasattr(value, "numpy")

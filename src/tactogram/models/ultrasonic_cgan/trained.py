@@ -36,7 +36,6 @@ class TrainedCluster:
 
     @classmethod
     def of(cls, outcome: Mapping[str, Any], config: Config, *, words: int, device: torch.device) -> Self:
-        """Return the cluster of a `ClusterNetworks.outcome` or a `state`."""
         curves = np.asarray(outcome["curves"], np.float32)
         if outcome["chosen"] is None:
             return cls(None, curves, None, None)
@@ -52,7 +51,6 @@ class TrainedCluster:
         )
 
     def state(self) -> dict[str, Any]:
-        """Return tensors and plain numbers."""
         return {
             "chosen": self.chosen and [self.chosen.iteration, self.chosen.loss, self.chosen.rate],
             "generator": self.generator and self.generator.state_dict(),

@@ -53,8 +53,6 @@ class VisualTactileLearner(PictureLearner[Config]):
     def networks(self) -> tuple[UNet, nn.Module]:
         return generator(self.config, len(self.materials)), discriminator(self.config)
 
-    # -- training ----------------------------------------------------------------------------------------
-
     def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Update both networks; as in pix2pixHD, both losses are of the weights before either update."""
         config = self.config
@@ -102,8 +100,6 @@ class VisualTactileLearner(PictureLearner[Config]):
         """Return the predicted labels of photographs, shape (batch, class)."""
         return (self._predicted(photo),)
 
-    # -- band matching, after the training -----------------------------------------------------------------
-
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         stages = super().stages(examples)
         return (*stages, Stage("match", 1)) if self.bands else stages
@@ -150,8 +146,6 @@ class VisualTactileLearner(PictureLearner[Config]):
             self.bands.load_state(state["bands"])
         self.labels = {}
 
-    # -- use ---------------------------------------------------------------------------------------------
-
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return the vibration of the photographed surface, at the level of the training data.
 
@@ -195,8 +189,4 @@ class VisualTactileLearner(PictureLearner[Config]):
         return self._classified(image)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> VisualTactileLearner:
-    """Return an untrained model for signals of ``kind``."""
-    return VisualTactileLearner(config, kind, seed=seed, device=device)
+build = VisualTactileLearner

@@ -49,10 +49,7 @@ class FitReport:
     def as_json(self) -> dict[str, Any]:
         """Return JSON values.
 
-        Raises
-        ------
-        ValueError, TypeError
-            If a family's facts contain something else, NaN for instance: a defect.
+        Raises `ValueError` or `TypeError` if a family's facts contain something else, NaN for instance: a defect.
         """
         values = {name: getattr(self, name) for name in type(self).__dataclass_fields__}
         plain: dict[str, Any] = json.loads(json.dumps(values, allow_nan=False))

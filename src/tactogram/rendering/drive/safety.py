@@ -16,11 +16,12 @@ from tactogram.signal.signal import Signal
 def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signal, dict[str, Any]]:
     """Return a drive that may be sent: faded in and out, without DC where forbidden, within the limits.
 
+    Raises `ParameterError` if rate, unit or channels are not the display's: a defect of the family.
+
     Parameters
     ----------
     drive : Signal
         At the display's rate, in its unit, with its channels.
-    display : Display
     faded : bool
         Whether the family faded it already, by `settled`.
 
@@ -31,11 +32,6 @@ def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signa
     dict
         ``clipped_samples`` that lay outside, ``removed_dc`` (largest of the channels, in the drive's unit), ``scaled``
         (factor after the mean was removed, 1 unless that pushed a peak over the limit).
-
-    Raises
-    ------
-    ParameterError
-        If rate, unit or channels are not the display's: a defect of the family.
     """
     expected = (display.rate, display.unit, display.channels)
     if (drive.rate, drive.unit, drive.axes) != expected:
@@ -62,7 +58,6 @@ def settled(
     Parameters
     ----------
     x : float64 array, shape (channel, time), in the drive's unit
-    display : Display
     faded : bool
         Only remove the mean.
     """
@@ -137,10 +132,8 @@ class DriveGuard:
     def process(self, block: NDArray[np.floating]) -> NDArray[np.float32]:
         """Return the block to send, float32, shape (channel, time) as ``block``, in the display's unit.
 
-        Raises
-        ------
-        ParameterError
-            If ``block`` has another shape. NaN and infinity are no errors but fade to rest, see ``fault``.
+        Raises `ParameterError` if ``block`` has another shape. NaN and infinity are no errors but fade to rest, see
+        ``fault``.
         """
         if block.ndim != 2 or len(block) != len(self.display.channels):
             raise ParameterError(f"block must be ({len(self.display.channels)}, time), got {block.shape}")

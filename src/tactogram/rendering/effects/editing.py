@@ -230,7 +230,6 @@ def _part(track: Track, start: float, end: float) -> Track:
 
 
 def _at(points: tuple[Point, ...], time: float) -> Point:
-    """Return a point on a line."""
     value = np.interp(time, [point.time for point in points], [point.value for point in points])
     return Point(time=_time(time), value=round(float(value), DIGITS))
 

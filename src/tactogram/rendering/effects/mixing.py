@@ -100,7 +100,6 @@ def track_of_signal(signal: Signal, title: str) -> Track:
 
 
 def _part(track: Track) -> Part:
-    """Return the vibration of a track."""
     (times, amplitude), (at, hz) = (
         np.array([(point.time, point.value) for point in line]).T
         for line in (track.amplitude, track.frequency)

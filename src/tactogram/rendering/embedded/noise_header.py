@@ -69,18 +69,9 @@ class HeaderCost:
 def noise_header(model: ModulatedNoise, *, name: str, facts: Sequence[str] = ()) -> tuple[str, HeaderCost]:
     """Return the text of a header and its cost.
 
-    Parameters
-    ----------
-    model : ModulatedNoise
-    name : str
-        Prefix of every name in it; see `c_name`.
-    facts : sequence of str
-        Lines about the texture, for the comment at the top.
+    ``name``: prefix of every name in it; see `c_name`. ``facts``: lines about the texture, for the comment at the top.
 
-    Raises
-    ------
-    ParameterError
-        If the rate is no fraction that frames fit, or the name no C identifier.
+    Raises `ParameterError` if the rate is no fraction that frames fit, or the name no C identifier.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name) or keyword.iskeyword(name):
         raise ParameterError(f"name must be a C identifier in lower case, got {name!r}")

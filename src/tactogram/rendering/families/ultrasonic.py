@@ -220,7 +220,6 @@ def _full_scale(level: Level, settings: Settings, display: Display) -> tuple[flo
 
 
 def _sentences(facts: dict[str, Any], words: str) -> dict[str, list[str]]:
-    """Return the report's sentences on ``facts``."""
     scaled = [words]
     if facts["mapping"] != "friction":
         scaled.append(f"{amount(facts['full_scale'], facts['unit'])} of the signal is full modulation")
@@ -342,17 +341,13 @@ def _stream_design(display: Display, settings: Settings) -> EqualiserDesign:
     return equaliser(display.rate, band, lambda f: np.abs(pre_emphasis(f, cutoff_hz=cutoff, cap_db=cap)))
 
 
-def _response_known(display: Display) -> bool:
-    return isinstance(display.settings, Settings) and display.settings.q is not None
-
-
 FAMILY = DisplayFamily(
     name="ultrasonic",
     settings=Settings,
     drive=drive,
     stream_signal=UltrasonicStream,
     equalise=lambda settings, on: settings.model_copy(update={"pre_emphasis": on}),
-    response_known=_response_known,
+    response_known=lambda display: isinstance(display.settings, Settings) and display.settings.q is not None,
     measured_by="set its q, which `tactogram transducer` determines from a measured admittance",
     hazard=(
         "The transducer runs at a high voltage behind the amplifier: keep hands off its terminals, and start with the "

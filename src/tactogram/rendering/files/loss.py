@@ -282,7 +282,6 @@ def _number(count: int, noun: str) -> str:
 
 
 def _listed(parts: list[str]) -> str:
-    """Return words as a list in English."""
     *first, last = parts or [""]
     return f"{', '.join(first)} and {last}" if first else last
 

@@ -126,7 +126,6 @@ class AnalogDiscovery:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Silence and close the device."""
         self.close()
 
     def close(self) -> None:
@@ -276,7 +275,6 @@ class AnalogDiscovery:
         )
 
     def _send(self, data: NDArray[np.float64]) -> None:
-        """Send all of ``data``, waiting for free buffer."""
         done, since = 0, self._clock()
         while done < len(data):
             if self._channel.read_status() == self._module.Status.DONE:

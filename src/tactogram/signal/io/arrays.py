@@ -210,11 +210,8 @@ def load_arrays(
 ) -> dict[str, NDArray[np.generic]]:
     """Return the arrays of an NPZ file by name, or only one of them; their size is checked before they are unpacked.
 
-    Raises
-    ------
-    DataError
-        If it is not an NPZ file, is truncated, holds objects, lacks one of the arrays ``needed``, or unpacks to more
-        than `check_archive` allows.
+    Raises `DataError` if it is not an NPZ file, is truncated, holds objects, lacks one of the arrays ``needed``, or
+    unpacks to more than `check_archive` allows.
     """
     with path.open("rb") as stream:
         head = stream.read(6)

@@ -116,7 +116,6 @@ def _measurement(
 
 
 def _joined(found: Sequence[RawTable]) -> list[RawTable]:
-    """Return tables of the same channels with times as one."""
     joined: list[RawTable] = []
     for each in found:
         last = joined[-1] if joined else None

@@ -50,7 +50,8 @@ def split_by_sensor(table: RawTable) -> list[RawTable]:
     parts = [_part(table, key, name, np.flatnonzero(names == name)) for name in dict.fromkeys(names)]
     first = parts[0]
     alike = all(
-        len(part.columns) == len(first.columns) and _same(part.columns[0], first.columns[0]) for part in parts
+        len(part.columns) == len(first.columns) and np.array_equal(part.columns[0], first.columns[0])
+        for part in parts
     )
     if alike and len(first.columns) == 2 and len(parts) > 1:  # one clock and one value
         return [
@@ -113,7 +114,3 @@ def _part(table: RawTable, key: int, name: str, rows: NDArray[np.int64]) -> RawT
         rows=[table.rows[i] for i in rows] if len(table.rows) else rows.tolist(),
         notes=(*table.notes, f"rows apart by {table.headings[key]!r}"),
     )
-
-
-def _same(one: NDArray[np.generic], other: NDArray[np.generic]) -> bool:
-    return len(one) == len(other) and bool(np.all(one == other))

@@ -153,7 +153,6 @@ def _described(table: RawTable, at: int | None) -> StreamColumns:
 
 
 def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> StreamColumns:
-    """Return the columns of these names as one stream."""
     places = []
     for name in names:
         if name in table.groups and name not in table.headings:
@@ -383,7 +382,6 @@ def _uses(
     others: Mapping[int, str],
     labels: Mapping[str, int],
 ) -> tuple[ColumnUse, ...]:
-    """Return the role of every column."""
     uses = [
         ColumnUse(text, IGNORED, each.unit, reason=others.get(i))
         for i, (text, each) in enumerate(zip(table.headings, found, strict=True))

@@ -158,7 +158,6 @@ def _table(
     description: SignalDescription | None = None,
     notes: Sequence[str] = (),
 ) -> RawTable:
-    """Return the table without empty columns that have no heading."""
     if footer := footer_of(columns):
         columns = [_numbers(column[:-footer]) for column in columns]
         notes = [

@@ -82,10 +82,7 @@ class ServerDisplay:
     def lock(self, display: Display) -> None:
         """Find the resonance before anybody touches the display, if it is tracked.
 
-        Raises
-        ------
-        TactogramError
-            If there is none, or a device is missing.
+        Raises `TactogramError` if there is none, or a device is missing.
         """
         tracking = self._backend(display).tracking
         if tracking is not None:

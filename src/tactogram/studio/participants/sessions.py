@@ -157,11 +157,8 @@ class SessionRegistry:
     ) -> OpenSession:
         """Begin a study (a file or a shipped name) in a folder, or continue it, and open it.
 
-        Raises
-        ------
-        TactogramError
-            If the study is invalid or cannot be played, the server's display cannot play it, files lie outside of the
-            workspace, or the folder holds another study. Nothing is written then.
+        Raises `TactogramError` if the study is invalid or cannot be played, the server's display cannot play it, files
+        lie outside of the workspace, or the folder holds another study. Nothing is written then.
         """
         folder = self._inside(folder)
         if self.workspace is not None and str(study) not in shipped_studies():

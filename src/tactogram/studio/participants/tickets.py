@@ -51,10 +51,7 @@ class SessionKeys:
 def load_keys(folder: Path) -> SessionKeys:
     """Return the keys of a session's folder, creating them on first use.
 
-    Raises
-    ------
-    DataError
-        If the folder is missing or not writable, or the key file is damaged.
+    Raises `DataError` if the folder is missing or not writable, or the key file is damaged.
     """
     path = folder / FILE
     try:

@@ -62,10 +62,7 @@ class Certificate:
 def load_certificate(file: Path, key: Path, *, now: datetime | None = None) -> Certificate:
     """Return a laboratory's own certificate; ``file`` holds the server's certificate, followed by its chain.
 
-    Raises
-    ------
-    DataError
-        If a file is missing, damaged, expired or locked by a password, or the two do not match.
+    Raises `DataError` if a file is missing, damaged, expired or locked by a password, or the two do not match.
     """
     imported("cryptography", extra="studio", what="certificates")
     from cryptography.hazmat.primitives.serialization import load_pem_private_key
@@ -94,10 +91,7 @@ def self_signed_certificate(path: Path, names: Sequence[str], *, now: datetime |
 
     The file holds the key, too, and is readable by its owner only.
 
-    Raises
-    ------
-    DataError
-        If it can neither be read nor created.
+    Raises `DataError` if it can neither be read nor created.
     """
     imported("cryptography", extra="studio", what="certificates")
     now = now or datetime.now(UTC)

@@ -40,6 +40,8 @@ _OTHER_SITE = "This request comes from a page of another site; open the page her
 class GuardSettings:
     """Settings of the request guard.
 
+    Raises `ParameterError` if the server is reached from elsewhere without a token, or the token can be guessed.
+
     Parameters
     ----------
     loopback : bool
@@ -58,11 +60,6 @@ class GuardSettings:
         Longest wait for each chunk of a body, s.
     body_rate : float
         Least average rate of a body after the first ``body_seconds``, bytes/s.
-
-    Raises
-    ------
-    ParameterError
-        If the server is reached from elsewhere without a token, or the token can be guessed.
     """
 
     loopback: bool = True

@@ -101,14 +101,9 @@ def open_port(
     Host ``0.0.0.0`` or ``::`` stands for all addresses. A certificate of the laboratory's own implies ``https``; by
     default its key is in the same file.
 
-    Raises
-    ------
-    DeviceError
-        If the port is taken, or the host is not this machine's or cannot be reached from others.
-    ParameterError
-        If ``host`` or ``port`` is invalid, or a key comes without a certificate.
-    DataError
-        If certificate and key cannot be used.
+    Raises `DeviceError` if the port is taken, or the host is not this machine's or cannot be reached from others;
+    `ParameterError` if ``host`` or ``port`` is invalid, or a key comes without a certificate; `DataError` if
+    certificate and key cannot be used.
     """
     if key is not None and certificate is None:
         raise ParameterError("key needs certificate, got only key; give both")

@@ -46,10 +46,7 @@ class ShownSignals:
     def load(self, source: Source) -> ShownSignal:
         """Return a signal with its traits, which takes long for minutes of samples; concurrent calls share the work.
 
-        Raises
-        ------
-        DataError
-            If its file cannot be read.
+        Raises `DataError` if its file cannot be read.
         """
         name = source if isinstance(source, Path) else key_of(source)
         with self._lock:

@@ -177,10 +177,6 @@ def spectrogram_db(
     A sine of amplitude a on a bin has the level 20 log10(a) dB. Hann windows of about 32 ms (over displacement a
     sixteenth of the signal) overlap by three quarters; the mean of each axis is removed.
 
-    Parameters
-    ----------
-    signal : Signal
-
     Returns
     -------
     frequency : float64 array, shape (frequency,), Hz or cycles per mm

@@ -55,10 +55,8 @@ class Workspace:
     def inside(self, path: Path | str) -> Path:
         """Return ``path``, relative to the workspace or absolute, with symbolic links followed.
 
-        Raises
-        ------
-        ParameterError
-            If it lies outside of the workspace, or replaces a name that is not UTF-8 (see `name_of`).
+        Raises `ParameterError` if it lies outside of the workspace, or replaces a name that is not UTF-8 (see
+        `name_of`).
         """
         text = os.fspath(path)
         if "\0" in text:

@@ -48,10 +48,8 @@ class ReceivedFolders:
     def keep(self, files: Sequence[tuple[str, IO[bytes]]]) -> Path:
         """Write files, given with their paths; a single zip is unpacked. Return the folder of their materials.
 
-        Raises
-        ------
-        DataError
-            If a path leaves the folder, two files have the same one, something is too large, or a zip is damaged.
+        Raises `DataError` if a path leaves the folder, two files have the same one, something is too large, or a zip is
+        damaged.
         """
         if len(files) == 1 and files[0][0].lower().endswith(".zip"):
             [(name, file)] = files
@@ -183,5 +181,4 @@ def _copy(file: IO[bytes], target: Path, path: str, room: int) -> int:
 
 
 def _is_file(member: zipfile.ZipInfo) -> bool:
-    """Return whether a member of a zip is a file, rather than a folder or a link."""
     return not member.is_dir() and not stat.S_ISLNK(member.external_attr >> 16)

@@ -67,11 +67,9 @@ class Abx(Design):
             raise ParameterError("abx needs at least two stimuli, got one")
 
     def total(self, setting: DesignContext) -> int:
-        """Return repeats times pairs."""
         return self.repeats * len(self._pairs(setting))
 
     def practice_design(self, names: Sequence[str]) -> Self:
-        """Return the design with only the pairs of these stimuli."""
         return self.model_copy(
             update={"pairs": tuple(pair for pair in self.pairs if set(pair) <= set(names))}
         )
@@ -79,7 +77,6 @@ class Abx(Design):
     def next_page(
         self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the next trial."""
         pairs = self._pairs(setting)
         if len(history) == self.repeats * len(pairs):
             return None
@@ -111,13 +108,11 @@ class Abx(Design):
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the shares correct."""
         from tactogram.study.analysis.figures import correct_figure
 
         return {"abx_correct": correct_figure(section)}
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
-        """Return the number of trials."""
         return {"trials": (self.total(setting),)}
 
     @classmethod

@@ -41,7 +41,6 @@ class SingleStimulus(Design):
     def next_page(
         self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the page of the next stimulus."""
         stimuli = self.stimuli_of(setting, participant)
         if len(history) == self.repeats * len(stimuli):
             return None

@@ -60,7 +60,6 @@ class WordScales(SingleStimulus):
     def questions_about(
         self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
     ) -> tuple[PageQuestion, ...]:
-        """Return a question for each word, in the trial's order."""
         words = list(self.words)
         if self.word_order == "random":
             drawn = generator(setting.seed, participant.number, "words", trial).permutation(len(words))

@@ -97,22 +97,12 @@ class SessionStore(SessionLogs):
 
         A second submission, by a double click, the back button or a reload, stores nothing and returns the same.
 
-        Parameters
-        ----------
-        responses : mapping from str to str
-            By key of the page's questions.
-        rt_ms : mapping from str to float, optional
-            By key; ``""`` stands for the page.
-        device : mapping, optional
-            Device facts: ``{"px_per_mm": 6.1, "refresh_hz": 60}``. Invalid ones are dropped (`valid_facts`); the rest
-            become columns such as ``device_px_per_mm``.
+        ``responses``: by key of the page's questions. ``rt_ms``: by key; ``""`` stands for the page. ``device``: device
+        facts: ``{"px_per_mm": 6.1, "refresh_hz": 60}``. Invalid ones are dropped (`valid_facts`); the rest become
+        columns such as ``device_px_per_mm``.
 
-        Raises
-        ------
-        PageNotOpenError
-            If the page is neither the current nor an answered one, or the experimenter ended the session.
-        ParameterError
-            If no participant has the code, or an answer is invalid. Nothing is stored then.
+        Raises `PageNotOpenError` if the page is neither the current nor an answered one, or the experimenter ended the
+        session; `ParameterError` if no participant has the code, or an answer is invalid. Nothing is stored then.
         """
         with self._writing() as rows:
             state = self._state(rows, find_participant(rows, code))

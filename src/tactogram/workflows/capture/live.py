@@ -34,10 +34,7 @@ class LiveClassifier:
     ``threshold`` is the novelty beyond which a window is none of these (None if the run has no search index),
     ``calibrated_on`` the number of windows that set it (0 if it is that of whole recordings).
 
-    Raises
-    ------
-    ParameterError
-        If the run is no classifier, or the window too short for it.
+    Raises `ParameterError` if the run is no classifier, or the window too short for it.
     """
 
     def __init__(self, loaded: LoadedRun, *, window_s: float | None = None) -> None:
@@ -123,18 +120,12 @@ def _recorded_rate(loaded: LoadedRun) -> float | None:
 def live(request: LiveRequest) -> dict[str, Any]:
     """Classify a sensor's signal window by window until it ends, is interrupted, or ``seconds`` are over.
 
-    Returns
-    -------
-    dict
-        ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material), ``none_of_these`` (windows,
-        or None without a search index), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from the arrival of a
-        window's last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``,
-        ``calibrated_on``, ``source`` (its facts), ``simulated``, ``interrupted``.
+    Keys of the result: ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material),
+    ``none_of_these`` (windows, or None without a search index), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from
+    the arrival of a window's last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``,
+    ``calibrated_on``, ``source`` (its facts), ``simulated``, ``interrupted``.
 
-    Raises
-    ------
-    ParameterError
-        If the run is no classifier, or the window is too short for it.
+    Raises `ParameterError` if the run is no classifier, or the window is too short for it.
     """
     loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     classifier = LiveClassifier(loaded, window_s=request.window)

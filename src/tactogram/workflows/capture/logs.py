@@ -25,17 +25,12 @@ LICENCE = "not stated: own recordings"
 def capture_log(request: LogRequest) -> dict[str, Any]:
     """Write a log's signals to files, or into a store; without either, only return its facts.
 
-    Returns
-    -------
-    dict
-        ``path``, ``simulated``, ``sensors`` (for each: ``name``, ``axes``, ``unit``, ``samples``, ``seconds``,
-        ``rate`` (of the written signal), ``facts``, ``signals`` (``first_index``, ``samples``, ``file``), ``short``
-        (pieces left out), ``filled``), and ``data``, ``added``, ``recordings`` where a store was written.
+    Keys of the result: ``path``, ``simulated``, ``sensors`` (for each: ``name``, ``axes``, ``unit``, ``samples``,
+    ``seconds``, ``rate`` (of the written signal), ``facts``, ``signals`` (``first_index``, ``samples``, ``file``),
+    ``short`` (pieces left out), ``filled``), and ``data``, ``added``, ``recordings`` where a store was written.
 
-    Raises
-    ------
-    DataError, ParameterError
-        If the log is empty, its rate is not known, or a gap is longer than ``most_s``; nothing is written then.
+    Raises `DataError` or `ParameterError` if the log is empty, its rate is not known, or a gap is longer than
+    ``most_s``; nothing is written then.
     """
     path, data = Path(request.path), request.data
     if data is not None and not request.material:

@@ -36,11 +36,9 @@ def plans() -> dict[str, str]:
 def capture(request: CaptureRequest) -> dict[str, Any]:
     """Run or continue a recording session; every accepted take is stored before the next one begins.
 
-    Returns
-    -------
-    dict
-        ``store``, ``session``, ``folder`` (journal and raw logs), ``accepted``, ``redone``, ``skipped``, ``left``,
-        ``stopped``, ``recordings`` (in the store), ``sha256`` of the store, ``simulated``, ``source`` (its facts).
+    Keys of the result: ``store``, ``session``, ``folder`` (journal and raw logs), ``accepted``, ``redone``,
+    ``skipped``, ``left``, ``stopped``, ``recordings`` (in the store), ``sha256`` of the store, ``simulated``,
+    ``source`` (its facts).
     """
     subject = {"subject": request.subject} if request.subject else {}
     values = SessionPlan.load(request.plan, changes={**(request.changes or {}), **subject})

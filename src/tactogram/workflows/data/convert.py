@@ -292,7 +292,6 @@ def _over_time(source: Path, request: ConversionRequest, reading: dict[str, Any]
 
 
 def _drawn(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
-    """Return a photograph as a signal."""
     useless = [name for name in (*reading, "map", "axis") if reading.get(name, getattr(request, name))]
     if useless:
         raise ParameterError(f"{source}: a photograph has no use for {' or '.join(useless)}; omit it")
@@ -326,7 +325,6 @@ def _suffix_of(format: str) -> str:
 
 
 def _read(source: Path, options: dict[str, Any]) -> _Given:
-    """Return a file as it is."""
     # Android has an XML of effects, too, of which only `read_haptic` can say what to write instead.
     if source.suffix.lower() not in (*haptic_suffixes(), ".xml"):
         file = read_file(source, **options)

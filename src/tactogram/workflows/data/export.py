@@ -21,14 +21,8 @@ FPS = 50
 def export_store(request: DataExportRequest) -> dict[str, Any]:
     """Write a store into the new folder ``out``, and upload it as ``push`` if given; return what was written.
 
-    Raises
-    ------
-    ParameterError
-        If the layout cannot hold the store.
-    RunError
-        If ``out`` exists, or the upload fails.
-    MissingExtraError
-        If huggingface_hub is not installed.
+    Raises `ParameterError` if the layout cannot hold the store; `RunError` if ``out`` exists, or the upload fails;
+    `MissingExtraError` if huggingface_hub is not installed.
     """
     hub.hub_library()
     store = open_store(request.path)

@@ -85,10 +85,8 @@ def write_lerobot_dataset(
 ) -> dict[str, Any]:
     """Write a store into ``folder``, and return the number of episodes and frames, and the streams left out.
 
-    Raises
-    ------
-    ParameterError
-        If no stream is in every recording at one rate, over time, or a recording is shorter than a frame.
+    Raises `ParameterError` if no stream is in every recording at one rate, over time, or a recording is shorter than a
+    frame.
     """
     features, left_out = _features(store, fps)
     actions = tuple(name for name in ACTIONS if all(getattr(info, name) is not None for info in store.index))
@@ -187,7 +185,6 @@ def _features(store: Store, fps: int) -> tuple[dict[str, Feature], dict[str, str
 
 
 def _described(features: Mapping[str, Feature], actions: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-    """Return ``features`` of info.json."""
     found: dict[str, dict[str, Any]] = {
         f"observation.{name}": {
             "dtype": "float32",
@@ -264,7 +261,6 @@ def _stats(values: Mapping[str, NDArray[Any]]) -> Stats:
 
 
 def _joined(every: list[Stats]) -> Stats:
-    """Return the statistics of all episodes together."""
     joined = {}
     for name in every[0]:
         parts = {key: np.stack([stats[name][key] for stats in every]) for key in every[0][name]}

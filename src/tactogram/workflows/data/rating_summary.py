@@ -15,13 +15,10 @@ from tactogram.statistics.reliability import Level, intraclass_correlation, krip
 def ratings_info(ratings: Ratings) -> dict[str, Any]:
     """Return the content of ratings, the missing scores, and the agreement of raters.
 
-    Returns
-    -------
-    dict
-        ``scale``, ``words``, ``items``, ``raters``, ``scores``; ``missing``: ``blank`` (words without a score where
-        the rater scored others of the item, in all), ``blank_by_rater``, and ``not_met`` (pairs of a rater and an item
-        without any score); ``reliability``: ``level``, ``words``: of each ``mean``, ``sd``, ``alpha``, ``icc_single``,
-        ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed).
+    Keys of the result: ``scale``, ``words``, ``items``, ``raters``, ``scores``; ``missing``: ``blank`` (words without a
+    score where the rater scored others of the item, in all), ``blank_by_rater``, and ``not_met`` (pairs of a rater and
+    an item without any score); ``reliability``: ``level``, ``words``: of each ``mean``, ``sd``, ``alpha``,
+    ``icc_single``, ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed).
     """
     cube = ratings.cube
     given = np.asarray(~np.isnan(cube))

@@ -23,19 +23,12 @@ SETTINGS = ("words", "ignore", "without", "answers", "item", "encoding")
 def rate_store(request: RatingRequest) -> dict[str, Any]:
     """Add tables of ratings to a store: all of them, or none.
 
-    Returns
-    -------
-    dict
-        ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``, ``blank`` (cells
-        without a score, by rater), ``unrated`` (items of the store without ratings), ``notes`` (what each file was read
-        as, and what was left out), ``sha256`` (of the store).
+    Keys of the result: ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``,
+    ``blank`` (cells without a score, by rater), ``unrated`` (items of the store without ratings), ``notes`` (what each
+    file was read as, and what was left out), ``sha256`` (of the store).
 
-    Raises
-    ------
-    ParameterError
-        For an unknown setting, or no file.
-    DataError
-        As `tactogram.datasets.ratings.table.read_table` and `tactogram.datasets.add_ratings`.
+    Raises `ParameterError` for an unknown setting, or no file; `DataError` as
+    `tactogram.datasets.ratings.table.read_table` and `tactogram.datasets.add_ratings`.
     """
     path, files = request.path, request.files
     store = open_store(path)
@@ -79,17 +72,9 @@ def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") ->
 
     The file is ``.csv``, ``.tsv`` or ``.parquet``. The wide form has a row per rater and item and a column per word.
 
-    Returns
-    -------
-    dict
-        ``file``, ``scale``, ``scores``, ``items``, ``raters``, ``words``.
+    Keys of the result: ``file``, ``scale``, ``scores``, ``items``, ``raters``, ``words``.
 
-    Raises
-    ------
-    DataError
-        If the store has no ratings.
-    ParameterError
-        For another suffix or form.
+    Raises `DataError` if the store has no ratings; `ParameterError` for another suffix or form.
     """
     ratings = open_store(path).ratings
     if ratings is None:

@@ -38,16 +38,10 @@ CHUNK = 8
 def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
     """Write a simulated set to a new store.
 
-    Returns
-    -------
-    dict
-        ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true), and for a set with
-        ratings ``ratings`` (number of scores), ``raters`` and ``items``.
+    Keys of the result: ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true), and
+    for a set with ratings ``ratings`` (number of scores), ``raters`` and ``items``.
 
-    Raises
-    ------
-    ParameterError
-        For an unknown set or a number out of range, as `simulate` does.
+    Raises `ParameterError` for an unknown set or a number out of range, as `simulate` does.
     """
     set_name, seed, per_class = request.set_name, request.seed, request.per_class
     photographs, raters, signals = request.photographs, request.raters, request.signals

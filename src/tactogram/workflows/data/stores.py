@@ -40,10 +40,7 @@ from tactogram.workflows.request import takes
 def list_sets() -> dict[str, Any]:
     """Return the data sets that can be imported and simulated.
 
-    Returns
-    -------
-    dict
-        ``import``: ``title``, ``licence`` and ``description`` by name; ``simulate``: one line by name.
+    Keys of the result: ``import``: ``title``, ``licence`` and ``description`` by name; ``simulate``: one line by name.
     """
     from tactogram.datasets.simulate import simulated_sets
 
@@ -134,10 +131,7 @@ def _preview(request: ImportRequest) -> dict[str, Any]:
 def copy(source: Path | str, target: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
     """Copy a store to a folder or a URL; see `tactogram.datasets.store.copying.copy_store`.
 
-    Returns
-    -------
-    dict
-        ``path`` (of the copy), ``recordings``, ``sha256``, ``bytes``.
+    Keys of the result: ``path`` (of the copy), ``recordings``, ``sha256``, ``bytes``.
     """
     store = copy_store(source, target, progress=partial(progress, "copying"))
     return {
@@ -151,15 +145,12 @@ def copy(source: Path | str, target: Path | str, *, progress: ProgressCallback =
 def store_info(path: Path | str) -> dict[str, Any]:
     """Return a description of a store.
 
-    Returns
-    -------
-    dict
-        ``name``, ``licence``, ``source``, ``simulated``, ``sha256``, ``recordings``, ``bytes``, ``streams``
-        (unit, domain, axes, rates, recordings and total seconds or mm by name), ``materials`` (recordings by
-        name), and the numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``photographs``
-        (of each material that has any, by name), ``without_photographs`` and ``without_recordings`` (materials that
-        have only the other), ``ratings`` (`workflows.data.rating_summary.ratings_info`; null where there are none),
-        ``duplicates`` and ``skipped`` as lists.
+    Keys of the result: ``name``, ``licence``, ``source``, ``simulated``, ``sha256``, ``recordings``, ``bytes``,
+    ``streams`` (unit, domain, axes, rates, recordings and total seconds or mm by name), ``materials`` (recordings by
+    name), and the numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``photographs`` (of each
+    material that has any, by name), ``without_photographs`` and ``without_recordings`` (materials that have only the
+    other), ``ratings`` (`workflows.data.rating_summary.ratings_info`; null where there are none), ``duplicates`` and
+    ``skipped`` as lists.
     """
     store = open_store(path)
     facts = store.facts
@@ -190,10 +181,7 @@ def store_info(path: Path | str) -> dict[str, Any]:
 def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
     """Read all of a store and compare it with its hashes.
 
-    Returns
-    -------
-    dict
-        ``path``, ``recordings``, ``sha256``, ``ok``, and ``problems``, one line each.
+    Keys of the result: ``path``, ``recordings``, ``sha256``, ``ok``, and ``problems``, one line each.
     """
     store = open_store(path)
     found = problems(store, progress=partial(progress, "checking"))
@@ -213,17 +201,11 @@ def add_signal(request: AdditionRequest) -> dict[str, Any]:
     The unit is by default that of the store's stream, and so is a rate estimated from time stamps if it is close. A
     file that says it is simulated is taken as simulated.
 
-    Returns
-    -------
-    dict
-        ``path``, ``id``, ``material``, ``added`` (False for a duplicate), ``recordings``, ``sha256``,
-        ``sha256_before`` (runs trained on the store keep the recordings they name), ``simulated`` (of this recording),
-        and ``mixed``: whether the store now has both simulated and measured recordings.
+    Keys of the result: ``path``, ``id``, ``material``, ``added`` (False for a duplicate), ``recordings``, ``sha256``,
+    ``sha256_before`` (runs trained on the store keep the recordings they name), ``simulated`` (of this recording), and
+    ``mixed``: whether the store now has both simulated and measured recordings.
 
-    Raises
-    ------
-    ParameterError
-        If the store has several streams and ``stream`` is None.
+    Raises `ParameterError` if the store has several streams and ``stream`` is None.
     """
     store, file, stream = open_store(request.path), Path(request.file), request.stream
     if stream is None:

@@ -89,8 +89,6 @@ def crossval(request: CrossvalRequest) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Fold:
-    """A fold for a worker."""
-
     request: CrossvalRequest
     parts: Split
     number: int

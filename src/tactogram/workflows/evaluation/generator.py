@@ -55,10 +55,7 @@ def evaluate_generator(
     ``known`` are recordings that it was not trained on, of materials that it knows; for a generator conditioned on a
     photograph or a recording also of others: half of these then replace the training part.
 
-    Raises
-    ------
-    ParameterError
-        If the generator does not know these materials.
+    Raises `ParameterError` if the generator does not know these materials.
     """
     settings = settings or EvaluationSettings()
     if loaded.facts.gives != "signal" or not isinstance(loaded.model, Generator):
@@ -140,7 +137,6 @@ def _apart(
 def _generators(
     loaded: LoadedRun, references: ReferenceModels, strokes: Sequence[Example]
 ) -> dict[str, tuple[models.ModelInfo, Any]]:
-    """Return the model and its baselines, trained."""
     names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
     found = {MODEL: (loaded.facts, loaded.model)}
     for name in names:

@@ -33,10 +33,7 @@ def mix_ladder(request: MixRequest) -> MixSeries:
 
     Every signal measured has its own seed.
 
-    Raises
-    ------
-    ParameterError
-        If the materials are the same, unknown or cannot be distinguished.
+    Raises `ParameterError` if the materials are the same, unknown or cannot be distinguished.
     """
     loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     start, end, steps, signals = request.start, request.end, request.steps, request.signals
@@ -90,11 +87,9 @@ def mix_ladder(request: MixRequest) -> MixSeries:
 def mixing_ladder(request: MixRequest) -> dict[str, Any]:
     """Make a ladder with `mix_ladder` and write ``ladder.png``, the steps as WAV and ``ladder.json`` to ``out``.
 
-    Returns
-    -------
-    dict
-        The request (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``, ``sounds``, and
-        `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there is none).
+    Keys of the result: the request (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``,
+    ``sounds``, and `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there
+    is none).
     """
     loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
     request = replace(request, run=loaded)

@@ -110,10 +110,7 @@ def compare_pictures(
     ``runs`` are by name, trained on one split. ``out`` is .png or .svg. The Grad-CAM of runs in ``attention`` is drawn
     too.
 
-    Raises
-    ------
-    ParameterError
-        If the runs were not tested on the same pairs.
+    Raises `ParameterError` if the runs were not tested on the same pairs.
     """
     columns: dict[str, PicturePairs] = {}
     maps: dict[str, Tensor] = {}

@@ -36,14 +36,11 @@ def evaluate_pictures(
 ) -> dict[str, Any]:
     """Return the distances of a run's pictures from those of recordings that it was not trained on.
 
-    Parameters
-    ----------
-    run : path or LoadedRun
-        Of a model that generates spectrogram pictures from photographs.
-    weights : PictureWeights, optional
-        Files of the networks of LPIPS and FID; by default in torch's cache.
-    most : int
-        Largest number of pairs.
+    ``run``: of a model that generates spectrogram pictures from photographs. ``weights``: files of the networks of
+    LPIPS and FID; by default in torch's cache. ``most``: largest number of pairs.
+
+    Raises `ParameterError` if the model generates no pictures, or no photograph or recording of the test part is large
+    enough.
 
     Returns
     -------
@@ -52,11 +49,6 @@ def evaluate_pictures(
         predicts a label; ``leak``, the share of the test part that was trained on (`PairLeak`); ``inversion``, the
         parts of the loss of the inverted signals (`InversionLoss`, with ``network`` and ``share_of_inversion``);
         ``split`` and ``simulated``.
-
-    Raises
-    ------
-    ParameterError
-        If the model generates no pictures, or no photograph or recording of the test part is large enough.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     return _evaluated(loaded, weights, most, progress)[0]

@@ -53,17 +53,12 @@ def crossval_ratings(request: CrossvalRequest) -> dict[str, Any]:
     ``rater``: known items, against the mean of raters that were not trained on; or ``both``. The parts are drawn anew
     ``repeats`` times: the spread over these is that of the drawing and of the model's seed.
 
-    Returns
-    -------
-    dict
-        ``per_word`` and ``mean`` as in `PredictedRatings.as_dict`, in points of the scale, with their split, recipe
-        and data, ``folds``, ``repeats``, ``items`` and ``raters``. The folder has ``crossval.json``, ``words.png``
-        and ``report.html``.
+    Keys of the result: ``per_word`` and ``mean`` as in `PredictedRatings.as_dict`, in points of the scale, with their
+    split, recipe and data, ``folds``, ``repeats``, ``items`` and ``raters``. The folder has ``crossval.json``,
+    ``words.png`` and ``report.html``.
 
-    Raises
-    ------
-    ParameterError
-        If the model is no predictor, there are too few items or raters, or ``out`` cannot be written to.
+    Raises `ParameterError` if the model is no predictor, there are too few items or raters, or ``out`` cannot be
+    written to.
     """
     held_out, folds, repeats = _held_out(request.by), request.folds, request.repeats
     setup = CrossvalSetup.of(request, task="prediction")
@@ -107,7 +102,6 @@ def _held_out(by: str) -> HeldOut:
 def _all_parts(
     held_out: HeldOut, items: Sequence[str], people: Sequence[str], folds: int, *, repeats: int, seed: int
 ) -> list[Part]:
-    """Return the items and raters held out in each fold of each repetition."""
     if held_out != "rater" and len(items) < folds:
         raise ParameterError(f"{folds} folds need as many rated items, got {len(items)}")
     if held_out != "item" and len(people) < folds:
@@ -229,8 +223,6 @@ def predicted_scores(
 def _parts(
     held_out: HeldOut, items: Sequence[str], people: Sequence[str], folds: int, rng: np.random.Generator
 ) -> list[tuple[frozenset[str], frozenset[str]]]:
-    """Return the items and raters held out in each fold."""
-
     def drawn(names: Sequence[str]) -> list[frozenset[str]]:
         return [frozenset(part.tolist()) for part in np.array_split(rng.permutation(list(names)), folds)]
 

@@ -37,12 +37,8 @@ def evaluate_predictor(
     The items are those of the store ``data``, by default of the run's test part. The figures are ``data`` and those of
     `PredictedRatings.as_dict`: ``per_word`` and ``mean``.
 
-    Raises
-    ------
-    LeakError
-        If a recording or an image of ``data`` was trained on, whatever its item's name.
-    ParameterError
-        If there are no rated items, or they were rated in other words or on another scale.
+    Raises `LeakError` if a recording or an image of ``data`` was trained on, whatever its item's name; `ParameterError`
+    if there are no rated items, or they were rated in other words or on another scale.
     """
     store, split, described = _test_part(loaded, data)
     rated = RatingData(store, loaded.facts.learns_from)
@@ -80,10 +76,7 @@ def evaluate_predictor(
 def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | Image]) -> Ratings:
     """Return the scores of a rater model for ``given``, as ratings of one rater named `MODEL`.
 
-    Raises
-    ------
-    ParameterError
-        If the run is no predictor of scores.
+    Raises `ParameterError` if the run is no predictor of scores.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if not isinstance(loaded.model, Predictor) or loaded.any_kind.scale is None:

@@ -44,10 +44,7 @@ def evaluate_images(
     (`evaluation.pictures.image_spread.ImageSpread`), null of a model that does not measure them; with ``rater`` also
     ``following`` (`tactogram.evaluation.ratings.label_following.LabelFidelity`, scores 0 to 1) and ``told_by``.
 
-    Raises
-    ------
-    ParameterError
-        If ``rater`` is no rater of images in the run's words.
+    Raises `ParameterError` if ``rater`` is no rater of images in the run's words.
     """
     scorer = _rater_of(loaded, rater)
     generator = _generator(loaded)

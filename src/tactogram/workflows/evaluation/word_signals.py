@@ -47,10 +47,7 @@ def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> Wo
     The condition is the surface's mean scores and one recording: its first test recording, else one for validation,
     else one that was trained on, as ``recordings`` says.
 
-    Raises
-    ------
-    ParameterError
-        If the run was not trained on both, or generates no signals.
+    Raises `ParameterError` if the run was not trained on both, or generates no signals.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if loaded.facts.learns_from != "both" or loaded.facts.gives != "signal":
@@ -106,10 +103,7 @@ def evaluate_rated_surfaces(
     The figures are ``data``, ``rater``, ``failed`` (surfaces without a signal, with reasons) and those of
     `tactogram.workflows.evaluation.ratings.evaluate_reproduction`, of ``sensor``, ``nearest`` and the run.
 
-    Raises
-    ------
-    ParameterError
-        If there is no rater, or it scores on another scale than that of the surfaces.
+    Raises `ParameterError` if there is no rater, or it scores on another scale than that of the surfaces.
     """
     if rater is None:
         raise ParameterError(

@@ -15,17 +15,11 @@ from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
     """Return predicted word ratings of a signal or an image; a signal is prepared by the run's recipe.
 
-    Returns
-    -------
-    dict
-        ``scores`` (by word, on the raters' scale), ``scale`` (lowest and highest), ``predicted_by`` (the model, and
-        whether its raters were simulated), ``novelty`` (share of features outside the training range: the larger, the
-        less reliable the scores; None where the model has no such figure) and ``simulated``.
+    Keys of the result: ``scores`` (by word, on the raters' scale), ``scale`` (lowest and highest), ``predicted_by``
+    (the model, and whether its raters were simulated), ``novelty`` (share of features outside the training range: the
+    larger, the less reliable the scores; None where the model has no such figure) and ``simulated``.
 
-    Raises
-    ------
-    ParameterError
-        If the run is no predictor of scores.
+    Raises `ParameterError` if the run is no predictor of scores.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     predictor = loaded.predictor

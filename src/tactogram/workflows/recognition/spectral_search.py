@@ -76,16 +76,10 @@ def find_similar(
     ``stream`` is by default as in training: ``acceleration``, else the first. Recordings with an id in ``without`` are
     left out. ``cache`` is a folder for the spectra of a store.
 
-    Returns
-    -------
-    dict
-        ``nearest`` (``id``, ``material``, ``distance`` in dB), ``materials`` (each once), ``measure``, ``stream``,
-        ``recordings`` (number compared).
+    Keys of the result: ``nearest`` (``id``, ``material``, ``distance`` in dB), ``materials`` (each once), ``measure``,
+    ``stream``, ``recordings`` (number compared).
 
-    Raises
-    ------
-    ParameterError
-        If no recording can be compared.
+    Raises `ParameterError` if no recording can be compared.
     """
     if count < 1:
         raise ParameterError(f"count must be at least 1, got {count}")

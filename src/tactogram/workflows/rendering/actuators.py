@@ -26,16 +26,11 @@ LEAST_HZ = 1000.0
 def calibrate(request: CalibrationRequest) -> dict[str, Any]:
     """Fit voltage to friction, person by person, and write the settings of an electrovibration display.
 
-    Returns
-    -------
-    dict
-        ``file``, ``people`` (the fit by name, with ``square_law_holds`` and ``settings``) and ``spread``: largest over
-        least k_e of the people.
+    Keys of the result: ``file``, ``people`` (the fit by name, with ``square_law_holds`` and ``settings``) and
+    ``spread``: largest over least k_e of the people.
 
-    Raises
-    ------
-    DataError, ParameterError
-        If the table cannot be read, or a person's pairs determine nothing. Nothing is written then.
+    Raises `DataError` or `ParameterError` if the table cannot be read, or a person's pairs determine nothing. Nothing
+    is written then.
     """
     if Path(request.out).suffix != ".toml":
         raise ParameterError(f"`out` must end in .toml, got {request.out}")
@@ -59,10 +54,10 @@ def calibrate(request: CalibrationRequest) -> dict[str, Any]:
 def transducer(sweep: Path | str) -> dict[str, Any]:
     """Return the circuit fitted to a measured admittance, with the settings of a display.
 
-    Parameters
-    ----------
-    sweep : Path or str
-        CSV with columns ``frequency_hz``, ``conductance_s``, ``susceptance_s``.
+    ``sweep``: CSV with columns ``frequency_hz``, ``conductance_s``, ``susceptance_s``.
+
+    Raises `DataError` or `ParameterError` if the table cannot be read, too much of it was lost, or it holds no
+    resonance.
 
     Returns
     -------
@@ -70,11 +65,6 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
         The circuit: ``resonance_hz``, ``q``, ``r1_ohm``, ``l1_henry``, ``c1_farad``, ``c0_farad``,
         ``antiresonance_hz``, ``coupling``, ``envelope_cutoff_hz``, ``settling_ms``; ``residual`` (largest, over the
         largest admittance), ``points`` (fitted to), ``lost`` (no numbers in the table), ``settings`` for a display.
-
-    Raises
-    ------
-    DataError, ParameterError
-        If the table cannot be read, too much of it was lost, or it holds no resonance.
     """
     frequency, admittance = read_sweep(sweep)
     if frequency.max() < LEAST_HZ:

@@ -66,10 +66,8 @@ class CarrierTracking:
     replaces the device of ``serial``, which ``opened`` opens; ``seed`` is that of its noise. Of a display that is
     ``felt`` meanwhile, steps are short, and nothing is swept again or measured without voltage.
 
-    Raises
-    ------
-    ParameterError
-        If the display has no resonance, its generator does not make the carrier, or a value is wrong.
+    Raises `ParameterError` if the display has no resonance, its generator does not make the carrier, or a value is
+    wrong.
     """
 
     def __init__(
@@ -130,10 +128,8 @@ class CarrierTracking:
 
         From then on it holds the carrier for ``longest_s`` at most.
 
-        Raises
-        ------
-        TrackingError, DeviceError, MissingExtraError
-            If there is no resonance, or a device fails or is missing; the log is written all the same.
+        Raises `TrackingError`, `DeviceError` or `MissingExtraError` if there is no resonance, or a device fails or is
+        missing; the log is written all the same.
         """
         with ExitStack() as stack:
             device: AnalogDiscovery | SimulatedGenerator

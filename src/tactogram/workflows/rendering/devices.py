@@ -112,16 +112,11 @@ def try_device(name: str) -> dict[str, Any]:
 
     ``name`` is one of `device_names` or `ALSO`, or a kind of capture source whose devices can be listed.
 
-    Returns
-    -------
-    dict
-        ``device``, ``state`` (``works``, ``no hardware``, ``missing``: a library or driver, or ``failed``), ``line``
-        (one sentence), ``facts`` (by device), ``paths`` (of `PATHS`), ``tactogram``, ``python``, ``platform``.
+    Keys of the result: ``device``, ``state`` (``works``, ``no hardware``, ``missing``: a library or driver, or
+    ``failed``), ``line`` (one sentence), ``facts`` (by device), ``paths`` (of `PATHS`), ``tactogram``, ``python``,
+    ``platform``.
 
-    Raises
-    ------
-    ParameterError
-        If there is no such path.
+    Raises `ParameterError` if there is no such path.
     """
     name = ALSO.get(name, name)
     if name not in _TESTS and name not in SOURCES:
@@ -238,10 +233,6 @@ def _audio() -> ProbeResult:
     )
 
 
-def _null() -> ProbeResult:
-    return _miniaudio(null=True)
-
-
 def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     """Play silence through miniaudio, on its null device or a real one."""
     miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
@@ -312,6 +303,6 @@ _TESTS: dict[str, Callable[[], ProbeResult]] = {
     "daq": partial(_source, "ni"),
     "dwf": partial(_source, "digilent"),
     "audio": _audio,
-    "null": _null,
+    "null": partial(_miniaudio, null=True),
     "mouse": _mouse,
 }

@@ -79,10 +79,7 @@ def outputs() -> list[dict[str, Any]]:
 def full_scale_of(display: Display, device: str, measured: float | None = None) -> float:
     """Return the drive at 1.0 of a device, in the display's unit; ``measured`` is that of device and amplifier.
 
-    Raises
-    ------
-    ParameterError
-        If a sound card cannot drive the display, or full scale is not known.
+    Raises `ParameterError` if a sound card cannot drive the display, or full scale is not known.
     """
     if measured is not None and not (np.isfinite(measured) and measured > 0):
         raise ParameterError(f"full_scale must be > 0 {display.unit}, got {measured:g}")
@@ -116,10 +113,7 @@ class Playback:
     ``drive`` has the display's rate, unit and channels; ``device`` is ``null``, ``audio`` or ``audio:NAME``;
     ``strength`` is the share of the drive that is sent; ``full_scale`` as in `full_scale_of`.
 
-    Raises
-    ------
-    ParameterError
-        If it cannot be played there.
+    Raises `ParameterError` if it cannot be played there.
     """
 
     def __init__(
@@ -204,10 +198,7 @@ class Playback:
     def run(self) -> dict[str, Any]:
         """Play until it ends or is stopped, and return `facts`.
 
-        Raises
-        ------
-        MissingExtraError, DeviceError
-            If there is no library or device, or it stopped asking for samples.
+        Raises `MissingExtraError` or `DeviceError` if there is no library or device, or it stopped asking for samples.
         """
         self.state, self._requested_at = "playing", time.monotonic()
         try:

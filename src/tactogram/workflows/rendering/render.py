@@ -69,15 +69,10 @@ def levels_of(display: Display) -> list[str]:
 def render(request: RenderRequest) -> dict[str, Any]:
     """Write the drive that renders a file on a display, and the report next to it.
 
-    Returns
-    -------
-    dict
-        ``file``, ``report_file``, ``report`` (see `Report`), ``text``, and ``figure``.
+    Keys of the result: ``file``, ``report_file``, ``report`` (see `Report`), ``text``, and ``figure``.
 
-    Raises
-    ------
-    ParameterError
-        If ``out`` is no signal file or the signal itself, or ``person`` comes without ``calibration``.
+    Raises `ParameterError` if ``out`` is no signal file or the signal itself, or ``person`` comes without
+    ``calibration``.
     """
     out, file, changes = Path(request.out), request.file, request.changes or {}
     if out.suffix.lower() not in WRITABLE:
@@ -110,11 +105,8 @@ def calibrated_display(
 ) -> Display:
     """Return an electrovibration display with the constants of a person.
 
-    Raises
-    ------
-    DataError, ParameterError
-        If there is no such calibration, the display is of another family, or ``kept`` (changes by dotted key) holds one
-        of the constants: whose it then is could not be said.
+    Raises `DataError` or `ParameterError` if there is no such calibration, the display is of another family, or
+    ``kept`` (changes by dotted key) holds one of the constants: whose it then is could not be said.
     """
     family = display_family(display.family)
     if not family.calibrated:
@@ -166,10 +158,8 @@ def write_sweep(request: SweepRequest) -> dict[str, Any]:
 def write_identified(request: ResponseRequest) -> dict[str, Any]:
     """Write the response that leads from a played sweep to its recordings as CSV, and return a summary.
 
-    Raises
-    ------
-    ParameterError
-        If ``out`` is no CSV, the sweep does not state its band, or a recording has several axes and none is named.
+    Raises `ParameterError` if ``out`` is no CSV, the sweep does not state its band, or a recording has several axes and
+    none is named.
     """
     out = Path(request.out)
     if out.suffix.lower() != ".csv":

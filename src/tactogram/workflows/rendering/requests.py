@@ -136,7 +136,6 @@ class TrackRequest(Request):
     """Opens the generator, in tests."""
 
     def __post_init__(self) -> None:
-        """Refuse values that are out of range or do not go together."""
         super().__post_init__()
         if self.generator.partition(":")[0] not in ("digilent", "simulated"):
             raise ParameterError(

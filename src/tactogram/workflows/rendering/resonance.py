@@ -19,20 +19,14 @@ from tactogram.workflows.request import takes
 def track(request: TrackRequest) -> dict[str, Any]:
     """Find a transducer's resonance, and keep the carrier at it.
 
-    Returns
-    -------
-    dict
-        ``resonance_hz``, ``q``, ``r1_ohm``, ``c0_farad`` (of the last lock's sweep), ``carrier_hz`` (at the end),
-        ``lowest_hz``, ``highest_hz``, ``measured``, ``repeated`` (measurements with lost samples), ``lost`` (those
-        repeated in vain), ``steps``, ``locks`` (more than one: the resonance was lost and found again),
-        ``interrupted``, ``simulated``, ``settings`` for the display, ``file``.
+    Keys of the result: ``resonance_hz``, ``q``, ``r1_ohm``, ``c0_farad`` (of the last lock's sweep), ``carrier_hz`` (at
+    the end), ``lowest_hz``, ``highest_hz``, ``measured``, ``repeated`` (measurements with lost samples), ``lost``
+    (those repeated in vain), ``steps``, ``locks`` (more than one: the resonance was lost and found again),
+    ``interrupted``, ``simulated``, ``settings`` for the display, ``file``.
 
-    Raises
-    ------
-    ParameterError
-        If the display or the changes do not fit.
-    TrackingError, DeviceError, MissingExtraError
-        If there is no resonance, or a device fails; it is at 0 V then, and the log is written all the same.
+    Raises `ParameterError` if the display or the changes do not fit; `TrackingError`, `DeviceError` or
+    `MissingExtraError` if there is no resonance, or a device fails; it is at 0 V then, and the log is written all the
+    same.
     """
     out, status = request.out, request.status
     if out is not None and Path(out).suffix.lower() != ".csv":

@@ -95,7 +95,6 @@ class StreamRequest(SignalOptions):
     """Opens the generator, in tests."""
 
     def __post_init__(self) -> None:
-        """Refuse values that are out of range or do not go together."""
         super().__post_init__()
         if (self.display is None) != (self.level is None):
             raise ParameterError(

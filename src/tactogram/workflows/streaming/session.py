@@ -64,10 +64,7 @@ class Backend:
     ) -> Self:
         """Return the backend for a device that plays ``display``; null keeps time without a device.
 
-        Raises
-        ------
-        ParameterError
-            If there is no such device, it cannot drive the display, or its full scale is not known.
+        Raises `ParameterError` if there is no such device, it cannot drive the display, or its full scale is not known.
         """
         kind, _, name = device.partition(":")
         match kind:

@@ -66,18 +66,10 @@ def textures_of(
 ) -> tuple[list[StreamingTexture], bool]:
     """Return the textures of runs and files, and whether any was learned or recorded from a simulation.
 
-    Parameters
-    ----------
-    sources : sequence of path
-        Run folders (of generators) and signal files; ``options`` are passed to `read_signal`.
-    names : sequence of str
-        Materials and file stems that are wanted; all where empty.
-    settings : TextureSettings
+    ``sources``: run folders (of generators) and signal files; ``options`` are passed to `read_signal`. ``names``:
+    materials and file stems that are wanted; all where empty.
 
-    Raises
-    ------
-    ParameterError
-        If a name is in no source, or no names are given and there are too many textures.
+    Raises `ParameterError` if a name is in no source, or no names are given and there are too many textures.
     """
     # With torch, which surfaces do without.
     from tactogram.workflows.training.loaded_run import load_run

@@ -45,15 +45,10 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     All is computed before anything is written. Obsolete figures of an earlier analysis in the folder are removed.
     Margins that differ from the study's file are reported as set afterwards.
 
-    Returns
-    -------
-    dict
-        The content of ``analysis.json``, with ``out``, ``files`` and ``text``.
+    Keys of the result: the content of ``analysis.json``, with ``out``, ``files`` and ``text``.
 
-    Raises
-    ------
-    TactogramError
-        In one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot be written to.
+    Raises `TactogramError` in one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot
+    be written to.
     """
     source, folder, targets = Path(request.source), Path(request.out), request.targets
     check_writable(folder, folder=True)
@@ -168,10 +163,7 @@ def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
 
     Of a session folder or a table of answers, those whose design ``gives_targets`` are used.
 
-    Raises
-    ------
-    DataError
-        If the table is broken, or has an item without a score for one of its words.
+    Raises `DataError` if the table is broken, or has an item without a score for one of its words.
     """
     if not path.exists():
         raise DataError(f"{path}: no such table of target ratings")

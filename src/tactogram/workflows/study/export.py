@@ -49,22 +49,12 @@ def export_study(
 ) -> dict[str, Any]:
     """Write the answers of a session folder as a tidy table, as a BIDS folder, or both.
 
-    Parameters
-    ----------
-    folder : Path
-    table : Path, optional
-        ``.csv``, ``.tsv`` or ``.parquet``. Its companion files are the study (``.study.json``), the participants with
-        device facts (``.participants.csv``), and the experimenter's notes (``.notes.csv``).
-    bids : Path, optional
-        A new folder.
-    salvage : bool
-        Whether to read a damaged session: the table holds every readable answer, with the study beside it where that is
-        readable. The result has the least number of answers that are ``lost``.
+    ``table``: ``.csv``, ``.tsv`` or ``.parquet``. Its companion files are the study (``.study.json``), the participants
+    with device facts (``.participants.csv``), and the experimenter's notes (``.notes.csv``). ``bids``: a new folder.
+    ``salvage``: whether to read a damaged session: the table holds every readable answer, with the study beside it
+    where that is readable. The result has the least number of answers that are ``lost``.
 
-    Raises
-    ------
-    DamagedSessionError
-        If the session is damaged, without ``salvage``.
+    Raises `DamagedSessionError` if the session is damaged, without ``salvage``.
     """
     if table is None and bids is None:
         raise ParameterError("export needs a target: `table`, `bids`, or both")

@@ -20,10 +20,7 @@ def study_power(design: Path | str, **options: Any) -> dict[str, Any]:
     ``design`` is the name of a power table; or a study, shipped or a file, whose margin and numbers of trials and items
     are the defaults of ``options``.
 
-    Raises
-    ------
-    ParameterError
-        If there is no such table or study, or a number is out of the table's range.
+    Raises `ParameterError` if there is no such table or study, or a number is out of the table's range.
     """
     name, tables = str(design), power_tables()
     if name not in tables and (name in shipped_studies() or Path(name).is_file()):

@@ -28,10 +28,7 @@ def begin_session(study: Path | str, out: Path | str, *, changes: Mapping[str, A
 
     The path of the study's file is written next to the answers (``origin.json``): stimuli are relative to it.
 
-    Raises
-    ------
-    TactogramError
-        If the study is wrong, a stimulus's file is missing, or the folder holds another study.
+    Raises `TactogramError` if the study is wrong, a stimulus's file is missing, or the folder holds another study.
     """
     check_study(study, changes=changes)
     folder = Path(out)
@@ -44,10 +41,7 @@ def begin_session(study: Path | str, out: Path | str, *, changes: Mapping[str, A
 def origin_folder(session: Path | str) -> Path:
     """Return the folder of a session's study; the session's own folder if it is not recorded.
 
-    Raises
-    ------
-    DataError
-        If the record cannot be read.
+    Raises `DataError` if the record cannot be read.
     """
     path = Path(session) / ORIGIN
     if not path.is_file():

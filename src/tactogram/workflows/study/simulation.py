@@ -30,10 +30,7 @@ def simulate_study(request: ParticipantsRequest) -> dict[str, Any]:
     A folder begun with the same study is continued. ``effect`` holds values of `SimulatedEffect` by name, and
     ``shift.NAME`` for one of its shifts.
 
-    Raises
-    ------
-    DataError
-        If people took the study in that folder: real and simulated answers are kept apart.
+    Raises `DataError` if people took the study in that folder: real and simulated answers are kept apart.
     """
     study, count = Study.load(request.study, changes=request.changes), request.participants
     session = Path(request.out), study, request.study, study_folder(request.study)

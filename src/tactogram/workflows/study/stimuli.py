@@ -78,12 +78,8 @@ class StudyStimuli:
     def signal(self, stimulus: Stimulus) -> Signal:
         """Return the signal of a stimulus, before it is rendered.
 
-        Raises
-        ------
-        ParameterError
-            If it has none, or the generator or simulator refuses it.
-        DataError
-            If its file is missing or not readable.
+        Raises `ParameterError` if it has none, or the generator or simulator refuses it; `DataError` if its file is
+        missing or not readable.
         """
         if stimulus.name not in self._signals:
             with _named(stimulus):
@@ -93,10 +89,7 @@ class StudyStimuli:
     def played(self, presented: PresentedStimulus) -> SlotPlayback:
         """Return the drive of a presented stimulus, at its level and gain; its stream in a study that streams.
 
-        Raises
-        ------
-        TactogramError
-            If the display refuses the signal or the level; the message names the stimulus.
+        Raises `TactogramError` if the display refuses the signal or the level; the message names the stimulus.
         """
         stimulus = presented.stimulus
         if stimulus is None:

@@ -160,10 +160,8 @@ class FingerStream:
     def run(self, backend: Backend, *, began: Callable[[], None] = lambda: None) -> dict[str, Any]:
         """Stream until stopped, and return the facts for the session's log; ``began`` is called with the first block.
 
-        Raises
-        ------
-        TactogramError
-            If the device is missing or fails, or the stream had an error; the display is at rest then.
+        Raises `TactogramError` if the device is missing or fails, or the stream had an error; the display is at rest
+        then.
         """
         self._began = began
         sent = run(self.stream, backend, seconds=LONGEST_S, clock=self._clock)

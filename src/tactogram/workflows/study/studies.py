@@ -50,10 +50,7 @@ def check_study(
 
     With ``stimuli`` every stimulus is also made and rendered on its display, which can take a while.
 
-    Raises
-    ------
-    TactogramError
-        For the first fault, in one line.
+    Raises `TactogramError` for the first fault, in one line.
     """
     return check_loaded(Study.load(study, changes=changes), study_folder(study), stimuli=stimuli)
 

@@ -35,10 +35,7 @@ def kept_values(
 
     With workers, `PAGE` in ``folder`` shows their progress. Other parameters are those of `run_tasks`.
 
-    Raises
-    ------
-    TactogramError
-        At the first task that fails; the values so far stay in their files.
+    Raises `TactogramError` at the first task that fails; the values so far stay in their files.
     """
     file_of = dict(zip(map(name, tasks), files, strict=True))
     before = [one for one, file in file_of.items() if file.is_file()]

@@ -62,12 +62,7 @@ def on_ray(
 def connected(address: str, processes: int = 1) -> Iterator[Any]:
     """Yield the module ``ray``, connected; a connection that was there before is used, and stays.
 
-    Raises
-    ------
-    ParameterError
-        If no cluster answers at ``address``.
-    MissingExtraError
-        If Ray is not installed.
+    Raises `ParameterError` if no cluster answers at ``address``; `MissingExtraError` if Ray is not installed.
     """
     for name, value in _DRIVER.items():
         os.environ.setdefault(name, value)

@@ -31,6 +31,9 @@ def run_tasks(
     worker or node dies is done again, up to `ATTEMPTS` times. Nothing is kept: a caller that writes the values to files
     and leaves out the tasks whose files exist goes on where it was killed.
 
+    Raises `ParameterError` for another ``on``, or an address at which no cluster answers; `MissingExtraError` if Ray is
+    not installed.
+
     Parameters
     ----------
     function : callable
@@ -42,13 +45,6 @@ def run_tasks(
         Returns the name of a task, for ``progress``.
     processes : int
         Of this machine: 1 is this process itself. Of a Ray started here, 1 is one per core. A cluster has its own.
-
-    Raises
-    ------
-    ParameterError
-        For another ``on``, or an address at which no cluster answers.
-    MissingExtraError
-        If Ray is not installed.
     """
     engine, _, address = on.partition(":")
     if engine not in ("", "ray") or (on and on != "ray" and not address):

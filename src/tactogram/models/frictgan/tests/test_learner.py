@@ -77,9 +77,6 @@ def test_gives_friction_over_displacement(model):
     KIND.check(signal)
     assert signal.length_mm == pytest.approx(32 * MM_PER_PIXEL, abs=1 / RATE)
     assert signal.samples.min() >= 0
-    again = model.generate(EXAMPLES[0].condition, seed=1)
-    np.testing.assert_array_equal(signal.samples, again.samples)
-    assert not np.array_equal(signal.samples, model.generate(EXAMPLES[0].condition, seed=2).samples)
 
 
 @pytest.mark.parametrize("speed", [5.0, 20.0, 80.0])
@@ -126,8 +123,6 @@ def test_a_latent_is_the_noise(model):
         ({"speed_mm_s": 0.0}, None, "speed_mm_s must be > 0"),
         ({"image": "felt.png"}, None, "must be a photograph"),
         ({"image": Image(np.zeros((20, 200, 3), np.uint8))}, None, "holds no window of 32"),
-        ({"image": None}, None, "'image' is needed"),
-        ({"force_n": 1.0}, None, "not one this model takes"),
     ],
 )
 def test_refused(model, change, seconds, message):

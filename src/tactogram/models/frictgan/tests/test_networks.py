@@ -7,7 +7,7 @@ from torch import nn
 from tactogram.models.frictgan import Config
 from tactogram.models.frictgan.journey import journey, spliced
 from tactogram.models.frictgan.networks import Critic, Generator, SamePaddedConv, match
-from tactogram.models.frictgan.sizes import critic_size, decoder_sizes, encoder_sizes
+from tactogram.models.frictgan.sizes import critic_size
 
 PAPER = Config()
 
@@ -58,11 +58,6 @@ def test_dropout_is_in_the_last_three_layers_of_the_encoder(published):
     shares = [m.p for m in published[0].encoder.modules() if isinstance(m, nn.Dropout)]
     assert shares == [0, 0, 0, 0, 0.5, 0.5, 0.5]
     assert all(m.p == 0 for m in published[0].decoder.modules() if isinstance(m, nn.Dropout))
-
-
-def test_sizes_are_those_in_the_docstrings():
-    assert encoder_sizes(PAPER) == [512, 256, 128, 64, 32, 8, 2]
-    assert decoder_sizes(PAPER) == [(3, 3), (9, 3), (33, 3), (65, 3), (129, 6), (257, 11)]
 
 
 def test_same_padding_is_tensorflows():

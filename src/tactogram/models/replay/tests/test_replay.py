@@ -105,9 +105,6 @@ def test_the_seed_of_the_recipe_decides_what_is_kept():
 @pytest.mark.parametrize(
     ("condition", "message"),
     [
-        ({}, "'material' is needed"),
-        ({"material": "glass"}, "must be one of cork, tile, got 'glass'"),
-        ({"material": "cork", "words": {"rough": 1}}, "not one this model takes"),
         ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is unknown for the recordings of cork"),
         ({"material": "cork", "speed_mm_s": np.nan}, "speed_mm_s must be finite"),
     ],

@@ -88,11 +88,6 @@ def test_words_that_make_no_sense_are_refused(words, message):
         learner().generate({"words": words}, seed=0)
 
 
-def test_an_image_has_no_length():
-    with pytest.raises(ParameterError, match="an image has no length"):
-        learner().generate({"words": {"rough": 0, "sleek": 1}}, seconds=1.0, seed=0)
-
-
 def test_means_of_the_training_images_come_with_the_run():
     given, model, other = examples(), learner(), learner()
     fit(model, given, seed=0)

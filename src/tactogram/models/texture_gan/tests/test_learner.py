@@ -62,9 +62,6 @@ def once():
     return trained()
 
 
-# -- training -----------------------------------------------------------------------------------------------
-
-
 def test_the_average_generates():
     made = trained(moving_average=0.5)
     assert made.average is not None
@@ -87,9 +84,6 @@ def test_half_precision_trains_to_finite_losses():
     assert np.isfinite(made.generate({"material": "felt"}, seed=0).samples).all()
 
 
-# -- level, unit, length --------------------------------------------------------------------------------------
-
-
 def test_whitening_goes_both_ways():
     made = learner()
     data = examples()
@@ -105,9 +99,6 @@ def test_whitening_goes_both_ways():
     expected = signal.samples[:, begin : begin + len(back)]
     np.testing.assert_allclose(back.samples[:, 400:], expected[:, 400:], atol=2e-3)
     assert white.var(1) == pytest.approx([1, 1], rel=0.15)
-
-
-# -- labels -----------------------------------------------------------------------------------------------------
 
 
 def test_labels_are_learned():

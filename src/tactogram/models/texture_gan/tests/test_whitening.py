@@ -72,12 +72,6 @@ def test_between_two_materials_the_level_is_between(fitted):
     assert half == pytest.approx(np.sqrt(levels[0] * levels[1]), rel=0.1)
 
 
-def test_state_comes_back(fitted):
-    other = Whitening(CONFIG, KIND)
-    other.load_state(fitted.state())
-    np.testing.assert_array_equal(noise(other, 0, 500).samples, noise(fitted, 0, 500).samples)
-
-
 def test_a_silent_axis_stays_silent():
     random = np.random.default_rng(0)
     data = [

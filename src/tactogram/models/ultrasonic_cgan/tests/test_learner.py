@@ -191,9 +191,6 @@ def test_a_copy_of_a_display_signal_and_a_collapse_show_in_the_figures(data, tra
     assert figures["to_nearest_display"] == pytest.approx(0, abs=1e-3)
 
 
-# -- what it refuses to learn from --------------------------------------------------------------------------
-
-
 def test_data_without_display_signals_or_with_unrated_surfaces_is_refused(tiny, kind, data):
     with pytest.raises(ParameterError, match="needs rated display signals"):
         build(tiny, kind, seed=0).stages(data()[:6])

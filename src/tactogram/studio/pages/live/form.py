@@ -55,7 +55,6 @@ class LiveForm:
         ui.timer(0.05, self._look, once=True)
 
     def _text(self, name: str, label: str, *, hint: str = "", default: str = "") -> ui.input:
-        """Draw a text field with its last value."""
         field = ui.input(label, value=self.state.get(name, default)).classes("w-full")
         return field.props(f'hint="{hint}"') if hint else field
 

@@ -277,7 +277,6 @@ class LivePage:
 
 
 def _command(request: LiveRequest) -> str:
-    """Return the equivalent command; there is none for traces alone."""
     if not request.plan:
         return shlex.join(["tactogram", "live", request.run, "--source", request.source])
     words = ["tactogram", "capture", request.plan, "--source", request.source, "--data", request.data]

@@ -111,10 +111,7 @@ class LiveRunner:
     def start(self, request: LiveRequest) -> None:
         """Start a request in a thread.
 
-        Raises
-        ------
-        ParameterError
-            If another request is running, or source, plan or store are invalid.
+        Raises `ParameterError` if another request is running, or source, plan or store are invalid.
         """
         open_source(request.source)  # checks the address
         if request.plan:

@@ -66,11 +66,8 @@ class Traces:
     def since(self, after: int) -> Mapping[str, Any]:
         """Return the bins from number ``after`` on that are still stored, as JSON values.
 
-        Returns
-        -------
-        dict
-            ``from`` (number of the first), ``next`` (number of the next new one), ``bin_s``, ``low`` and ``high`` (by
-            axis and bin; None where all samples were lost), ``lost`` (by bin, 1 if a sample was lost).
+        Keys of the result: ``from`` (number of the first), ``next`` (number of the next new one), ``bin_s``, ``low``
+        and ``high`` (by axis and bin; None where all samples were lost), ``lost`` (by bin, 1 if a sample was lost).
         """
         with self._lock:
             first = max(after, self._next - len(self._bins), 0)

@@ -108,8 +108,6 @@ class _UploadedFile:
     def _message(self, error: Exception) -> str:
         return in_words_of_the_page(str(error).replace(f"{self.folder}/", ""))
 
-    # -- the file ------------------------------------------------------------------------------------------
-
     def draw_upload(self) -> None:
         async def take(event: events.UploadEventArguments) -> None:
             data = await event.file.read()

@@ -89,8 +89,6 @@ class ImportPage:
                 options["mapping"] = TableMapping(layout=tuple(layouts))
         return options
 
-    # -- drawing -------------------------------------------------------------------------------------------
-
     async def draw(self) -> None:
         """Draw the page, and begin the preview."""
         self._draw_source()
@@ -133,7 +131,8 @@ class ImportPage:
                 field.on_value_change(lambda event: ui.navigate.to(import_address(event.value)))
 
     def _draw_settings(self, sets: Mapping[str, Any]) -> None:
-        mappings = {"": "none"} | {self.workspace.name_of(path): path.stem for path in self._saved_mappings()}
+        saved = [path for path, values in self.workspace.toml_files() if "layout" in values]
+        mappings = {"": "none"} | {self.workspace.name_of(path): path.stem for path in saved}
         if self.values["mapping"] not in mappings:
             self.values["mapping"] = ""
         if self.values["set"] not in sets:
@@ -160,9 +159,6 @@ class ImportPage:
                 ui.button("Remove from the studio", on_click=report_errors(self._remove)).props(
                     "flat no-caps color=negative"
                 )
-
-    def _saved_mappings(self) -> list[Path]:
-        return [path for path, values in self.workspace.toml_files() if "layout" in values]
 
     def _use_mapping(self, name: str) -> None:
         try:

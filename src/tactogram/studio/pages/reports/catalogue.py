@@ -112,10 +112,7 @@ def marked_simulated(values: Any) -> bool:
 def readable_file(workspace: Workspace, name: str) -> Path:
     """Return a file to show.
 
-    Raises
-    ------
-    DataError, ParameterError
-        If it is outside the workspace, missing, of another kind, or too large.
+    Raises `DataError` or `ParameterError` if it is outside the workspace, missing, of another kind, or too large.
     """
     path = workspace.inside(name)
     if path.suffix.lower() not in KINDS or path.is_relative_to(workspace.studio_folder / "state"):

@@ -55,7 +55,6 @@ def add(studio: Studio) -> None:
 
 
 def _result_file(service: SendService, identifier: str, name: str) -> Path:
-    """Return a file of a result, if the result names it."""
     result = service.get(identifier)
     files = result.facts.get("files", {}).values()
     names = {facts["file"] for facts in files if "file" in facts} | {result.facts.get("zip")}

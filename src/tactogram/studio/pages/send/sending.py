@@ -143,10 +143,7 @@ class SendService:
     def file(self, request: FileRequest) -> SendResult:
         """Write a signal as one haptic file, or all formats that can store it, checked and with their losses.
 
-        Raises
-        ------
-        TactogramError
-            If the requested format cannot store it; there is no result then.
+        Raises `TactogramError` if the requested format cannot store it; there is no result then.
         """
         selected = self.sources.select(request.of)
         formats = haptic_formats()

@@ -76,10 +76,7 @@ class SignalSources:
     def select(self, identifier: str) -> SelectedSignal:
         """Return the signal with an id; a recording is exported to a file first.
 
-        Raises
-        ------
-        DataError, ParameterError
-            If there is none, or it lies outside of the workspace.
+        Raises `DataError` or `ParameterError` if there is none, or it lies outside of the workspace.
         """
         kind, _, name = identifier.partition(":")
         if kind == "kept":

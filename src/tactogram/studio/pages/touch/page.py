@@ -184,7 +184,6 @@ def _choose(*names: str) -> None:
 
 
 def _clone(out: Path, recordings: Sequence[Path] = (), **given: Any) -> Path:
-    """Return the folder of a clone."""
     from tactogram.workflows.generation.clone import clone
 
     return clone(recordings, out=out, **given).folder

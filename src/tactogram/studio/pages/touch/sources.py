@@ -250,7 +250,6 @@ def _by_table(surface: TextureMap | NoiseMap, request: TextureRequest) -> bool:
 
 
 def _generated(run: LoadedRun, request: TextureRequest) -> tuple[Signal, float | None]:
-    """Return a generated signal of a material, and its speed."""
     from tactogram.workflows.generation.generate import generate
 
     if lacking := set(run.facts.needs) - SUPPORTED:

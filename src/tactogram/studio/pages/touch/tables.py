@@ -148,10 +148,7 @@ def table_of_signal(
     deviations from its mean are played like a vibration, silent at rest. A signal over time without ``speed_mm_s`` gets
     `ASSUMED_SPEED_MM_S` and a note.
 
-    Raises
-    ------
-    ParameterError
-        If the signal is silent, too short for a loop, or has too many axes.
+    Raises `ParameterError` if the signal is silent, too short for a loop, or has too many axes.
     """
     notes = []
     if signal.domain == "time" and speed_mm_s is None:

@@ -43,7 +43,6 @@ def add(context: TrainContext) -> None:
 
 
 def _read(context: TrainContext, names: Sequence[str]) -> tuple[dict[str, Curves], dict[str, Any]]:
-    """Return the losses of each run, and the comparison of all."""
     from tactogram.workflows.training.run_comparison import compare_runs  # brings torch
 
     workspace = context.studio.workspace

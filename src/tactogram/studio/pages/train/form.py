@@ -97,7 +97,6 @@ class _TrainingForm:
         self._changed()  # restored values do not trigger a change
 
     def _show_model(self) -> None:
-        """Show the description and recipes of the chosen model."""
         self.description.text = describe_model(self.model)
         recipes = list(self.model.recipes())
         default = "quick" if "quick" in recipes else recipes[0]

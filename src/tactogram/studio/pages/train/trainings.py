@@ -103,8 +103,6 @@ class TaskQueue:
         """Folder of records and logs."""
         return self.workspace.studio_folder / "trainings"
 
-    # -- changing ----------------------------------------------------------------------------------------
-
     def begin(self, kind: Kind, arguments: Sequence[str], about: Path | str) -> StudioTask:
         """Start a task, or queue it; refuse a folder that another task uses, or outside the workspace."""
         name = self.workspace.name_of(self.workspace.inside(about))
@@ -193,8 +191,6 @@ class TaskQueue:
             name = self.workspace.name_of(folder)
             raise ParameterError(f"{name}: a process started outside the studio is training it; {remedy}")
 
-    # -- reading -----------------------------------------------------------------------------------------
-
     def all(self) -> list[StudioTask]:
         """Return every task, newest first, without unreadable records."""
         tasks = []
@@ -253,8 +249,6 @@ class TaskQueue:
     def of(self, about: str) -> list[StudioTask]:
         """Return the tasks of an output folder, newest first."""
         return [task for task in self.all() if task.about == about]
-
-    # -- advancing ---------------------------------------------------------------------------------------
 
     def advance(self) -> None:
         """Start waiting tasks, oldest first, up to the limit."""

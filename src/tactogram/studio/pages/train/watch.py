@@ -91,8 +91,6 @@ class _RunView:
         self.drawn = self._signature()
         ui.timer(1.0, report_errors(self._update))
 
-    # -- reading -------------------------------------------------------------------------------------------
-
     def _read(self) -> None:
         """Read the run folder and its tasks; slow for the many metrics of a long training."""
         self.summary, self.position = run_summary(self.folder), checkpoint_position(self.folder)
@@ -155,8 +153,6 @@ class _RunView:
         if self.evaluation and self.evaluation[1].active and self.evaluation_progress:
             self.evaluation_progress.update(*self.evaluation)
         self._draw_curves()
-
-    # -- drawing -------------------------------------------------------------------------------------------
 
     @ui.refreshable_method
     def head(self) -> None:
@@ -306,8 +302,6 @@ class _RunView:
         self.chart.options.clear()
         self.chart.options.update(loss_options(curves, log_scale=bool(self.log_scale.value)))
         self.chart.update()
-
-    # -- actions -------------------------------------------------------------------------------------------
 
     def _stop(self) -> None:
         if self.task is not None:

@@ -79,14 +79,12 @@ class EvokedWords(WordScales):
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the share of participants in whom each image evoked each word."""
         from tactogram.study.designs.evoked.analysis import analyse_evoked
 
         return [analyse_evoked(answers, margin=plan.margins.get("evoked"))]
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the shares, words by images."""
         from tactogram.study.designs.evoked.analysis import evoked_figure
 
         return {"evoked": evoked_figure(section)}
@@ -95,7 +93,6 @@ class EvokedWords(WordScales):
         return -(-len(setting.stimuli) // self.set_size)
 
     def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
-        """Return the images of a participant's sets."""
         # The images of a set are drawn once for the study; the sets follow from the participant's number.
         count = self._set_count(setting)
         drawn = generator(setting.seed, 0, "sets").permutation(len(setting.stimuli))
@@ -106,7 +103,6 @@ class EvokedWords(WordScales):
         ]
 
     def word_question(self, word: str, stimulus: Stimulus) -> PageQuestion:
-        """Return the question about one word."""
         question = Question(
             id=word,
             text=self.word_text(word),

@@ -81,13 +81,11 @@ class MagnitudeEstimation(SingleStimulus):
             raise ParameterError("magnitude needs a stimulus besides its standard, got none")
 
     def stimuli_of(self, setting: DesignContext, participant: Participant) -> Sequence[Stimulus]:
-        """Return all stimuli but the standard."""
         return [stimulus for stimulus in setting.stimuli if stimulus.name != self.standard]
 
     def next_page(
         self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the page of the next stimulus, with the standard if there is one."""
         page = super().next_page(setting, participant, history)
         standard = setting.stimulus(self.standard)
         if page is None or standard is None:
@@ -102,7 +100,6 @@ class MagnitudeEstimation(SingleStimulus):
     def questions_about(
         self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
     ) -> tuple[PageQuestion, ...]:
-        """Return the question for a number."""
         standard = setting.stimulus(self.standard)
         question = PageQuestion(
             Question(id="magnitude", text=self.magnitude, kind="number", low=SMALLEST),
@@ -115,14 +112,12 @@ class MagnitudeEstimation(SingleStimulus):
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return geometric means, and Stevens' exponent where intensities are known."""
         from tactogram.study.designs.magnitude.analysis import analyse_magnitude
 
         return [analyse_magnitude(answers, margin=plan.margins.get("magnitude"))]
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the geometric means over intensity."""
         from tactogram.study.designs.magnitude.analysis import magnitude_figure
 
         return {"magnitude": magnitude_figure(section)}

@@ -88,7 +88,6 @@ class PairwiseComparison(Design):
             raise ParameterError(f"pairwise needs at least two stimuli, got {len(setting.stimuli)}")
 
     def total(self, setting: DesignContext) -> int:
-        """Return the number of comparisons."""
         count = len(setting.stimuli)
         if self.choice == "listed":
             return self.repeats * count * (count - 1) // 2
@@ -97,7 +96,6 @@ class PairwiseComparison(Design):
     def next_page(
         self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the next comparison."""
         total = self.total(setting)
         if len(history) == total:
             return None
@@ -120,27 +118,23 @@ class PairwiseComparison(Design):
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the strength of each item, and the preference in each pair."""
         from tactogram.study.designs.pairwise.analysis import analyse_preference
 
         return [analyse_preference(answers, margin=plan.margins.get("preference"))]
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the strengths."""
         from tactogram.study.designs.pairwise.analysis import preference_figure
 
         return {"pairwise": preference_figure(section)}
 
     @classmethod
     def power_method(cls, kind: str) -> PowerMethod:
-        """Return the method of strengths."""
         from tactogram.study.designs.pairwise.power import Strengths
 
         return Strengths()
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
-        """Return the numbers of comparisons and items."""
         return {"trials": (self.total(setting),), "items": len(setting.stimuli)}
 
     @classmethod

@@ -57,7 +57,6 @@ class Strengths(PowerMethod):
             raise ParameterError(f"items must be from 2 to 100, got {assumed.items}")
 
     def notes(self) -> list[str]:
-        """Return the meaning of the columns."""
         return [
             "power: of a pair that differs; type_1: that any pair is shown where none differs; equivalence: of a pair, "
             "all_equivalent: of all pairs at once."

@@ -84,17 +84,14 @@ class WordRating(WordScales):
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the mean of each condition, and of each word under each."""
         from tactogram.study.designs.rating.figures import conditions_figure, words_figure
 
         return {"rating_conditions": conditions_figure(section), "rating_words": words_figure(section)}
 
     def layout(self) -> dict[str, Any]:
-        """Return the size of images."""
         return {"image_mm": self.image_mm}
 
     def word_question(self, word: str, stimulus: Stimulus) -> PageQuestion:
-        """Return the question about one word."""
         question = Question(
             id=word,
             text=self.word_text(word),

@@ -137,7 +137,6 @@ class Staircase(Design):
     def next_page(
         self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
     ) -> Page | None:
-        """Return the next trial of one of the staircases that have not ended."""
         targets = self._targets(setting)
         tracks = {target.name: self.start() for target in targets}
         # All at once: the draws of a trial depend on its number alone.
@@ -156,27 +155,23 @@ class Staircase(Design):
 
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
-        """Return the thresholds of each participant and over all."""
         from tactogram.study.designs.staircase.analysis import analyse_staircases
 
         return [analyse_staircases(answers, margin=plan.margins.get("staircase"))]
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the tracks of each staircase, with the thresholds."""
         from tactogram.study.designs.staircase.analysis import staircase_figure
 
         return {"staircase": staircase_figure(section, answers)}
 
     @classmethod
     def power_method(cls, kind: str) -> PowerMethod:
-        """Return the method of staircases."""
         from tactogram.study.designs.staircase.power import Staircases
 
         return Staircases()
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
-        """Return the typical number of trials of a staircase."""
         from tactogram.study.designs.staircase.power import typical_trials
 
         return {"trials": (typical_trials(self),)}

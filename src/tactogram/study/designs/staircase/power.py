@@ -25,7 +25,6 @@ class Staircases(Means):
     def gaps(
         self, rng: np.random.Generator, batch: StudyBatch, truth: float
     ) -> tuple[Numbers, dict[str, float]]:
-        """Return differences of simulated thresholds."""
         first = rng.normal(-BELOW_START_DB, 4.0, batch.shape)
         gaps = rng.normal(truth, batch.assumed.person_sd, first.shape)
         both = np.stack([first, first + gaps], -1)

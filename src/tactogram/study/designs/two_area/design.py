@@ -115,7 +115,6 @@ class TwoArea(Design):
                 )
 
     def total(self, setting: DesignContext) -> int:
-        """Return repeats times textures."""
         return self.repeats * len(pairs_by_item(setting.stimuli, self.asked_for, self.against))
 
     def next_page(
@@ -178,7 +177,6 @@ class TwoArea(Design):
 
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        """Return the shares correct as in Fig. 12 of the paper, or the marks as in Fig. 13."""
         from tactogram.study.analysis.figures import correct_figure
         from tactogram.study.designs.two_area.realism import realism_figure
 
@@ -187,7 +185,6 @@ class TwoArea(Design):
         return {"two_area_realism": realism_figure(section)}
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
-        """Return the number of trials."""
         return {"trials": (self.total(setting),)}
 
     def _trials(

@@ -37,10 +37,7 @@ class StudyDraft:
     def open(cls, path: Path, stored: Mapping[str, Any] | None = None) -> StudyDraft:
         """Return the draft of a file, or the one ``stored`` by `to_store`.
 
-        Raises
-        ------
-        TactogramError
-            If the file is no valid study: the editor edits valid ones only.
+        Raises `TactogramError` if the file is no valid study: the editor edits valid ones only.
         """
         Study.load(path)
         text = read_text(path)
@@ -135,10 +132,7 @@ def copy_study(workspace: Workspace, source: Path | str, name: str, *, languages
 
     ``languages`` are those of the copy, by default all; the other texts stay in the file.
 
-    Raises
-    ------
-    ParameterError, DataError
-        If the name is invalid or taken, or the source is no valid study.
+    Raises `ParameterError` or `DataError` if the name is invalid or taken, or the source is no valid study.
     """
     name = name.strip()
     if not re.fullmatch(NAME, name):

@@ -107,10 +107,7 @@ def relative(file: Path, study: Path) -> str:
 def listed(draft: StudyDraft) -> None:
     """Replace the grid by its stimuli one by one, which are the same.
 
-    Raises
-    ------
-    ParameterError
-        If the study is invalid, or the grid has more than `MOST_LISTED`.
+    Raises `ParameterError` if the study is invalid, or the grid has more than `MOST_LISTED`.
     """
     study = Study.of(draft.values)
     grid: StimulusGrid | None = study.grid
