@@ -17,7 +17,7 @@ from tactogram.features.text_classifier import describe
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.workflows.generation.descriptions import with_materials
-from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 
@@ -178,3 +178,9 @@ def test_what_tells_nothing_gives_the_mean_and_the_file_says_so(tmp_path, capsys
     )
     assert facts["prediction"]["mean"] is True
     assert level == pytest.approx(0.03 * 2.4 ** np.mean(list(GRAINS.values())), rel=0.5)
+
+
+def test_an_everyday_material_says_what_it_was_set_from(tmp_path):
+    [made] = generate_files("texture_flow", {"material": "cork"}, tmp_path / "cork.wav", seconds=0.5)
+    assert list(made["set_from"]) == ["cork"]
+    assert "the mean of 60 real materials" in made["set_from"]["cork"]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from tactogram.datasets.simulate.everyday import SYNONYMS
+from tactogram.datasets.simulate.everyday import SYNONYMS, known_from
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe, plain
 from tactogram.model import Condition, DescriptionPredictor
@@ -37,6 +37,13 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
         named = [name for name in materials if plain(name) == plain(text) and found.get("image") is None]
         return found | ({"material": {named[0]: 1.0}} if named else {"text": text})
     return {**found, "material": materials_like(text, materials)}
+
+
+def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict[str, str]:
+    """Return what each everyday material named was set from, in words; empty for a run of other materials."""
+    if run.run.data.get("materials", {}).get("name") != "everyday (simulated)":
+        return {}
+    return {name: known_from(name) for name in ([material] if isinstance(material, str) else material or {})}
 
 
 def materials_like(text: str, materials: Sequence[str]) -> dict[str, float]:

@@ -19,7 +19,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
 from tactogram.signal.motion import Motion
 from tactogram.training.seeds import child_seed
-from tactogram.workflows.generation.descriptions import with_materials
+from tactogram.workflows.generation.descriptions import set_from, with_materials
 from tactogram.workflows.generation.photographs import description_facts
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
@@ -152,8 +152,8 @@ def generate_files(
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
         ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. The facts of
         `tactogram.workflows.generation.photographs.description_facts`; of a text the ``material`` that it describes,
-        weight by name, if it is not predicted; of several results of a model without noise ``differ_by``; ``limited``,
-        sentences, if something is outside of what was learned.
+        weight by name, if it is not predicted; of an everyday material what it was ``set_from``; of several results of
+        a model without noise ``differ_by``; ``limited``, sentences, if something is outside of what was learned.
 
     Raises
     ------
@@ -171,6 +171,8 @@ def generate_files(
         condition = with_materials(loaded, condition)
         found = {"text": text} | {name: condition[name] for name in ("material",) if name in condition}
     found |= description_facts(loaded, condition)
+    if known := set_from(loaded, condition.get("material")):
+        found["set_from"] = known
     recorded = None if recording is None else read_signal(recording, **reading or {})
     if recorded is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(recorded)}
