@@ -48,7 +48,7 @@ def test_what_is_like_several_materials_is_a_mix_of_them():
 
 @pytest.mark.parametrize("text", ["happiness", "quantum mechanics", "xqzw"])
 def test_what_is_like_none_is_refused(text):
-    with pytest.raises(ParameterError, match="is like none of the 88; the nearest are"):
+    with pytest.raises(ParameterError, match="is like none of the 84; the nearest are"):
         describe(text, MATERIALS, synonyms=SYNONYMS)
 
 
