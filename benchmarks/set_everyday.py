@@ -22,7 +22,7 @@ STEEPEST = 1.0, 4.0
 
 def figures(number, relief):
     """Return level and slope of a surface with a factor and a bend."""
-    everyday.RELIEF = {everyday._DRAWN[number].name: relief}
+    everyday._FELT[everyday._DRAWN[number].name] = relief
     surface = everyday._as_measured(everyday._DRAWN[number])
     facts = sets.SETS["everyday"]
     drawn = replace(
@@ -42,7 +42,7 @@ def figures(number, relief):
 def main():
     """Print the table."""
     names = [surface.name for surface in everyday._DRAWN]
-    kinds = [next(kind for kind, members in everyday.MEMBERS.items() if name in members) for name in names]
+    kinds = [next(kind for kind, members in everyday.RELIEF.items() if name in members) for name in names]
     relief = [(1.0, 0.0)] * len(names)
     with ProcessPoolExecutor() as pool:
         found = np.array(list(pool.map(figures, range(len(names)), relief)))
@@ -56,10 +56,15 @@ def main():
                 for surface, was, wanted in zip(everyday._DRAWN, relief, targets - found, strict=True)
             ]
             found = np.array(list(pool.map(figures, range(len(names)), relief)))
-    print("RELIEF: Mapping[str, tuple[float, float]] = {")
-    for name, (factor, steeper), missed in zip(names, relief, targets - found, strict=True):
-        print(f'    "{name}": ({factor:.3g}, {steeper:.2f}),  # {missed[0]:+.1f} dB {missed[1]:+.1f}')
-    print("}")
+    rows = list(zip(names, kinds, relief, targets - found, strict=True))
+    for kind in everyday.KINDS:
+        print(f'    "{kind}": {{')
+        for name, of, (factor, steeper), missed in rows:
+            if of == kind:
+                print(
+                    f'        "{name}": ({factor:.3g}, {steeper:.2f}),  # {missed[0]:+.1f} dB {missed[1]:+.1f}'
+                )
+        print("    },")
 
 
 def stepped(surface, was, level, slope):

@@ -421,130 +421,63 @@ KINDS: Mapping[str, Kind] = {
     "other": Kind(0.5, -4.5, 60),
 }
 """The surfaces of ``other`` have the mean of all: of wood the half has a single material."""
-MEMBERS: Mapping[str, tuple[str, ...]] = {
-    "fabric": (
-        "cotton-sheet",
-        "linen",
-        "denim",
-        "canvas",
-        "burlap",
-        "silk",
-        "satin",
-        "velvet",
-        "corduroy",
-        "terry-towel",
-        "wool-knit",
-        "felt",
-        "fleece",
-        "faux-fur",
-        "microfibre-cloth",
-        "gauze",
-        "nylon-webbing",
-        "suede",
-    ),
-    "carpet": ("loop-carpet", "shag-rug", "coir-doormat", "artificial-turf"),
-    "paper": (
-        "printer-paper",
-        "cardboard",
-        "corrugated-cardboard",
-        "paper-towel",
-        "wallpaper",
-        "braille-page",
-        "plastic-film",
-    ),
-    "leather": ("smooth-leather", "grained-leather", "vinyl-flooring"),
-    "foam": ("yoga-mat", "kitchen-sponge", "scouring-pad", "polystyrene-foam", "foam-rubber"),
-    "plastic": (
-        "rubber-sheet",
-        "ribbed-rubber-mat",
-        "silicone",
-        "bubble-wrap",
-        "smooth-plastic",
-        "textured-plastic",
-        "studded-plastic",
-        "hair-comb",
-        "plastic-mesh",
-        "zip",
-        "glass",
-        "frosted-glass",
-    ),
-    "mineral": (
-        "fine-sandpaper",
-        "sandpaper",
-        "coarse-sandpaper",
-        "glazed-tiles",
-        "terracotta",
-        "polished-marble",
-        "rough-granite",
-        "slate",
-        "sandstone",
-        "concrete",
-        "brick",
-        "asphalt",
-        "plaster-wall",
-        "roughcast",
-    ),
-    "metal": (
-        "polished-steel",
-        "brushed-steel",
-        "aluminium-foil",
-        "hammered-copper",
-        "perforated-metal",
-        "wire-mesh",
-        "tread-plate",
-        "knurled-metal",
-        "metal-file",
-        "rusty-iron",
-        "cheese-grater",
-    ),
-    "other": (
-        "straw-mat",
-        "bamboo-mat",
-        "polished-wood",
-        "pine-board",
-        "oak",
-        "rough-sawn-wood",
-        "plywood",
-        "chipboard",
-        "tree-bark",
-        "cork",
-    ),
-}
-RELIEF: Mapping[str, tuple[float, float]] = {
-    "cotton-sheet": (0.17, 2.40), "linen": (0.0703, 2.60), "denim": (0.0772, 2.60), "canvas": (0.0553, 2.50),
-    "burlap": (0.044, 2.90), "silk": (0.508, 2.20), "satin": (0.907, 1.79), "velvet": (0.0789, 3.00),
-    "corduroy": (0.0387, 2.90), "terry-towel": (0.0531, 1.93), "wool-knit": (0.0675, 2.80), "felt": (0.284, 2.42),
-    "fleece": (0.0735, 1.48), "faux-fur": (0.167, 2.60), "microfibre-cloth": (0.0758, 2.80), "gauze": (0.0728, 2.60),
-    "nylon-webbing": (0.0392, 2.40), "loop-carpet": (0.204, 2.59), "shag-rug": (0.322, 2.70),
-    "coir-doormat": (0.0329, 2.94), "artificial-turf": (0.0528, 2.22), "straw-mat": (0.0649, 2.43),
-    "bamboo-mat": (0.0669, -0.58), "vinyl-flooring": (0.425, 1.13), "printer-paper": (0.81, 1.09),
-    "cardboard": (0.584, 1.07), "corrugated-cardboard": (0.22, 0.52), "paper-towel": (0.163, 1.20),
-    "wallpaper": (0.129, -0.15), "fine-sandpaper": (0.2, 3.00), "sandpaper": (0.104, 1.59),
-    "coarse-sandpaper": (0.0764, 0.00), "braille-page": (0.0781, -0.60), "polished-wood": (3.38, 1.17),
-    "pine-board": (0.41, 1.21), "oak": (0.214, 1.42), "rough-sawn-wood": (0.112, 1.75), "plywood": (0.422, 1.69),
-    "chipboard": (0.27, 1.59), "tree-bark": (0.0645, 0.90), "cork": (0.172, 2.26), "smooth-leather": (0.508, 2.30),
-    "grained-leather": (0.149, 2.30), "suede": (0.157, 2.90), "rubber-sheet": (1.52, 1.36),
-    "ribbed-rubber-mat": (0.0459, -0.30), "silicone": (2.7, 1.29), "yoga-mat": (0.167, 2.40),
-    "kitchen-sponge": (0.0741, 2.26), "scouring-pad": (0.0463, 2.26), "polystyrene-foam": (0.152, 1.23),
-    "foam-rubber": (0.196, 2.60), "bubble-wrap": (1.11, -0.05), "smooth-plastic": (2.1, 0.73),
-    "textured-plastic": (0.129, 2.50), "studded-plastic": (0.0256, 0.33), "hair-comb": (0.0234, 2.00),
-    "plastic-mesh": (0.0425, 2.00), "zip": (0.0347, 2.40), "plastic-film": (0.387, -1.20), "glass": (1.51, -0.53),
-    "frosted-glass": (0.503, 2.40), "glazed-tiles": (0.361, -1.00), "terracotta": (0.492, 0.56),
-    "polished-marble": (1.34, -0.72), "rough-granite": (0.17, 0.41), "slate": (0.43, -0.09),
-    "sandstone": (0.114, 0.45), "concrete": (0.122, -0.27), "brick": (0.112, 0.01), "asphalt": (0.0636, -0.04),
-    "plaster-wall": (0.705, 0.32), "roughcast": (0.0765, -0.40), "polished-steel": (2.6, 0.91),
-    "brushed-steel": (0.44, 2.45), "aluminium-foil": (0.548, 0.73), "hammered-copper": (0.115, -0.28),
-    "perforated-metal": (0.0553, -0.32), "wire-mesh": (0.0439, 1.72), "tread-plate": (0.371, 1.15),
-    "knurled-metal": (0.0386, 2.20), "metal-file": (0.0368, 2.40), "rusty-iron": (0.0952, 1.28),
-    "cheese-grater": (0.0376, -0.80),
+RELIEF: Mapping[str, Mapping[str, tuple[float, float]]] = {
+    "fabric": {
+        "cotton-sheet": (0.17, 2.4), "linen": (0.0703, 2.6), "denim": (0.0772, 2.6), "canvas": (0.0553, 2.5),
+        "burlap": (0.044, 2.9), "silk": (0.508, 2.2), "satin": (0.907, 1.79), "velvet": (0.0789, 3),
+        "corduroy": (0.0387, 2.9), "terry-towel": (0.0531, 1.93), "wool-knit": (0.0675, 2.8), "felt": (0.284, 2.42),
+        "fleece": (0.0735, 1.48), "faux-fur": (0.167, 2.6), "microfibre-cloth": (0.0758, 2.8),
+        "gauze": (0.0728, 2.6), "nylon-webbing": (0.0392, 2.4), "suede": (0.157, 2.9),
+    },
+    "carpet": {
+        "loop-carpet": (0.204, 2.59), "shag-rug": (0.322, 2.7), "coir-doormat": (0.0329, 2.94),
+        "artificial-turf": (0.0528, 2.22),
+    },
+    "paper": {
+        "printer-paper": (0.81, 1.09), "cardboard": (0.584, 1.07), "corrugated-cardboard": (0.22, 0.52),
+        "paper-towel": (0.163, 1.2), "wallpaper": (0.129, -0.15), "braille-page": (0.0781, -0.6),
+        "plastic-film": (0.387, -1.2),
+    },
+    "leather": {
+        "smooth-leather": (0.508, 2.3), "grained-leather": (0.149, 2.3), "vinyl-flooring": (0.425, 1.13),
+    },
+    "foam": {
+        "yoga-mat": (0.167, 2.4), "kitchen-sponge": (0.0741, 2.26), "scouring-pad": (0.0463, 2.26),
+        "polystyrene-foam": (0.152, 1.23), "foam-rubber": (0.196, 2.6),
+    },
+    "plastic": {
+        "rubber-sheet": (1.52, 1.36), "ribbed-rubber-mat": (0.0459, -0.3), "silicone": (2.7, 1.29),
+        "bubble-wrap": (1.11, -0.05), "smooth-plastic": (2.1, 0.73), "textured-plastic": (0.129, 2.5),
+        "studded-plastic": (0.0256, 0.33), "hair-comb": (0.0234, 2), "plastic-mesh": (0.0425, 2),
+        "zip": (0.0347, 2.4), "glass": (1.51, -0.53), "frosted-glass": (0.503, 2.4),
+    },
+    "mineral": {
+        "fine-sandpaper": (0.2, 3), "sandpaper": (0.104, 1.59), "coarse-sandpaper": (0.0764, 0),
+        "glazed-tiles": (0.361, -1), "terracotta": (0.492, 0.56), "polished-marble": (1.34, -0.72),
+        "rough-granite": (0.17, 0.41), "slate": (0.43, -0.09), "sandstone": (0.114, 0.45),
+        "concrete": (0.122, -0.27), "brick": (0.112, 0.01), "asphalt": (0.0636, -0.04),
+        "plaster-wall": (0.705, 0.32), "roughcast": (0.0765, -0.4),
+    },
+    "metal": {
+        "polished-steel": (2.6, 0.91), "brushed-steel": (0.44, 2.45), "aluminium-foil": (0.548, 0.73),
+        "hammered-copper": (0.115, -0.28), "perforated-metal": (0.0553, -0.32), "wire-mesh": (0.0439, 1.72),
+        "tread-plate": (0.371, 1.15), "knurled-metal": (0.0386, 2.2), "metal-file": (0.0368, 2.4),
+        "rusty-iron": (0.0952, 1.28), "cheese-grater": (0.0376, -0.8),
+    },
+    "other": {
+        "straw-mat": (0.0649, 2.43), "bamboo-mat": (0.0669, -0.58), "polished-wood": (3.38, 1.17),
+        "pine-board": (0.41, 1.21), "oak": (0.214, 1.42), "rough-sawn-wood": (0.112, 1.75), "plywood": (0.422, 1.69),
+        "chipboard": (0.27, 1.59), "tree-bark": (0.0645, 0.9), "cork": (0.172, 2.26),
+    },
 }  # fmt: skip
-"""Share of a surface's heights that is felt, and what its roughness falls more steeply by (`Roughness.beta`): written
-by ``python -m benchmarks.set_everyday``."""
+"""Of each surface of a kind the share of its heights that is felt, and what its roughness falls more steeply by
+(`Roughness.beta`): written by ``python -m benchmarks.set_everyday``."""
+_FELT = {name: relief for members in RELIEF.values() for name, relief in members.items()}
 
 
 def _as_measured(surface: Surface) -> Surface:
     """Return a surface whose level and slope are those of its kind."""
-    felt, steeper = RELIEF.get(surface.name, (1.0, 0.0))
+    felt, steeper = _FELT[surface.name]
     bent = (replace(t, beta=t.beta + steeper) if isinstance(t, Roughness) else t for t in surface.textures)
     return replace(surface, textures=tuple(bent), felt=felt)
 
@@ -554,7 +487,7 @@ EVERYDAY = tuple(_as_measured(surface) for surface in _DRAWN)
 
 def known_from(name: str) -> str:
     """Return what an everyday surface was set from, in words."""
-    kind = next(kind for kind, names in MEMBERS.items() if name in names)
+    kind = next(kind for kind, members in RELIEF.items() if name in members)
     of = "all kinds" if kind == "other" else f"the kind {kind}"
     return (
         f"level and slope of the spectrum from the mean of {KINDS[kind].materials} real materials of {of} "
