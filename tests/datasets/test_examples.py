@@ -55,7 +55,7 @@ def test_a_segment_is_cut_before_it_is_prepared(store):
 
 def test_conditions_are_those_that_are_known(store):
     first, second = Examples(store, whole(store), Preparation())
-    assert set(first.condition) == {"speed_mm_s", "force_n", "words", "image"}
+    assert set(first.condition) == {"speed_mm_s", "force_n", "contactor", "words", "image"}
     assert first.condition["words"] == {"rough": 6.0}
     assert first.condition["image"].mm_per_pixel == 0.5
     assert first.material == "cork"

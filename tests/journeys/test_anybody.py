@@ -19,7 +19,7 @@ def test_words_are_felt_and_shared(browser, served, watched, step, tmp_path):
             with step("the same under the finger"):
                 page.goto("/touch")
                 page.get_by_text("Feel an everyday material").click()
-                page.get_by_label("One of 88 materials").fill("corduroy")
+                page.get_by_label("One of 84 materials").fill("corduroy")
                 page.get_by_role("option", name="corduroy", exact=True).click()
                 page.wait_for_function("() => window.tactogramTouch.rows.words().includes('corduroy')")
             with step("one file to share"), page.expect_download() as download:

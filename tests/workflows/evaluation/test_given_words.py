@@ -13,7 +13,7 @@ from tactogram.workflows.training.train import train
 def test_surfaces_are_described_by_their_ratings(tmp_path):
     data = tmp_path / "surfaces"
     simulate_to_store("surfaces", data, random=3, per_class=5, raters=4, workers=1)
-    changes = {"config.prediction_steps": 100, "config.components": 6, "config.photographs": False}
+    changes = {"config.prediction": True, "config.components": 6, "config.photographs": False}
     out = train(
         "texture_flow",
         data,

@@ -19,7 +19,7 @@ from tactogram.workflows.streaming.stream import stream
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 
-FASTEST = "it counts as 399.9 mm/s"
+FASTEST = "it counts as 399.7 mm/s"
 
 
 @pytest.fixture(scope="module")

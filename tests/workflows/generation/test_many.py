@@ -74,7 +74,7 @@ def test_toml_has_the_same_rows(table, tmp_path):
     ("text", "message"),
     [
         ("material\n", "must have a condition in each row"),
-        ("material,colour\ncork,red\n", "row 2: unknown key 'colour'; known here: file, force"),
+        ("material,colour\ncork,red\n", "row 2: unknown key 'colour'; known here: contactor, file, force"),
         ("material,speed\ncork,fast\n", "row 2: speed: must be a valid number"),
         ('material,mix\ncork,"cork=1"\n', "row 2: must have material or mix, got both"),
         ("file,material\na.wav,cork\na.wav,denim\n", "every row must have a file of its own"),

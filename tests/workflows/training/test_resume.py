@@ -102,4 +102,4 @@ def test_a_training_needs_a_model_and_data(capsys):
     with pytest.raises(SystemExit) as stopped:
         main(["train", "stroke_cnn"])
     assert stopped.value.code == 2
-    assert "needs MODEL and --data DIR, or --resume RUN" in capsys.readouterr().err
+    assert "needs --data DIR and MODEL or --for, or --resume RUN" in capsys.readouterr().err

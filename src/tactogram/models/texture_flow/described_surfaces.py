@@ -118,6 +118,8 @@ class DescribedSurfaces:
             weights[whole[:-1]] = found
         if image is not None:
             likely = self.recognised(image)
+            if count < LEAST_MATERIALS:  # too few for a regression: a photograph is of the nearest of them
+                likely, facts = likely / likely.sum(), {"mean": False, "nearest": True}
             weights = likely + (1 - likely.sum()) * weights
         facts = {"given": list(inputs), "materials": int(whole.sum()) - 1, **facts}
         self._last = asked, (weights, facts)

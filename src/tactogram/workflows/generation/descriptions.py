@@ -43,7 +43,8 @@ def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict
     """Return what each everyday material named was set from, in words; empty for a run of other materials."""
     if run.run.data.get("materials", {}).get("name") != "everyday (simulated)":
         return {}
-    return {name: known_from(name) for name in ([material] if isinstance(material, str) else material or {})}
+    named = {material} if isinstance(material, str) else {*(material or ())}
+    return {name: known_from(name) for name in run.any_kind.materials if name in named}
 
 
 def materials_like(text: str, materials: Sequence[str]) -> dict[str, float]:

@@ -73,6 +73,8 @@ def photograph_text(facts: Mapping[str, Any]) -> str:
 def _prediction_text(found: Mapping[str, Any]) -> str:
     given = " and ".join("photograph" if name == "image" else name for name in found["given"])
     which = f"of this run's {found['materials']} materials"
+    if found.get("nearest"):
+        return f"taken for the material of the nearest photograph {which}, too few to predict another"
     if "explained" not in found:
         return f"the mean of all materials was generated: {which}, too few show what the {given} tells"
     share, low, high = (100 * each for each in (found["explained"], *found["explained_range"]))

@@ -58,7 +58,7 @@ def test_the_first_run_is_chosen_with_a_valid_form(state):
 def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
     assert [run.title for run in state.runs.finished()][-1] == "texture_flow, ready to use"
     state.choose("texture_flow")
-    assert (len(state.form.materials), "photo" in state.form.instead) == (88, False)
+    assert (len(state.form.materials), "photo" in state.form.instead) == (84, False)
     state.set(words={"rough": 6.0}, seconds=0.5)
 
     ((_, made),) = state.runs.generate(state.request)

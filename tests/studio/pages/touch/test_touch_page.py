@@ -668,7 +668,7 @@ def test_a_dropped_recording_is_cloned_for_any_speed(touch, workspace, tmp_path)
 def test_an_everyday_material_is_felt_by_its_name(touch, workspace):
     (workspace / "clones" / "corduroy-strokes").mkdir(parents=True)  # of an attempt that was interrupted
     touch.get_by_text("Feel an everyday material").click()
-    field = touch.get_by_label("One of 88 materials")
+    field = touch.get_by_label("One of 84 materials")
     field.fill("cordu")
     touch.get_by_role("option", name="corduroy").click()
     touch.get_by_text("corduroy is selected").wait_for()

@@ -79,5 +79,5 @@ def test_a_share_of_the_surfaces_is_modulated_with_all_their_strokes_and_no_word
 
 
 def test_modulated_surfaces_need_a_prediction():
-    with pytest.raises(ValidationError, match="modulated needs prediction_steps"):
+    with pytest.raises(ValidationError, match="modulated needs prediction"):
         Config(modulated=0.5)
