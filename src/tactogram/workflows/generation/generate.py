@@ -171,8 +171,8 @@ def generate_files(
         condition = with_materials(loaded, condition)
         found = {"text": text} | {name: condition[name] for name in ("material",) if name in condition}
     found |= description_facts(loaded, condition)
-    if known := set_from(loaded, condition.get("material")):
-        found["set_from"] = known
+    if origins := set_from(loaded, condition.get("material")):
+        found["set_from"] = origins
     recorded = None if recording is None else read_signal(recording, **reading or {})
     if recorded is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(recorded)}
