@@ -1,5 +1,7 @@
 """Surfaces predicted from photographs, names and words of simulated materials, where these tell the touch and not."""
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
@@ -24,6 +26,7 @@ NAMES = (
     "silk", "velvet", "cotton fabric", "linen cloth", "wool fabric", "satin", "cashmere", "chiffon fabric",
 )  # fmt: skip
 HUES = (1.9, 1.0, 0.4), (0.4, 1.6, 0.6), (0.4, 0.8, 1.9), (1.0, 1.0, 1.0)
+needs_text = pytest.mark.skipif(find_spec("wordllama") is None, reason="needs the extra text")
 NOTHING = np.zeros((16, 0)), np.zeros(0)
 
 
@@ -90,6 +93,7 @@ def test_photographs_that_tell_nothing_give_the_mean_and_it_is_said():
     np.testing.assert_allclose(found[0], likely + (1 - likely.sum()) / 16)
 
 
+@needs_text
 def test_few_materials_give_the_mean_and_no_figures():
     known = library()
     few = DescribedSurfaces(NAMES[:9])
@@ -99,6 +103,7 @@ def test_few_materials_give_the_mean_and_no_figures():
     assert found[1] == {"given": ["text"], "materials": 9, "mean": True}
 
 
+@needs_text
 def test_a_name_that_tells_the_touch_predicts_that_of_an_unknown_material():
     known = library(felt=np.r_[np.linspace(3, 4, 8), np.linspace(1, 2, 8)])
     stone, cloth = (known.predict(None, text, *NOTHING) for text in ("flint stone", "denim fabric"))
@@ -107,6 +112,7 @@ def test_a_name_that_tells_the_touch_predicts_that_of_an_unknown_material():
     assert levels[1] + 2 < known.spectra.mean() < levels[0] - 2
 
 
+@needs_text
 def test_photograph_name_and_words_are_used_together_and_what_tells_nothing_is_not():
     rng = np.random.default_rng(0)
     known = library(names=[NAMES[k] for k in rng.permutation(16)])
@@ -170,6 +176,7 @@ def test_the_errors_of_materials_left_out_are_those_of_as_many_fits():
     assert (number, ridge) == min(errors, key=errors.get)
 
 
+@needs_text
 def test_a_trained_model_generates_from_photograph_and_text_and_keeps_what_it_learned():
     kind = SignalKind(RATE, "m/s^2", ("z",), NAMES[::-1], simulated=True)
     examples = [
