@@ -3,7 +3,8 @@
 Its models (Culbertson et al. 2014) give the spectrum of a material, stroked by a stylus, at every speed and force that
 was recorded. Levels of 20 bands, 20 to 480 Hz, are compared, in dB. The toolkit may not be passed on, so that nothing
 but means over many materials is written. Families of materials, such as its seven floor tiles, stay together in one of
-two halves: the simulator and the prediction were chosen on the first, and the second is reported.
+two halves. The simulated population was fitted to aggregates of both; the kinds of everyday surfaces, to the first
+alone, but how strongly they are drawn to the mean of all was set with both in view.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ CONTACTORS = {c.name: c for c in (FINGER, PEN)}
 # speed and grow with it, and little with force; resonances of tool, hand and sensor stay where they are. The steel tip
 # of a stylus touches over some 0.1 mm. No such aggregates were found for a bare finger with an accelerometer: it has
 # the same roughness under it and, softer and wider, a spectrum that moves more (Manfredi et al. 2014, J. Neurophysiol.
-# 111:1792; Greenspon et al. 2020, J. R. Soc. Interface 17:20200002).
+# 111:1792; Greenspon et al. 2020, J. R. Soc. Interface 17:20190892).
 STYLUS = Contactor(
     "stylus", 0.08, 1.0, 0.0, 0.012, 1200.0, 5.0, 0.015, 700.0, 2.5, 0.9, 40.0, passed=0.25, pushed=0.14,
     response_db=((20, 22), (40, 16), (80, 13), (130, 16), (200, 16), (300, 14.5), (400, 10), (480, 0)),

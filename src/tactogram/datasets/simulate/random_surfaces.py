@@ -2,9 +2,9 @@
 
 Sizes, heights and mechanics are log-uniform; colours say nothing of the heights, but hollows, light and spots show
 them. `WIDE` has ranges that include most surfaces of `materials`. `FITTED` resembles recordings: by a stylus it has the
-level and spread, the centroid and slope of the spectrum, and the powers of speed and force with which they grow, of 50
-of the 100 materials of the Penn Haptic Texture Toolkit (Culbertson et al. 2014), as aggregates; on the other 50 they
-are compared by ``python -m benchmarks real_surfaces``. Self-affine roughness has them by itself: where heights fall
+level and spread, the centroid and slope of the spectrum, and the powers of speed and force with which they grow, of the
+100 materials of the Penn Haptic Texture Toolkit (Culbertson et al. 2014), as aggregates: ``python -m benchmarks
+real_surfaces`` compares them. Self-affine roughness has them by itself: where heights fall
 as k^-beta, a speed multiplies all of the spectrum by v^(beta - 1) (beta from 2 to 3: Persson et al. 2005, J. Phys.
 Condens. Matter 17:R1).
 """

@@ -177,7 +177,7 @@ class _ConditionedGenerator:
             seconds *= EVALUATION_SPEED_MM_S  # it gives recorded stretches, whose length is in mm
         seed = child_seed(self.seed, "judge", str(example.material), number)
         try:
-            signal = self.generator.generate(condition, seconds=seconds, seed=seed)
+            signal = self._made(condition, seconds, seed)
         except ParameterError:
             plain = {name: condition[name] for name in (*self.facts.needs, *self._speed)}
             if condition == plain:
@@ -194,6 +194,16 @@ class _ConditionedGenerator:
             raise ParameterError(f"{self.name} generates images, not signals")
         made = felt(signal)
         return made if made.rate == self.rate else resample(made, self.rate)
+
+    def _made(self, condition: Mapping[str, Any], seconds: float, seed: int) -> Any:
+        """Return what is generated, without the contactor if the generator learned no difference of them."""
+        bare = {name: value for name, value in condition.items() if not name.endswith("contactor")}
+        try:
+            return self.generator.generate(condition, seconds=seconds, seed=seed)
+        except ParameterError:
+            if bare == condition:
+                raise
+            return self.generator.generate(bare, seconds=seconds, seed=seed)
 
     def condition(self, example: Example, number: int) -> dict[str, Any]:
         """Return what signal ``number`` of a recording's surface is generated from; refuses a recording without it."""

@@ -44,7 +44,7 @@ def test_every_model_has_a_short_description():
         "Generates signals from material, speed (optional) and force (optional); learns from recordings"
     )
     assert "with photographs" in describe_model(find("pix2pix"))
-    assert all(len(text) < 420 for text in texts.values())
+    assert all(len(text) < 400 for text in texts.values())
 
 
 def test_a_comparison_shows_the_loss_of_the_runs_that_have_it():

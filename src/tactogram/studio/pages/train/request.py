@@ -129,7 +129,10 @@ def _described(model: ModelInfo) -> str:
         "generation": f"generates {'an image' if model.gives == 'image' else 'signals'}",
         "prediction": "predicts word ratings of signals or images",
     }[model.task]
-    inputs = [*model.needs, *(f"{name} (optional)" for name in model.takes if name != "latent")]
+    inputs = [
+        *model.needs,
+        *(f"{name} (optional)" for name in model.takes if name != "latent" and "vibration_" not in name),
+    ]
     given = f" from {_listed(inputs)}" if inputs and model.task == "generation" else ""
     data = {
         "recordings": "recordings of materials" + (" with photographs" if "image" in model.needs else ""),
