@@ -1,6 +1,7 @@
 import json
 import re
 import shutil
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.evaluation.generation.measures import describe_measures
 from tactogram.signal import Signal
 from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
-from tactogram.workflows.evaluation.generator import evaluate_generator
+from tactogram.workflows.evaluation.generator import _ConditionedGenerator, evaluate_generator
 from tactogram.workflows.evaluation.reference_models import JUDGES, EvaluationSettings
 from tactogram.workflows.training import loaded_run
 from tactogram.workflows.training.loaded_run import load_run
@@ -188,3 +189,24 @@ def test_what_is_missing_is_said_in_a_line(trained, store, recordings, tmp_path)
     with pytest.raises(RunError, match="compared with the recordings it was trained on"):
         evaluate(run.folder, data=tmp_path / "new", evaluation=HASTY)
     assert not (run.folder / "evaluation.json").exists()
+
+
+def test_a_generator_that_learned_no_contactor_is_given_the_rest():
+    asked = []
+
+    class Generator:
+        def generate(self, condition, *, seconds, seed):
+            if "contactor" in condition:
+                raise ParameterError("contactor makes no difference to this run")
+            asked.append(condition)
+            return Signal(np.random.default_rng(seed).standard_normal((1, 1000)), 1000.0, "m/s^2", ("z",))
+
+    facts = SimpleNamespace(needs=("material",), takes=("speed_mm_s", "contactor"), conditions=())
+    kind = SimpleNamespace(materials=("cork",), scale=None, domain="time")
+    notes = []
+    conditioned = _ConditionedGenerator("run", facts, Generator(), kind, None, {}, 1000.0, 0, notes)
+    stroke = SimpleNamespace(
+        condition={"speed_mm_s": 50.0, "contactor": "finger"}, photographs=(), material="cork", rated=None
+    )
+    conditioned.drawn(stroke, 0, 1.0)
+    assert (asked, notes) == ([{"speed_mm_s": 50.0, "material": "cork"}], [])
