@@ -45,7 +45,7 @@ def test_every_verb_is_one():
             "model must be one of ar_texture, stroke_cnn, or of a folder in --models, got 'stroke_cn'",
             "stroke_cnn",
         ),
-        ("material must be one of 88, e.g. cork, silk, got 'slik'", "silk"),
+        ("material must be one of 84, e.g. cork, silk, got 'slik'", "silk"),
         ("--words must be of rough, sticky; got 'ruogh'", "rough"),
         ("config: unknown key 'step'; known here: steps, window", "steps"),
     ],

@@ -54,7 +54,7 @@ def test_a_surface_in_words_is_made_at_once(tab):
     words = tab.get_by_label("A surface, in English")
     words.fill("xyzzy")
     words.press("Enter")
-    tab.get_by_text("'xyzzy' is like none of the 88; the nearest are").wait_for()
+    tab.get_by_text("'xyzzy' is like none of the 84; the nearest are").wait_for()
     words.fill("lego bricks")
     tab.get_by_role("button", name="Make it").click()
     tab.get_by_role("heading", name="studded-plastic, seed 0").wait_for()
