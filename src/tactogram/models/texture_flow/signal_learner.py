@@ -158,6 +158,7 @@ class SignalFlowLearner(SignalFlow):
         if self.config.start:
             self._start_from(shipped_run(self.config.start) or Path(self.config.start))
         self.labels.fit(examples)
+        self.spectra.lowest = self.spectra.lowest_of([example.signal for example in examples])
         members = self.kind.by_material(examples)
         split = {name: split_strokes(members[name]) for name in self.materials}
         self.known.tones = [split[name][0] for name in self.materials]
@@ -226,6 +227,7 @@ class SignalFlowLearner(SignalFlow):
             "materials": list(self.materials),
             "seconds": self.seconds,
             "rms": self.rms,
+            "lowest": self.spectra.lowest,
             "codes": self.codes,
             **self.known.state(),
             "conditions": self.labels.state(),
@@ -235,7 +237,7 @@ class SignalFlowLearner(SignalFlow):
 
     def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
         """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
-        names = ("seconds", "rms", "codes", "conditions", "average", "teacher", "predictor")
+        names = ("seconds", "rms", "lowest", "codes", "conditions", "average", "teacher", "predictor")
         materials = tuple(dict.fromkeys(str(example.material) for example in examples))
         split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
         noise = [example for _, rest in split for example in rest]
@@ -248,6 +250,7 @@ class SignalFlowLearner(SignalFlow):
     def load_state(self, state: Mapping[str, Any]) -> None:
         check_state(state["materials"], self.materials)
         self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
+        self.spectra.lowest = float(state["lowest"])
         self.codes = state["codes"]
         self.known.load_state(state)
         self.labels.load_state(state["conditions"])
