@@ -1,8 +1,9 @@
 """Set the everyday surfaces to the levels and slopes of their kinds: ``python -m benchmarks.set_everyday``.
 
-A stylus strokes each at 120 mm/s and 1 N; heights are scaled and the roughness bent until the spectrum has the level
-and slope of its kind, plus `OWN` of what distinguishes the surface from its kind as drawn. Prints `RELIEF` of
-`tactogram.datasets.simulate.everyday`.
+A stylus strokes each at 120 mm/s and 1 N. Of its invented structure so much is felt that it is `STRUCTURE_DB` weaker
+than the whole, or `RIBS_DB` if it has high ribs; the rest is a ground, whose height and beta are changed until the
+spectrum has the level and slope of its kind, plus `OWN` of what distinguishes the surface from its kind as drawn.
+Prints `RELIEF` of `tactogram.datasets.simulate.everyday`.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -15,20 +16,20 @@ from tactogram.datasets.simulate import everyday, sets
 from tactogram.datasets.simulate.stroke import RecordingTask
 
 OWN = 0.25
-ROUNDS, TAKES = 4, 2
-STEEPEST = 1.0, 4.0
-"""Range of the roughness's beta."""
+STRUCTURE_DB = 10.0
+"""Chosen from 3, 6 and 10 on half of the real materials; without any structure they are nearer still."""
+RIBS_DB, RIB_HEIGHT = 3.0, 0.12
+"""Of gratings whose height is at least such a share of their period, which hardly any of these materials has."""
+ROUNDS, TAKES = 6, 2
+FLATTEST, STEEPEST = 1.0, 4.0
+"""Range of the ground's beta."""
 
 
-def figures(number, relief):
-    """Return level and slope of a surface with a factor and a bend."""
-    everyday._FELT[everyday._DRAWN[number].name] = relief
-    surface = everyday._as_measured(everyday._DRAWN[number])
-    facts = sets.SETS["everyday"]
-    drawn = replace(
-        facts, surfaces=tuple(surface if n == number else s for n, s in enumerate(everyday._DRAWN))
-    )
-    sets.SETS = {**sets.SETS, "everyday": drawn}
+def figures(number, felt, rms_mm=0.0, beta=3.0):
+    """Return level and slope of a surface of whose structure a share is felt, and a ground."""
+    drawn = list(everyday.DRAWN)
+    drawn[number] = everyday.as_measured(drawn[number], felt, rms_mm, beta)
+    sets.SETS = {**sets.SETS, "everyday": replace(sets.SETS["everyday"], surfaces=tuple(drawn))}
     bands = []
     for take in range(TAKES):
         task = RecordingTask("everyday", 5, number, "stylus", 120.0, take, 2.0, 2500.0, 1.0, own_image=False)
@@ -41,38 +42,48 @@ def figures(number, relief):
 
 def main():
     """Print the table."""
-    names = [surface.name for surface in everyday._DRAWN]
+    names = [surface.name for surface in everyday.DRAWN]
     kinds = [next(kind for kind, members in everyday.RELIEF.items() if name in members) for name in names]
-    relief = [(1.0, 0.0)] * len(names)
+    felt, rms_mm, beta = (np.full(len(names), value) for value in (1.0, 0.03, 3.0))
     with ProcessPoolExecutor() as pool:
-        found = np.array(list(pool.map(figures, range(len(names)), relief)))
+
+        def measured(*columns):
+            return np.array(list(pool.map(figures, range(len(names)), *columns)))
+
+        found = measured(felt)
         targets = np.empty_like(found)
         for kind, (level, slope, _) in everyday.KINDS.items():
             own = np.array([each == kind for each in kinds])
             targets[own] = (level, slope) + OWN * (found[own] - found[own].mean(0))
-        for _ in range(ROUNDS):
-            relief = [
-                stepped(surface, was, *wanted)
-                for surface, was, wanted in zip(everyday._DRAWN, relief, targets - found, strict=True)
-            ]
-            found = np.array(list(pool.map(figures, range(len(names)), relief)))
-    rows = list(zip(names, kinds, relief, targets - found, strict=True))
+        weaker = np.array([RIBS_DB if ribbed(surface) else STRUCTURE_DB for surface in everyday.DRAWN])
+        felt = louder(felt, targets[:, 0] - found[:, 0])
+        for _ in range(2):
+            felt = louder(felt, targets[:, 0] - measured(felt)[:, 0] - weaker)
+        for number in range(ROUNDS):
+            if number:
+                lacking = targets - found
+                rms_mm = louder(rms_mm, lacking[:, 0])
+                beta = np.clip(beta - 0.25 * np.clip(lacking[:, 1], -4, 4), FLATTEST, STEEPEST)
+            found = measured(felt, rms_mm, beta)
+    rows = list(zip(names, kinds, felt, rms_mm, beta, targets - found, strict=True))
     for kind in everyday.KINDS:
         print(f'    "{kind}": {{')
-        for name, of, (factor, steeper), missed in rows:
+        for name, of, share, rms, falls, missed in rows:
             if of == kind:
-                print(
-                    f'        "{name}": ({factor:.3g}, {steeper:.2f}),  # {missed[0]:+.1f} dB {missed[1]:+.1f}'
-                )
+                table = f'"{name}": ({share:.3g}, {rms:.3g}, {falls:.2f}),'
+                print(f"        {table}  # {missed[0]:+.1f} dB {missed[1]:+.1f}")
         print("    },")
 
 
-def stepped(surface, was, level, slope):
-    """Return the next factor and bend of a surface that lacks so much of its level and slope."""
-    betas = [t.beta for t in surface.textures if isinstance(t, everyday.Roughness)]
-    bend = was[1] - 0.25 * np.clip(slope, -4, 4)
-    bend = float(np.clip(bend, STEEPEST[0] - min(betas), STEEPEST[1] - max(betas))) if betas else 0.0
-    return float(was[0] * 10 ** (np.clip(level, -20, 20) / 20)), bend
+def ribbed(surface):
+    """Return whether a surface has high ribs."""
+    first = surface.textures[0]
+    return isinstance(first, everyday.Grating) and first.height_mm > RIB_HEIGHT * first.period_mm
+
+
+def louder(heights, gain_db):
+    """Return heights that are felt as so much stronger."""
+    return heights * 10 ** (np.clip(gain_db, -20, 20) / 20)
 
 
 if __name__ == "__main__":

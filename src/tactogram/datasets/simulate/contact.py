@@ -11,7 +11,7 @@ from scipy.fft import irfft, rfft, rfft2, rfftfreq
 
 from tactogram.datasets.simulate.slide import COLUMNS, compiled
 from tactogram.datasets.simulate.stroke import Stroke
-from tactogram.datasets.simulate.surfaces import MM_PER_PIXEL, Surface, frequencies, height_field, inverse
+from tactogram.datasets.simulate.surfaces import MM_PER_PIXEL, Surface, felt_heights, frequencies, inverse
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def feel(
     b = contactor.damping_n_s_m + surface.loss * np.sqrt(k * contactor.mass_kg)
     columns = compiled()(
         felt_spline(surface, contactor),
-        1e-3 * wear * left * contactor.passed * surface.felt,
+        1e-3 * wear * left * contactor.passed,
         1e-3 * MM_PER_PIXEL,
         1 / stroke.rate,
         1e-3 * stroke.path_mm,
@@ -151,7 +151,7 @@ def felt_spline(surface: Surface, contactor: Contactor) -> NDArray[np.float32]:
     ky, kx = frequencies()
     spread = (2 + np.cos(2 * np.pi * ky * MM_PER_PIXEL)) * (2 + np.cos(2 * np.pi * kx * MM_PER_PIXEL)) / 9
     passed = transmission(contactor, np.hypot(ky, kx))
-    return inverse(rfft2(height_field(surface)) * passed / spread).astype(np.float32)
+    return inverse(rfft2(felt_heights(surface)) * passed / spread).astype(np.float32)
 
 
 def transmission(contactor: Contactor, k: NDArray[np.float64]) -> NDArray[np.float64]:

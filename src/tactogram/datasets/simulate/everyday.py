@@ -385,7 +385,7 @@ METALS = (
     ),
 )  # fmt: skip
 
-_DRAWN = (
+DRAWN = (
     *FABRICS, *FLOORS, *PAPERS, *WOODS, *LEATHERS_AND_RUBBERS, *FOAMS, *PLASTICS, *STONES, *METALS
 )  # fmt: skip
 
@@ -421,68 +421,76 @@ KINDS: Mapping[str, Kind] = {
     "other": Kind(0.5, -4.5, 60),
 }
 """The surfaces of ``other`` have the mean of all: of wood the half has a single material."""
-RELIEF: Mapping[str, Mapping[str, tuple[float, float]]] = {
+RELIEF: Mapping[str, Mapping[str, tuple[float, float, float]]] = {
     "fabric": {
-        "cotton-sheet": (0.17, 2.4), "linen": (0.0703, 2.6), "denim": (0.0772, 2.6), "canvas": (0.0553, 2.5),
-        "burlap": (0.044, 2.9), "silk": (0.508, 2.2), "satin": (0.907, 1.79), "velvet": (0.0789, 3),
-        "corduroy": (0.0387, 2.9), "terry-towel": (0.0531, 1.93), "wool-knit": (0.0675, 2.8), "felt": (0.284, 2.42),
-        "fleece": (0.0735, 1.48), "faux-fur": (0.167, 2.6), "microfibre-cloth": (0.0758, 2.8),
-        "gauze": (0.0728, 2.6), "nylon-webbing": (0.0392, 2.4), "suede": (0.157, 2.9),
+        "cotton-sheet": (0.0446, 0.0467, 4), "linen": (0.0201, 0.045, 3.66), "denim": (0.0217, 0.0419, 3.76),
+        "canvas": (0.0166, 0.053, 3.8), "burlap": (0.0112, 0.0846, 4), "silk": (0.108, 0.0375, 4),
+        "satin": (0.137, 0.0347, 4), "velvet": (0.022, 0.132, 3.93), "corduroy": (0.0113, 0.0617, 3.69),
+        "terry-towel": (0.0125, 0.105, 4), "wool-knit": (0.0138, 0.138, 4), "felt": (0.0156, 0.0817, 4),
+        "fleece": (0.0198, 0.168, 4), "faux-fur": (0.0137, 0.314, 3.95), "microfibre-cloth": (0.0203, 0.094, 3.91),
+        "gauze": (0.0224, 0.103, 3.93), "nylon-webbing": (0.0123, 0.0368, 3.39), "suede": (0.0186, 0.072, 3.94),
     },
     "carpet": {
-        "loop-carpet": (0.204, 2.59), "shag-rug": (0.322, 2.7), "coir-doormat": (0.0329, 2.94),
-        "artificial-turf": (0.0528, 2.22),
+        "loop-carpet": (0.0305, 0.135, 4), "shag-rug": (0.0157, 0.426, 4), "coir-doormat": (0.01, 0.183, 4),
+        "artificial-turf": (0.0148, 0.174, 4),
     },
     "paper": {
-        "printer-paper": (0.81, 1.09), "cardboard": (0.584, 1.07), "corrugated-cardboard": (0.22, 0.52),
-        "paper-towel": (0.163, 1.2), "wallpaper": (0.129, -0.15), "braille-page": (0.0781, -0.6),
-        "plastic-film": (0.387, -1.2),
+        "printer-paper": (0.141, 0.013, 2.78), "cardboard": (0.0849, 0.0157, 2.88),
+        "corrugated-cardboard": (0.0574, 0.0221, 3.01), "paper-towel": (0.0394, 0.0347, 3.01),
+        "wallpaper": (0.0435, 0.0256, 3.09), "braille-page": (0.0248, 0.0386, 3.31),
+        "plastic-film": (0.369, 0.0201, 3.59),
     },
     "leather": {
-        "smooth-leather": (0.508, 2.3), "grained-leather": (0.149, 2.3), "vinyl-flooring": (0.425, 1.13),
+        "vinyl-flooring": (0.0784, 0.0496, 4), "smooth-leather": (0.107, 0.0427, 3.98),
+        "grained-leather": (0.045, 0.0723, 4),
     },
     "foam": {
-        "yoga-mat": (0.167, 2.4), "kitchen-sponge": (0.0741, 2.26), "scouring-pad": (0.0463, 2.26),
-        "polystyrene-foam": (0.152, 1.23), "foam-rubber": (0.196, 2.6),
+        "yoga-mat": (0.0504, 0.0629, 3.64), "kitchen-sponge": (0.0233, 0.171, 3.72),
+        "scouring-pad": (0.0114, 0.0886, 3.62), "polystyrene-foam": (0.0468, 0.056, 3.64),
+        "foam-rubber": (0.0578, 0.122, 3.48),
     },
     "plastic": {
-        "rubber-sheet": (1.52, 1.36), "ribbed-rubber-mat": (0.0459, -0.3), "silicone": (2.7, 1.29),
-        "bubble-wrap": (1.11, -0.05), "smooth-plastic": (2.1, 0.73), "textured-plastic": (0.129, 2.5),
-        "studded-plastic": (0.0256, 0.33), "hair-comb": (0.0234, 2), "plastic-mesh": (0.0425, 2),
-        "zip": (0.0347, 2.4), "glass": (1.51, -0.53), "frosted-glass": (0.503, 2.4),
+        "rubber-sheet": (0.139, 0.0224, 3.36), "ribbed-rubber-mat": (0.0145, 0.0749, 3.64),
+        "silicone": (0.248, 0.0287, 3.44), "bubble-wrap": (0.354, 0.0481, 3.52),
+        "smooth-plastic": (0.36, 0.0183, 3.23), "textured-plastic": (0.0389, 0.0267, 2.98),
+        "studded-plastic": (0.01, 0.0546, 3.28), "hair-comb": (0.01, 0.0177, 2.28),
+        "plastic-mesh": (0.0134, 0.0363, 2.81), "zip": (0.0109, 0.022, 2.51), "glass": (0.689, 0.0141, 3.34),
+        "frosted-glass": (0.0863, 0.0185, 2.93),
     },
     "mineral": {
-        "fine-sandpaper": (0.2, 3), "sandpaper": (0.104, 1.59), "coarse-sandpaper": (0.0764, 0),
-        "glazed-tiles": (0.361, -1), "terracotta": (0.492, 0.56), "polished-marble": (1.34, -0.72),
-        "rough-granite": (0.17, 0.41), "slate": (0.43, -0.09), "sandstone": (0.114, 0.45),
-        "concrete": (0.122, -0.27), "brick": (0.112, 0.01), "asphalt": (0.0636, -0.04),
-        "plaster-wall": (0.705, 0.32), "roughcast": (0.0765, -0.4),
+        "fine-sandpaper": (0.0608, 0.0153, 2), "sandpaper": (0.0322, 0.0211, 2.13),
+        "coarse-sandpaper": (0.0242, 0.0278, 2.28), "glazed-tiles": (0.117, 0.0466, 2.98),
+        "terracotta": (0.108, 0.0228, 2.21), "polished-marble": (0.829, 0.0121, 2.37),
+        "rough-granite": (0.0427, 0.0235, 2.16), "slate": (0.147, 0.0215, 2.43), "sandstone": (0.0347, 0.0276, 2.18),
+        "concrete": (0.0436, 0.0288, 2.4), "brick": (0.0351, 0.0299, 2.22), "asphalt": (0.0203, 0.0346, 2.29),
+        "plaster-wall": (0.153, 0.0173, 2.18), "roughcast": (0.0262, 0.0367, 2.32),
     },
     "metal": {
-        "polished-steel": (2.6, 0.91), "brushed-steel": (0.44, 2.45), "aluminium-foil": (0.548, 0.73),
-        "hammered-copper": (0.115, -0.28), "perforated-metal": (0.0553, -0.32), "wire-mesh": (0.0439, 1.72),
-        "tread-plate": (0.371, 1.15), "knurled-metal": (0.0386, 2.2), "metal-file": (0.0368, 2.4),
-        "rusty-iron": (0.0952, 1.28), "cheese-grater": (0.0376, -0.8),
+        "polished-steel": (0.388, 0.0123, 3.16), "brushed-steel": (0.0691, 0.0137, 2.81),
+        "aluminium-foil": (0.1, 0.0215, 3.27), "hammered-copper": (0.0366, 0.0391, 3.52),
+        "perforated-metal": (0.0175, 0.0392, 3.35), "wire-mesh": (0.0139, 0.0371, 3.1),
+        "tread-plate": (0.0664, 0.0209, 3.18), "knurled-metal": (0.0122, 0.0174, 2.56),
+        "metal-file": (0.0116, 0.0152, 2.44), "rusty-iron": (0.0166, 0.0252, 3.01),
+        "cheese-grater": (0.0119, 0.0617, 3.5),
     },
     "other": {
-        "straw-mat": (0.0649, 2.43), "bamboo-mat": (0.0669, -0.58), "polished-wood": (3.38, 1.17),
-        "pine-board": (0.41, 1.21), "oak": (0.214, 1.42), "rough-sawn-wood": (0.112, 1.75), "plywood": (0.422, 1.69),
-        "chipboard": (0.27, 1.59), "tree-bark": (0.0645, 0.9), "cork": (0.172, 2.26),
+        "straw-mat": (0.0202, 0.0391, 3.16), "bamboo-mat": (0.0212, 0.0445, 3.49),
+        "polished-wood": (0.297, 0.0222, 3.38), "pine-board": (0.0644, 0.035, 3.43), "oak": (0.0536, 0.0334, 3.26),
+        "rough-sawn-wood": (0.0135, 0.0339, 3.16), "plywood": (0.052, 0.0255, 3.23),
+        "chipboard": (0.0415, 0.0277, 3.23), "tree-bark": (0.0115, 0.0558, 3.31), "cork": (0.0342, 0.048, 3.56),
     },
 }  # fmt: skip
-"""Of each surface of a kind the share of its heights that is felt, and what its roughness falls more steeply by
-(`Roughness.beta`): written by ``python -m benchmarks.set_everyday``."""
-_FELT = {name: relief for members in RELIEF.values() for name, relief in members.items()}
+"""Of each surface of a kind the share of its heights that is felt, and the rms, mm, and beta of the ground besides:
+written by ``python -m benchmarks.set_everyday``."""
 
 
-def _as_measured(surface: Surface) -> Surface:
-    """Return a surface whose level and slope are those of its kind."""
-    felt, steeper = _FELT[surface.name]
-    bent = (replace(t, beta=t.beta + steeper) if isinstance(t, Roughness) else t for t in surface.textures)
-    return replace(surface, textures=tuple(bent), felt=felt)
+def as_measured(surface: Surface, felt: float, rms_mm: float, beta: float) -> Surface:
+    """Return a surface of which a share is felt, and of a ground besides: the spectra of real materials are smooth."""
+    return replace(surface, felt=felt, ground=Roughness(rms_mm, beta, 0.05, 8.0))
 
 
-EVERYDAY = tuple(_as_measured(surface) for surface in _DRAWN)
+_FELT = {name: felt for members in RELIEF.values() for name, felt in members.items()}
+EVERYDAY = tuple(as_measured(surface, *_FELT[surface.name]) for surface in DRAWN)
 
 
 def known_from(name: str) -> str:

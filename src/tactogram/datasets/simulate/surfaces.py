@@ -124,6 +124,7 @@ class Surface:
     loss: float = 0.0  # loss factor of the contact: it adds loss sqrt(k m) to its damping
     look: Appearance = Appearance()
     felt: float = 1.0  # share of its heights that is felt, where its level was measured
+    ground: Roughness | None = None  # that is felt besides, and not seen
 
 
 @lru_cache(maxsize=4)
@@ -137,6 +138,14 @@ def height_field(surface: Surface) -> NDArray[np.float32]:
     result = heights.astype(np.float32)
     result.flags.writeable = False
     return result
+
+
+def felt_heights(surface: Surface) -> NDArray[np.float64]:
+    """Return the heights that are felt, mm, float64: a share of those seen, and the ground."""
+    heights = surface.felt * height_field(surface).astype(np.float64)
+    if surface.ground is None:
+        return heights
+    return heights + _heights(surface.ground, np.random.default_rng(zlib.crc32(f"{surface.name} ground".encode())))
 
 
 def power_law(
