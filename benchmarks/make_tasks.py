@@ -67,15 +67,19 @@ def unknown_last(unknown: int, number: int) -> Callable[[Store], Split]:
 
 
 def unknown_surfaces(unknown: int) -> Callable[[Store], Split]:
-    """Leave some surfaces out of training; of the others the last stroke at each speed, the one before validates."""
+    """Leave some surfaces out of training; of the others the last stroke at each speed by each contactor is tested.
+
+    The one before validates.
+    """
 
     def make(store: Store) -> Split:
         strange = strangers(store, unknown)
-        strokes: dict[tuple[str, float | None], list[Segment]] = {}
+        strokes: dict[tuple[str, float | None, str | None], list[Segment]] = {}
         for info in store.index:
-            strokes.setdefault((str(info.material), info.speed_mm_s), []).append(Segment(info.id))
-        known = [held for (name, _), held in strokes.items() if name not in strange]
-        left_out = [held for (name, _), held in strokes.items() if name in strange]
+            key = (str(info.material), info.speed_mm_s, info.contactor)
+            strokes.setdefault(key, []).append(Segment(info.id))
+        known = [held for (name, *_), held in strokes.items() if name not in strange]
+        left_out = [held for (name, *_), held in strokes.items() if name in strange]
         return Split(
             tuple(segment for held in known for segment in held[:-2]),
             tuple(held[-2] for held in known),
@@ -87,14 +91,17 @@ def unknown_surfaces(unknown: int) -> Callable[[Store], Split]:
 
 
 def held_out(
-    test: Callable[[RecordingInfo], bool], group: Callable[[RecordingInfo], str]
+    test: Callable[[RecordingInfo], bool],
+    group: Callable[[RecordingInfo], str],
+    contactor: str | None = None,
 ) -> Callable[[Store], Split]:
-    """Test on the recordings that fulfil a condition; every eighth of the others is for validation."""
+    """Test on the recordings (of one contactor) that fulfil a condition; every eighth of the others validates."""
 
     def make(store: Store) -> Split:
-        train = [info for info in store.index if not test(info)]
-        kept = tuple(Segment(info.id) for info in store.index if test(info))
-        groups = {info.id: group(info) for info in store.index if test(info)}
+        index = _by_contactor(store, contactor)
+        train = [info for info in index if not test(info)]
+        kept = tuple(Segment(info.id) for info in index if test(info))
+        groups = {info.id: group(info) for info in index if test(info)}
         return Split(
             tuple(Segment(info.id) for number, info in enumerate(train) if number % 8),
             tuple(Segment(info.id) for info in train[::8]),
@@ -106,15 +113,20 @@ def held_out(
     return make
 
 
-def one_stroke(given: float, asked: float) -> Callable[[Store], Split]:
-    """Train on the first stroke of each surface at one speed, and test on all at another."""
+def _by_contactor(store: Store, contactor: str | None) -> list[RecordingInfo]:
+    return [info for info in store.index if contactor in (None, info.contactor)]
+
+
+def one_stroke(given: float, asked: float, contactor: str) -> Callable[[Store], Split]:
+    """Train on a contactor's first stroke of each surface at one speed, and test on all of its strokes at another."""
 
     def make(store: Store) -> Split:
         first: dict[str, str] = {}
-        for info in store.index:
+        index = _by_contactor(store, contactor)
+        for info in index:
             if info.speed_mm_s == given:
                 first.setdefault(str(info.material), info.id)
-        test = tuple(Segment(info.id) for info in store.index if info.speed_mm_s == asked)
+        test = tuple(Segment(info.id) for info in index if info.speed_mm_s == asked)
         return Split(tuple(map(Segment, first.values())), (), test, by="recording")
 
     return make
@@ -207,9 +219,9 @@ def blocks(store: Store) -> Split:
     return split_photographs(store, split, seed=0)
 
 
-def at_speed(speed: float) -> Callable[[Store], Split]:
-    """Test on the recordings at one speed."""
-    return held_out(lambda info: info.speed_mm_s == speed, lambda info: f"{info.speed_mm_s:g}")
+def at_speed(speed: float, contactor: str | None = None) -> Callable[[Store], Split]:
+    """Test on the recordings (of one contactor) at one speed."""
+    return held_out(lambda info: info.speed_mm_s == speed, lambda info: f"{info.speed_mm_s:g}", contactor)
 
 
 FAMILIES = (
@@ -308,9 +320,9 @@ SPLIT_OF = {
         held_out(lambda i: i.contactor == "pen", lambda i: str(i.contactor)),
     ),
     "speed-30": (SIMULATED + "stroking30", at_speed(200)),
-    "speeds": (SIMULATED + "surfaces --seed 1 ", at_speed(120)),
+    "speeds": (SIMULATED + "surfaces --seed 1 ", at_speed(120, "stylus")),
     "surfaces-unknown": (SIMULATED + "surfaces --seed 1 ", unknown_surfaces(9)),
-    "one-stroke": (SIMULATED + "surfaces --seed 1 ", one_stroke(60, 240)),
+    "one-stroke": (SIMULATED + "surfaces --seed 1 ", one_stroke(60, 240, "stylus")),
     "rated": (SIMULATED + "surfaces --seed 2 ", items((0.5, 0.25))),
     "display": (SIMULATED + "ultrasonic", items((0.4, 0.35))),
     "fabrics": (SIMULATED + "fabrics", pieces(("4",))),

@@ -8,8 +8,8 @@ from scipy.stats import spearmanr
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.datasets.simulate import make, tasks
+from tactogram.datasets.simulate.contact import FINGERTIP, STYLUS
 from tactogram.datasets.simulate.random_surfaces import (
-    FITTED,
     FORCES_N,
     SPEEDS_MM_S,
     random_contactor,
@@ -24,10 +24,12 @@ from tactogram.errors import ParameterError
 def test_seed_and_number_make_a_surface_and_its_contactor():
     assert random_surface(3, 5) == random_surface(3, 5)
     assert len({random_surface(seed, number) for seed in (0, 1) for number in range(50)}) == 100
-    contactors = [random_contactor(0, number) for number in range(40)]
-    assert {contactor.name for contactor in contactors} == {"finger", "pen"}
-    assert len({contactor.mass_kg for contactor in contactors}) == 40
-    assert random_contactor(1, 7) == random_contactor(1, 7) != random_contactor(2, 7)
+    styluses = [random_contactor(0, number, STYLUS) for number in range(200)]
+    assert {stylus.name for stylus in styluses} == {"stylus"}
+    masses = np.log([stylus.mass_kg / STYLUS.mass_kg for stylus in styluses])
+    assert (masses.mean(), masses.std()) == pytest.approx((0, 0.35), abs=0.06)
+    assert random_contactor(1, 7, FINGERTIP) == random_contactor(1, 7, FINGERTIP)
+    assert random_contactor(1, 7, FINGERTIP) != random_contactor(2, 7, FINGERTIP)
 
 
 def test_strokes_cover_speeds_and_forces_and_are_felt():
@@ -51,17 +53,16 @@ def test_strokes_cover_speeds_and_forces_and_are_felt():
         assert np.median(recording.streams["force"].samples) == pytest.approx(task.force_n, rel=0.3)
 
 
-def test_finger_and_stylus_take_turns_on_a_fitted_surface():
-    todo = tasks("fitted-surfaces", seed=0, random=2, per_class=4)
+def test_finger_and_stylus_take_turns_on_a_surface():
+    todo = tasks("surfaces", seed=0, random=2, per_class=4)
     assert [task.contactor for task in todo] == ["finger", "stylus"] * 4
-    again = random_contactor(0, 0, FITTED, 2)
-    assert again == random_contactor(0, 0, FITTED, 0) != random_contactor(0, 0, FITTED, 1)
+    assert [make(replace(task, seconds=0.2)).contactor for task in todo[:2]] == ["finger", "stylus"]
 
 
-def test_fitted_surfaces_grow_with_speed_and_hardly_move_or_grow_with_force():
+def test_surfaces_grow_with_speed_and_hardly_move_or_grow_with_force():
     """Real materials under a stylus: level by speed^1.0 and force^0.2, centroid by speed^0.2."""
     todo = tasks(
-        "fitted-surfaces", seed=1, random=8, per_class=2, speeds_mm_s=(60.0, 120.0, 240.0), own_images=False
+        "surfaces", seed=1, random=8, per_class=2, speeds_mm_s=(60.0, 120.0, 240.0), own_images=False
     )
     rows = []
     for surface in range(8):
@@ -91,9 +92,7 @@ def test_speeds_may_be_given():
     ("set_name", "random", "got"), [("stroking9", 5, "5 of stroking9"), ("surfaces", 0, "0 of surfaces")]
 )
 def test_other_sets_and_no_surfaces_are_refused(set_name, random, got):
-    with pytest.raises(
-        ParameterError, match=f"random must be at least 1, of surfaces or fitted-surfaces; got {got}"
-    ):
+    with pytest.raises(ParameterError, match=f"random must be at least 1, of surfaces; got {got}"):
         tasks(set_name, seed=0, random=random)
 
 

@@ -58,9 +58,8 @@ class Contactor:
 # 100 Hz), of the pen's grip within those compiled from Fu & Cavusoglu 2012; masses include a sensor of a few grams.
 FINGER = Contactor("finger", 2.0, 0.45, 0.3, 0.004, 1000.0, 1.4, 0.006, 900.0, 2.0, 0.7, 25.0)
 PEN = Contactor("pen", 0.25, 1.0, 0.0, 0.012, 4000.0, 2.5, 0.015, 700.0, 2.5, 0.9, 40.0)
-CONTACTORS = {c.name: c for c in (FINGER, PEN)}
 
-# Fitted to aggregates of recordings (`random_surfaces.FITTED`): over self-affine roughness spectra hardly move with
+# Fitted to aggregates of recordings (`random_surfaces`): over self-affine roughness spectra hardly move with
 # speed and grow with it, and little with force; resonances of tool, hand and sensor stay where they are. The steel tip
 # of a stylus touches over some 0.1 mm. No such aggregates were found for a bare finger with an accelerometer: it has
 # the same roughness under it and, softer and wider, a spectrum that moves more (Manfredi et al. 2014, J. Neurophysiol.
@@ -73,7 +72,6 @@ FINGERTIP = Contactor(
     "finger", 0.2, 0.45, 0.3, 0.004, 700.0, 2.5, 0.006, 900.0, 2.0, 0.7, 25.0, passed=0.25, pushed=0.14,
     response_db=((20, 18), (60, 13), (200, 13), (400, 11), (1000, 7)),
 )  # fmt: skip
-FITTED_CONTACTORS = {c.name: c for c in (FINGERTIP, STYLUS)}
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,10 @@ import numpy as np
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import (
-    CONTACTORS,
-    FITTED_CONTACTORS,
+    FINGER,
+    FINGERTIP,
+    PEN,
+    STYLUS,
     Contactor,
     ContactSignals,
     feel,
@@ -23,13 +25,7 @@ from tactogram.datasets.simulate.fabrics import FABRICS, fabric
 from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
 from tactogram.datasets.simulate.metal_plates import PLATES
 from tactogram.datasets.simulate.photo import photograph, photographs
-from tactogram.datasets.simulate.random_surfaces import (
-    FITTED,
-    WIDE,
-    random_contactor,
-    random_stroke,
-    random_surface,
-)
+from tactogram.datasets.simulate.random_surfaces import random_contactor, random_stroke, random_surface
 from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
 from tactogram.datasets.simulate.strain_sensor import SENSOR, trace_plate
 from tactogram.datasets.simulate.stroke import RecordingTask, Stroke, slow_noise, stroke
@@ -42,8 +38,8 @@ INTERNAL_RATE = 8000.0
 """Lowest rate of the contact simulation, Hz, which runs at a multiple of the sensor's rate."""
 SLOW_RATE = 100.0
 """Rate of force and position, Hz, as in real collections. Friction has the rate of a wired accelerometer."""
-RANDOM = {"surfaces": WIDE, "fitted-surfaces": FITTED}
-"""The sets of surfaces drawn at random, and their populations."""
+RANDOM = "surfaces"
+"""The set of surfaces drawn at random."""
 RANDOM_SURFACES = 100
 """Surfaces of it, unless stated."""
 RAMP_S = 0.25
@@ -57,7 +53,7 @@ class SimulatedSet:
 
     title: str
     surfaces: tuple[Surface, ...]
-    contactors: tuple[str, ...]
+    contactors: tuple[Contactor, ...]
     speeds_mm_s: tuple[float, ...]
     """() if each stroke has a speed and a force of its own."""
     seconds: float
@@ -75,38 +71,34 @@ SETS: Mapping[str, SimulatedSet] = {
     "stroking30": SimulatedSet(
         "simulated: 15 surfaces x finger and pen at 100, 200, 400 mm/s, three 3-minute back-and-forth takes each, "
         "3 axes at 330 Hz by radio (layout of Saga et al., Sec. II)",
-        STROKING_30, ("finger", "pen"), (100.0, 200.0, 400.0), 180.0, 3, wireless(), True,
+        STROKING_30, (FINGER, PEN), (100.0, 200.0, 400.0), 180.0, 3, wireless(), True,
     ),
     "stroking9": SimulatedSet(
         "simulated: nine surfaces rubbed by a finger in one direction, 4,000 samples of 3 axes at 1 kHz by wire "
         "(layout of Saga et al., Sec. III-B)",
-        STROKING_9, ("finger",), (100.0,), 4.0, 20, wired(), False,
+        STROKING_9, (FINGER,), (100.0,), 4.0, 20, wired(), False,
     ),
     "fabrics": SimulatedSet(
         "simulated: six fabrics, four pieces each, friction of a finger over 102.4 mm, 40 samples per mm, registered "
         "to a photograph of 2048 x 1024 pixels (layout of HapTex as Cai et al. 2020 use it)",
-        FABRICS, ("finger",), (25.0,), PATCH_MM / 25.0, 4, wired(), False, "friction",
+        FABRICS, (FINGER,), (25.0,), PATCH_MM / 25.0, 4, wired(), False, "friction",
     ),
     "ultrasonic": SimulatedSet(
         "simulated: twelve metal plates, ten measurements each by four strain gauges at 20 mm/s, 0.98 N, 10 kHz; 39 "
         "signals for an ultrasonic display; ten words scored 1-7 by 32 simulated raters (layout of the study of "
         "ultrasonic_cgan)",
-        tuple(plate.surface for plate in PLATES), (SENSOR.name,), (20.0,), 2.5, 10, wired(10_000.0), False, "strain",
+        tuple(plate.surface for plate in PLATES), (SENSOR,), (20.0,), 2.5, 10, wired(10_000.0), False, "strain",
     ),
     "everyday": SimulatedSet(
         f"simulated: {len(EVERYDAY)} everyday surfaces, each stroked in one direction by a finger and a stylus at "
         "random speeds (30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire",
-        EVERYDAY, ("finger", "stylus"), (), 2.0, 8, wired(2500.0), False, steady=True,
+        EVERYDAY, (FINGERTIP, STYLUS), (), 2.0, 8, wired(2500.0), False, steady=True,
     ),
-    "surfaces": SimulatedSet(
-        "simulated: surfaces drawn at random, each stroked in one direction by a finger or a pen at random speeds "
-        "(30-400 mm/s) and forces (0.2-3 N), 3 axes at 2.5 kHz by wire; ten words scored 1-7 by simulated raters",
-        (), (), (), 2.0, 8, wired(2500.0), False,
-    ),
-    "fitted-surfaces": SimulatedSet(
+    RANDOM: SimulatedSet(
         "simulated: surfaces drawn at random from a population that is fitted to aggregates of recordings, each "
-        "stroked by a finger and a stylus in turn; otherwise as surfaces",
-        (), (), (), 2.0, 8, wired(2500.0), False, steady=True,
+        "stroked in one direction by a finger and a stylus in turn at random speeds (30-400 mm/s) and forces "
+        "(0.2-3 N), 3 axes at 2.5 kHz by wire; ten words scored 1-7 by simulated raters",
+        (), (FINGERTIP, STYLUS), (), 2.0, 8, wired(2500.0), False, steady=True,
     ),
     "tactile_images": SimulatedSet(
         "simulated: 320 pictures of made-up materials, ten words each called evoked or not by 30 of 37 simulated "
@@ -179,9 +171,9 @@ def tasks(
     if not facts.speeds_mm_s:
         return _tasks_of_any_speed(set_name, seed, surfaces, takes, speeds, length, hertz, own_images)
     return [
-        RecordingTask(set_name, seed, surface, contactor, speed, take, length, hertz, own_image=own_images)
+        RecordingTask(set_name, seed, surface, by.name, speed, take, length, hertz, own_image=own_images)
         for surface in surfaces
-        for contactor in facts.contactors
+        for by in facts.contactors
         for speed in speeds
         for take in range(1, takes + 1)
     ]
@@ -198,27 +190,15 @@ def _tasks_of_any_speed(
     own_images: bool,
 ) -> list[RecordingTask]:
     """Return ``takes`` strokes of each surface at each of ``speeds``, or if there are none at any; at any force."""
-    found = []
+    contactors, found = SETS[set_name].contactors, []
     for surface in surfaces:
-        names = SETS[set_name].contactors
         for place in range(takes * max(1, len(speeds))):
-            contactor = (
-                names[place % len(names)] if names else _contactor(set_name, seed, surface, take=place).name
-            )
             drawn, force = random_stroke(seed, surface, place)
             speed = speeds[place // takes] if speeds else drawn
+            by = contactors[place % len(contactors)].name
             found.append(
                 RecordingTask(
-                    set_name,
-                    seed,
-                    surface,
-                    contactor,
-                    speed,
-                    place + 1,
-                    seconds,
-                    rate,
-                    force,
-                    own_image=own_images,
+                    set_name, seed, surface, by, speed, place + 1, seconds, rate, force, own_image=own_images
                 )
             )
     return found
@@ -226,11 +206,9 @@ def _tasks_of_any_speed(
 
 def surface_count(set_name: str, random: int | None = None) -> int:
     """Return the number of surfaces of a set, of which `RANDOM` has ``random``."""
-    if random is not None and (set_name not in RANDOM or random < 1):
-        raise ParameterError(
-            f"random must be at least 1, of {' or '.join(RANDOM)}; got {random} of {set_name}"
-        )
-    return (random or RANDOM_SURFACES) if set_name in RANDOM else len(_set(set_name).surfaces)
+    if random is not None and (set_name != RANDOM or random < 1):
+        raise ParameterError(f"random must be at least 1, of {RANDOM}; got {random} of {set_name}")
+    return (random or RANDOM_SURFACES) if set_name == RANDOM else len(_set(set_name).surfaces)
 
 
 def surface_photographs(
@@ -252,16 +230,7 @@ def surface_photographs(
 
 
 def _surface(set_name: str, seed: int, number: int) -> Surface:
-    if set_name in RANDOM:
-        return random_surface(seed, number, RANDOM[set_name])
-    return SETS[set_name].surfaces[number]
-
-
-def _contactor(set_name: str, seed: int, surface: int, name: str = "", *, take: int = 0) -> Contactor:
-    """Return the contactor of a ``name`` or, of surfaces drawn at random, that of the stroke numbered ``take``."""
-    if set_name in RANDOM:
-        return random_contactor(seed, surface, RANDOM[set_name], take)
-    return (FITTED_CONTACTORS if set_name == "everyday" else CONTACTORS)[name]
+    return random_surface(seed, number) if set_name == RANDOM else SETS[set_name].surfaces[number]
 
 
 def _set(set_name: str) -> SimulatedSet:
@@ -283,7 +252,9 @@ def make(task: RecordingTask) -> Recording:
 def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
     """Return the acceleration of a contactor, with force, position and friction."""
     surface = _surface(task.set_name, task.seed, task.surface)
-    contactor = _contactor(task.set_name, task.seed, task.surface, task.contactor, take=task.take - 1)
+    contactor = next(each for each in facts.contactors if each.name == task.contactor)
+    if task.set_name == RANDOM:
+        contactor = random_contactor(task.seed, task.surface, contactor)
     source = f"{task.set_name}/{surface.name}-{contactor.name}-{task.speed_mm_s:g}/{task.take}"
     rng = np.random.default_rng(np.random.SeedSequence([task.seed, zlib.crc32(source.encode())]))
     rate = task.rate * max(2.0, np.ceil(INTERNAL_RATE / task.rate))

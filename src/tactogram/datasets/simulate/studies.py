@@ -45,7 +45,7 @@ class SimulatedStudyData:
     ratings: Ratings
 
 
-RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37, **dict.fromkeys(RANDOM, 20)}
+RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37, RANDOM: 20}
 """Number of raters by set."""
 
 
@@ -80,11 +80,8 @@ def study(
         return SimulatedStudyData(
             tuple(drive.recording(set_name) for drive in shown), (), join_ratings([felt, played])
         )
-    if set_name in RANDOM:
-        population = RANDOM[set_name]
-        surfaces = [
-            random_surface(seed, number, population) for number in range(surface_count(set_name, random))
-        ]
+    if set_name == RANDOM:
+        surfaces = [random_surface(seed, number) for number in range(surface_count(set_name, random))]
         cues = dict(zip((surface.name for surface in surfaces), each(surface_cues, surfaces), strict=True))
         return SimulatedStudyData((), (), score_surfaces(cues, people, seed=seed))
     count = PER_FAMILY if per_class is None else per_class

@@ -7,7 +7,7 @@ width"); a longer stroke repeats it. Heights are in mm over a square grid of `MM
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -87,15 +87,6 @@ class Cells:
 
 
 Texture = Grating | Weave | Particles | Roughness | Cells
-
-
-def in_relief(texture: Texture, share: float) -> Texture:
-    """Return a texture with ``share`` times its heights."""
-    heights = {name: share * getattr(texture, name) for name in HEIGHTS if hasattr(texture, name)}
-    return replace(texture, **heights)
-
-
-HEIGHTS = ("height_mm", "uneven_mm", "rms_mm")
 Colour = tuple[float, float, float]
 
 

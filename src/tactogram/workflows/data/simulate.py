@@ -195,11 +195,11 @@ def _all(function: Callable[[T], R], chunk: tuple[int, list[T]]) -> list[R]:
 
 
 def _by_surface(todo: Iterable[RecordingTask]) -> Iterator[list[RecordingTask]]:
-    """Yield runs of up to `CHUNK` recordings that one contactor makes of one surface.
+    """Yield runs of up to `CHUNK` recordings of one surface.
 
     A process makes some recordings of one surface at a time, since its height field costs more than a stroke.
     """
-    for _, same in groupby(todo, key=lambda task: (task.surface, task.contactor)):
+    for _, same in groupby(todo, key=lambda task: task.surface):
         yield from _pieces(same)
 
 
