@@ -58,7 +58,8 @@ def run_study(
     ready : callable
         Called once the server accepts connections, with ``experimenter`` (address of that page, with the token if one
         is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
-        ``certificate_sha256`` (of a self-signed certificate), ``session``, and ``study``.
+        ``certificate_sha256`` (of a self-signed certificate), ``session``, ``study``, and ``limited`` (sentences by
+        stimulus).
     """
     for code in codes:
         checked_code(code)
@@ -73,6 +74,7 @@ def run_study(
             display.check(driven, streams=played_by == "stream")
             if played_by == "stream":
                 display.lock(driven)
+    limited = opened.stimuli.limited()
     opened.stimuli.start()  # prepared while the first participants read the consent page
     enrolled = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:
@@ -90,6 +92,7 @@ def run_study(
                 "certificate_sha256": announcement.certificate_sha256,
                 "session": str(folder),
                 "study": opened.study.name,
+                "limited": limited,
             }
         )
 

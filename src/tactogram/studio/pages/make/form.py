@@ -41,9 +41,9 @@ Crop = tuple[float, float, float, float]
 class GenerationForm:
     """Required and optional parts of a run's form (values of `PARTS`), and the materials and words that it knows.
 
-    A photograph, vibration or scores of words that are ``instead`` replace the materials, in this order. ``gives`` is
-    "signal" or "image", ``over`` the domain of the results ("time", "displacement" or "space"), and ``drawn`` are the
-    conditions that the seed draws.
+    A photograph, vibration or scores of words that are ``instead`` replace the materials, in this order; so does a
+    text, also next to a photograph. ``gives`` is "signal" or "image", ``over`` the domain of the results ("time",
+    "displacement" or "space"), and ``drawn`` are the conditions that the seed draws.
     """
 
     needs: tuple[str, ...]
@@ -61,6 +61,8 @@ class GenerationForm:
 
     def shows(self, part: str) -> bool:
         """Return whether a part can be filled in: words need names, materials too, and a photograph in their place."""
+        if part == "text":
+            return self.mixes
         known = {"materials": bool(self.materials), "words": bool(self.words)}
         known["photo"] = known["materials"] or "photo" not in self.instead
         return self.has(part) and known.get(part, True)
@@ -78,7 +80,11 @@ class GenerationForm:
             "words" in self.instead and request.words
         ):
             request = replace(request, weights={})
-        if "words" in self.instead and (request.photo or request.vibration):
+        if request.vibration:
+            request = replace(request, text="")
+        if request.text:
+            request = replace(request, weights={})
+        if "words" in self.instead and (request.photo or request.vibration or request.text):
             request = replace(request, words={})
         if not request.vibration:
             request = replace(
@@ -132,6 +138,8 @@ class GenerationRequest:
         Weights by material; those of 0 are ignored.
     to_one : bool
         Whether to divide the weights by their sum.
+    text : str
+        The surface in English, for a run that predicts it.
     words : mapping
         Scores by word, 1 to 7; missing words are left open, or set to their mean over the run's rated items.
     photo, vibration : str
@@ -151,6 +159,7 @@ class GenerationRequest:
     run: str = ""
     weights: Mapping[str, float] = field(default_factory=dict)
     to_one: bool = True
+    text: str = ""
     words: Mapping[str, float] = field(default_factory=dict)
     photo: str = ""
     crop: Crop | None = None
@@ -199,6 +208,7 @@ class GenerationRequest:
             parts.append(
                 self.vibration.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0] or "recording"
             )
+        parts += [self.text] if self.text else []
         parts += [f"{word} {score:.2g}" for word, score in list(self.words.items())[:4]]
         if self.motion:
             name = self.motion.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0]
@@ -220,6 +230,7 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
     return replace(
         request,
         weights=weights if form.has("materials") else {},
+        text=request.text if form.mixes else "",
         words={word: score for word, score in request.words.items() if word in form.words},
         photo=request.photo if form.has("photo") else "",
         crop=request.crop if form.has("photo") else None,
@@ -237,7 +248,7 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
 
 def check_request(request: GenerationRequest, form: GenerationForm) -> None:
     """Raise `ParameterError` for a request that cannot be fulfilled, in a sentence for the page."""
-    replaced = any(getattr(request, part) for part in form.instead)
+    replaced = any(getattr(request, part) for part in ("text", *form.instead))
     if form.mixes and not request.mix and not replaced:
         raise ParameterError("Set the weight of at least one material above 0.")
     if form.instead and not form.materials and not replaced:
@@ -284,6 +295,8 @@ def command(request: GenerationRequest, form: GenerationForm, *, photo: str = ""
             words += ["--material", next(iter(request.mix))]
     if request.photo:
         words += ["--image", photo or request.photo]
+    if request.text:
+        words += ["--text", request.text]
     if form.has("words"):
         if request.words:
             words += ["--words", _assignments(request.words)]
