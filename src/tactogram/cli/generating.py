@@ -103,18 +103,9 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     runs = [load_run(folder) for folder in request.runs]
     if len(runs) > 1 or request.rest or request.like or request.raters or needs_words(runs[0]):
         for name in (
-            "material",
-            "mix",
-            "text",
-            "image",
-            "speed",
-            "force",
-            "motion",
-            "vibration_speed",
-            "vibration_force",
-            "vibration_contactor",
-            "contactor",
-        ):
+            "material", "mix", "text", "image", "speed", "force", "motion", "vibration_speed", "vibration_force",
+            "vibration_contactor", "contactor",
+        ):  # fmt: skip
             if getattr(request, name) is not None:
                 raise ParameterError(f"--{name.replace('_', '-')} is not for models conditioned on words")
         _generate_from_words(request, runs, show)

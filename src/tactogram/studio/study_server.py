@@ -31,35 +31,15 @@ def run_study(
     track: Mapping[str, Any] | None = None,
     ready: Callable[[dict[str, Any]], None] = lambda facts: None,
 ) -> None:
-    """Begin or continue a study session, and serve it until interrupted.
+    """Begin or continue a study session, and serve it until interrupted; parameters as the options of `study run`.
 
-    Raises `TactogramError` if the study, folder or codes are invalid.
+    ``study`` may be the folder of a session to continue. ``listening`` is bound beforehand: without a port, no session
+    begins. Of ``codes``, existing participants are left unchanged.
 
-    Parameters
-    ----------
-    study : Path or str
-        A TOML file or the name of a shipped study; or the folder of a session to continue.
-    out : Path, optional
-        Folder of the new session.
-    listening : ListeningPort
-        Bound beforehand: without a port, no session begins.
-    changes : mapping, optional
-        Values by dotted key.
-    codes : sequence of str
-        Participants to enrol; existing ones are left unchanged.
-    device : str
-        Device for a study with ``played_by = "server"``: ``audio``, ``audio:NAME``, or ``null`` (discards the signal);
-        with ``"stream"`` also ``digilent[:SERIAL]`` or ``osc:HOST:PORT``.
-    full_scale : float, optional
-        Drive that a device value of 1.0 stands for, in the drive unit of the display.
-    track : mapping, optional
-        Keeps a Digilent's carrier at the transducer's resonance while a study streams: values of
-        `workflows.rendering.carrier_tracking.FollowingSettings`, by key.
-    ready : callable
-        Called once the server accepts connections, with ``experimenter`` (address of that page, with the token if one
-        is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
-        ``certificate_sha256`` (of a self-signed certificate), ``session``, ``study``, and ``limited`` (sentences by
-        stimulus).
+    ``ready`` is called once the server accepts connections, with ``experimenter`` (address of that page, with the token
+    if one is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
+    ``certificate_sha256`` (of a self-signed certificate), ``session``, ``study``, and ``limited`` (sentences by
+    stimulus). Raises `TactogramError` if the study, folder or codes are invalid.
     """
     for code in codes:
         checked_code(code)

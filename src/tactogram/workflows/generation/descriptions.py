@@ -18,12 +18,8 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     The name of a material, with no photograph, is that material. Another text stays for a run that predicts surfaces
     from text; otherwise it is a mix of the materials that it is most like.
 
-    Raises
-    ------
-    ParameterError
-        If the model takes no material or knows none, a material is given too, or the text is like none of them.
-    MissingExtraError
-        Without the extra ``text``.
+    Raises `ParameterError` if the model takes no material or knows none, a material is given too, or the text is like
+    none of them; `MissingExtraError` without the extra ``text``.
     """
     found = dict(condition)
     text = found.pop("text", None)

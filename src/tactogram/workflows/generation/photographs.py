@@ -20,12 +20,9 @@ RECOGNISED = 0.5
 def description_facts(loaded: LoadedRun, condition: Condition) -> dict[str, Any]:
     """Return facts about a photograph or a text, as far as the run has them.
 
-    Returns
-    -------
-    dict
-        ``classified_as`` and possibly ``confidence``, if the model classifies photographs; ``nearest_photograph``, the
-        material of the nearest training photograph, and ``novelty``, as of `tactogram.features.photo_novelty`, if the
-        run describes its photographs; ``prediction``, as of `tactogram.model.DescriptionPredictor`.
+    ``classified_as`` and possibly ``confidence``, if the model classifies photographs; ``nearest_photograph``, the
+    material of the nearest training photograph, and ``novelty``, as of `tactogram.features.photo_novelty`, if the run
+    describes its photographs; ``prediction``, as of `tactogram.model.DescriptionPredictor`.
     """
     found: dict[str, Any] = {}
     if isinstance(loaded.model, DescriptionPredictor) and (facts := loaded.model.prediction_facts(condition)):

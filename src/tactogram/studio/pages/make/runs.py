@@ -23,6 +23,7 @@ from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.make.form import (
     LONGEST_S,
+    OF_A_STROKE,
     Crop,
     GenerationForm,
     GenerationRequest,
@@ -171,12 +172,8 @@ class RunCatalogue:
             condition["vibration"] = (
                 run.prepare_vibration(vibration) if "vibration" in form.instead else vibration
             )
-        for name in (
-            "speed_mm_s", "force_n", "contactor",
-            "vibration_speed_mm_s", "vibration_force_n", "vibration_contactor",
-        ):  # fmt: skip
-            if getattr(request, name) is not None:
-                condition[name] = getattr(request, name)
+        given = {name: getattr(request, name) for name in OF_A_STROKE}
+        condition |= {name: value for name, value in given.items() if value is not None}
         if request.motion:
             from tactogram.workflows.generation.generate import SIMULATED, motion_of
 
