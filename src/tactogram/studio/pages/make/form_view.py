@@ -34,8 +34,8 @@ def draw_form(page: MakePage) -> None:
     parts: list[tuple[str, str, Callable[[MakePage], None]]] = [
         ("photo", "Photograph", draw_photo),
         ("words", "Words", draw_words),
-        ("materials", "Materials", draw_mix if form.mixes else draw_material),
         ("text", "Description", draw_text),
+        ("materials", "Materials", draw_mix if form.mixes else draw_material),
         ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", _draw_recording),
     ]
     parts.sort(key=lambda part: part[0] in form.instead)
