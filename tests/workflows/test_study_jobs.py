@@ -1,9 +1,11 @@
 import json
 import socket
+import tomllib
 from contextlib import closing
 
 import numpy as np
 import pytest
+import tomli_w
 
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
@@ -292,6 +294,33 @@ def test_answers_are_marked_where_file_or_run_of_a_stimulus_says_that_it_is_simu
     rows = open_answers(tmp_path / "session").where(design="magnitude")
     marked = {row.stimulus: row.more.get("simulated_stimuli") for row in rows}
     assert marked == {"felt": "true", "seen": "true", "generated": "true", "recorded": None}
+
+
+def test_what_is_limited_of_a_stimulus_is_said_before_and_stored_with_the_answers(
+    study_file, tmp_path, capsys
+):
+    limit = "speed 900 mm/s is outside of what was recorded: it counts as 399.7 mm/s"
+    write_signal(tmp_path / "made.wav", Signal(np.ones(100), 1000, "m/s^2"), metadata={"limited": [limit]})
+    cork = {"run": "texture_flow", "material": "cork", "seconds": 0.2}
+    sources = {
+        "fast": cork | {"given": {"speed_mm_s": 900.0}}, "usual": cork | {"given": {"speed_mm_s": 100.0}},
+        "kept": {"file": "made.wav"}, "recorded": {"file": "buzz.wav"},
+    }  # fmt: skip
+    stimuli = [{"name": name, **source} for name, source in sources.items()]
+    design = {"kind": "magnitude"}
+    whole = tomllib.loads(STUDY) | {"design": design, "stimuli": stimuli}
+    study_file.write_text(tomli_w.dumps(whole))
+    assert check_study(study_file)["limited"] == {}  # nothing is made
+    assert main(["study", "check", str(study_file), "--stimuli", "--json"]) == 0
+    found = capsys.readouterr()
+    assert json.loads(found.out)["limited"] == {"fast": [limit], "kept": [limit]}
+    assert found.err == f"note: stimulus fast: {limit}\nnote: stimulus kept: {limit}\n"
+    simulate_study(study_file, tmp_path / "session", participants=1)
+    rows = open_answers(tmp_path / "session").where(design="magnitude")
+    marked = {row.stimulus: row.more.get("limited_stimuli") for row in rows}
+    assert marked == {
+        "fast": f"fast: {limit}", "kept": f"kept: {limit}", "usual": None, "recorded": None,
+    }  # fmt: skip
 
 
 def test_a_session_knows_where_its_stimuli_lie(study_file, tmp_path):

@@ -89,7 +89,7 @@ class _GenerateRequest(SignalOptions):
 def _generate(request: _GenerateRequest, show: Printer) -> None:
     from tactogram.errors import ParameterError
     from tactogram.workflows.generation.generate import generate_files
-    from tactogram.workflows.generation.photographs import photograph_text
+    from tactogram.workflows.generation.photographs import description_text
     from tactogram.workflows.generation.word_scores import needs_words, some_words
     from tactogram.workflows.training.loaded_run import load_run
 
@@ -103,18 +103,9 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     runs = [load_run(folder) for folder in request.runs]
     if len(runs) > 1 or request.rest or request.like or request.raters or needs_words(runs[0]):
         for name in (
-            "material",
-            "mix",
-            "text",
-            "image",
-            "speed",
-            "force",
-            "motion",
-            "vibration_speed",
-            "vibration_force",
-            "vibration_contactor",
-            "contactor",
-        ):
+            "material", "mix", "text", "image", "speed", "force", "motion", "vibration_speed", "vibration_force",
+            "vibration_contactor", "contactor",
+        ):  # fmt: skip
             if getattr(request, name) is not None:
                 raise ParameterError(f"--{name.replace('_', '-')} is not for models conditioned on words")
         _generate_from_words(request, runs, show)
@@ -146,10 +137,8 @@ def _generate(request: _GenerateRequest, show: Printer) -> None:
     )
     first = written[0]
     lines = [line for row in written for line in (row["file"], *loss_lines(row.get("written", {})))]
-    if seen := photograph_text(first):
-        lines.append(seen)
-    if "material" in first:
-        lines.append(f"described: {text_of(first['material'])}")
+    if said := description_text(first):
+        lines.append(said)
     if "differ_by" in first:
         lines.append(f"they differ by {first['differ_by']}")
     show({"files": written}, "\n".join(lines))
@@ -246,7 +235,7 @@ def _generate_from_words(request: _GenerateRequest, runs: list[Any], show: Print
 
 def _clone(request: CloneRequest, show: Printer) -> None:
     from tactogram.workflows.generation.clone import clone
-    from tactogram.workflows.generation.photographs import facts_of_files, photograph_text
+    from tactogram.workflows.generation.photographs import description_text, facts_of_files
 
     with show.progress() as progress:
         run = clone(**vars(request) | {"progress": progress})
@@ -256,7 +245,7 @@ def _clone(request: CloneRequest, show: Printer) -> None:
     lines = [f"run: {run.folder}", f"materials: {', '.join(materials)}"]
     if photographs := facts_of_files(request.model, request.images):
         facts["photographs"] = photographs
-        lines += [f"{name}: {text}" for name, seen in photographs.items() if (text := photograph_text(seen))]
+        lines += [f"{name}: {text}" for name, seen in photographs.items() if (text := description_text(seen))]
     show(facts, "\n".join([*lines, f"tactogram stream {run.folder} --mix {materials[0]}=1"]))
     show.notes(limited)
 

@@ -110,18 +110,21 @@ def _missing(keys: Sequence[str]) -> str:
 
 
 def _check(request: _CheckRequest, show: Printer) -> None:
+    from tactogram.workflows.study.stimuli import limited_lines
     from tactogram.workflows.study.studies import check_study
 
     facts = check_study(**vars(request))
     rendered = None if facts["rendered"] is None else f"{len(facts['rendered'])} stimuli"
     missing = [f"{language} {_missing(keys)}" for language, keys in facts["missing_texts"].items()]
-    show(facts, lines_of({**facts, "rendered": rendered, "missing_texts": missing}))
+    show(facts, lines_of({**facts, "rendered": rendered, "missing_texts": missing, "limited": None}))
+    show.notes(limited_lines(facts["limited"]))
 
 
 def _run(request: _RunRequest, show: Printer) -> None:
     from pathlib import Path
 
     from tactogram.study.study_file import Study
+    from tactogram.workflows.study.stimuli import limited_lines
 
     def ready(facts: dict[str, Any]) -> None:
         addresses = {
@@ -132,6 +135,7 @@ def _run(request: _RunRequest, show: Printer) -> None:
             "certificate, SHA-256": facts["certificate_sha256"],
         }
         show(facts, lines_of(addresses) + ("" if port.loopback else shown_qr_code(facts["join"])))
+        show.notes(limited_lines(facts["limited"]))
         sys.stdout.flush()
         sys.stderr.write("Ctrl-C ends it; run again to continue\n")
 

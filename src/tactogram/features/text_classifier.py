@@ -25,23 +25,10 @@ MOST_MATERIALS = 3
 def describe(
     text: str, materials: Sequence[str], *, synonyms: Mapping[str, Sequence[str]]
 ) -> dict[str, float]:
-    """Return weights, which sum to 1, of the materials that a text describes, the greatest first.
+    """Return weights, which sum to 1, of the materials that a text in English describes, the greatest first.
 
-    Parameters
-    ----------
-    text : str
-        In English: "corrugated cardboard".
-    materials : sequence of str
-        Their names, with hyphens or underscores for spaces.
-    synonyms : mapping from str to sequence of str
-        Other names, and typical objects, of some materials.
-
-    Raises
-    ------
-    ParameterError
-        If the text is like no material.
-    MissingExtraError
-        Without the extra ``text``.
+    Names of ``materials`` have hyphens or underscores for spaces; ``synonyms`` are other names, and typical objects, of
+    some. Raises `ParameterError` if the text is like no material, `MissingExtraError` without the extra ``text``.
     """
     names = [(name, called) for name in materials for called in (name, *synonyms.get(name, ()))]
     vectors = embedded([text, *(called for _, called in names)])

@@ -31,34 +31,15 @@ def run_study(
     track: Mapping[str, Any] | None = None,
     ready: Callable[[dict[str, Any]], None] = lambda facts: None,
 ) -> None:
-    """Begin or continue a study session, and serve it until interrupted.
+    """Begin or continue a study session, and serve it until interrupted; parameters as the options of `study run`.
 
-    Raises `TactogramError` if the study, folder or codes are invalid.
+    ``study`` may be the folder of a session to continue. ``listening`` is bound beforehand: without a port, no session
+    begins. Of ``codes``, existing participants are left unchanged.
 
-    Parameters
-    ----------
-    study : Path or str
-        A TOML file or the name of a shipped study; or the folder of a session to continue.
-    out : Path, optional
-        Folder of the new session.
-    listening : ListeningPort
-        Bound beforehand: without a port, no session begins.
-    changes : mapping, optional
-        Values by dotted key.
-    codes : sequence of str
-        Participants to enrol; existing ones are left unchanged.
-    device : str
-        Device for a study with ``played_by = "server"``: ``audio``, ``audio:NAME``, or ``null`` (discards the signal);
-        with ``"stream"`` also ``digilent[:SERIAL]`` or ``osc:HOST:PORT``.
-    full_scale : float, optional
-        Drive that a device value of 1.0 stands for, in the drive unit of the display.
-    track : mapping, optional
-        Keeps a Digilent's carrier at the transducer's resonance while a study streams: values of
-        `workflows.rendering.carrier_tracking.FollowingSettings`, by key.
-    ready : callable
-        Called once the server accepts connections, with ``experimenter`` (address of that page, with the token if one
-        is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
-        ``certificate_sha256`` (of a self-signed certificate), ``session``, and ``study``.
+    ``ready`` is called once the server accepts connections, with ``experimenter`` (address of that page, with the token
+    if one is required), ``join``, ``codes`` (address per code), ``addresses`` (alternatives to ``join``),
+    ``certificate_sha256`` (of a self-signed certificate), ``session``, ``study``, and ``limited`` (sentences by
+    stimulus). Raises `TactogramError` if the study, folder or codes are invalid.
     """
     for code in codes:
         checked_code(code)
@@ -73,6 +54,7 @@ def run_study(
             display.check(driven, streams=played_by == "stream")
             if played_by == "stream":
                 display.lock(driven)
+    limited = opened.stimuli.limited()
     opened.stimuli.start()  # prepared while the first participants read the consent page
     enrolled = {participant.code.casefold() for participant in opened.store.participants()}
     for code in codes:
@@ -90,6 +72,7 @@ def run_study(
                 "certificate_sha256": announcement.certificate_sha256,
                 "session": str(folder),
                 "study": opened.study.name,
+                "limited": limited,
             }
         )
 

@@ -1,7 +1,10 @@
 """Materials described in English: to weights, to files, and what is refused."""
 
 import json
+import shlex
+import shutil
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +18,11 @@ from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features import text_classifier
 from tactogram.features.text_classifier import describe
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_metadata, read_signal
+from tactogram.signal.io import read_metadata, read_signal, write_image
+from tactogram.studio.pages.make.runs import RunCatalogue
+from tactogram.studio.pages.make.state import MakePageState
+from tactogram.studio.workspace.folder import Workspace
+from tactogram.studio.workspace.shelf import ResultArchive
 from tactogram.workflows.generation.descriptions import with_materials
 from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.training.loaded_run import load_run
@@ -167,6 +174,49 @@ def test_the_exact_name_of_a_known_material_gives_that_material(own, tmp_path, c
     assert facts["material"] == {"cotton_fabric": 1.0}
     assert "prediction" not in facts
     assert level == pytest.approx(0.03 * 2.4 ** GRAINS["cotton_fabric"], rel=0.3)
+
+
+@pytest.mark.parametrize("photographed", [False, True])
+def test_a_text_like_no_known_name_is_refused_though_the_run_would_predict(
+    own, tmp_path, capsys, photographed
+):
+    (tmp_path / "coarse.png").write_bytes(photograph_of(photograph(3.7, 99)).data)
+    image = ("--image", str(tmp_path / "coarse.png")) * photographed
+    out = tmp_path / "x.wav"
+    assert main(["generate", str(own), "--text", "xyzzy", *image, "--out", str(out)]) == 1
+    assert "'xyzzy' is like none of the 12; the nearest are " in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("photographed", [False, True])
+def test_the_page_make_generates_from_text_and_photograph_as_the_command_line_does(
+    own, tmp_path, capsys, monkeypatch, photographed
+):
+    workspace = Workspace(tmp_path)
+    shutil.copytree(own, tmp_path / "runs/own")
+    write_image(tmp_path / "coarse.png", photograph(3.7, 99))
+    state = MakePageState(workspace, ResultArchive(tmp_path / "shelf"), RunCatalogue(workspace), {})
+    state.choose("runs/own")
+    state.set(photo="coarse.png" * photographed, seconds=0.5, seed=3)
+    assert state.runs.described(replace(state.request, photo=""), "slate").weights == {"slate": 1.0}
+    with pytest.raises(ParameterError, match="'xyzzy' is like none of the 12"):
+        state.runs.described(state.request, "xyzzy")
+    asked = state.runs.described(state.request, "flint stone")
+    assert asked.text == "flint stone"
+    state.set(text=asked.text)
+    [(_, made)] = state.runs.generate(state.request)
+    said = state.runs.said(state.request)
+    assert said["prediction"]["given"] == (["image", "text"] if photographed else ["text"])
+    assert said["described"].startswith(
+        "Predicted from the photograph and text, which" if photographed else ""
+    )
+    assert "the text" in said["described"] or photographed
+    monkeypatch.chdir(tmp_path)
+    command = shlex.split(state.command())[1:-1]
+    assert ("--text" in command, "--image" in command, "--mix" in command) == (True, photographed, False)
+    assert main([*command, "made.npz"]) == 0
+    assert capsys.readouterr().out.lower().count(said["described"][:-1].lower()) == 1
+    np.testing.assert_array_equal(read_signal("made.npz").samples, made.samples)
 
 
 def test_what_tells_nothing_gives_the_mean_and_the_file_says_so(tmp_path, capsys):

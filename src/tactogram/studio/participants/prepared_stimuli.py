@@ -80,6 +80,10 @@ class PreparedStimuli:
         """Return whether any of a stimulus is simulated, by what its files say, too."""
         return self._source.is_simulated(stimulus)
 
+    def limited(self) -> dict[str, list[str]]:
+        """Return what of each stimulus was outside of what its runs learned."""
+        return self._source.limited()
+
     @property
     def displays(self) -> tuple[Display, ...]:
         """Displays that play any stimulus."""

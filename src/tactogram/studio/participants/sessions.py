@@ -59,7 +59,7 @@ class OpenSession:
         except BaseException:
             self.store.close()
             raise
-        self.store.is_simulated = self.stimuli.is_simulated
+        self.store.is_simulated, self.store.limited = self.stimuli.is_simulated, self.stimuli.limited
         # A thread of its own: answers are stored even while all others are busy.
         self.writing = CapacityLimiter(1)
         self._codes: dict[bytes, str] = {}

@@ -61,8 +61,8 @@ class ResultArchive:
     folder: Path
 
     def keep(self, result: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> KeptResult:
-        """Store a signal or an image under a title, with JSON values as facts; its file says if it is simulated."""
-        metadata = {"simulated": True} if facts.get("simulated") else None
+        """Store a signal or an image with a title and JSON values as facts; its file has some of them."""
+        metadata = {name: facts[name] for name in ("simulated", "limited") if facts.get(name)} or None
 
         def write(part: Path) -> None:
             if isinstance(result, Image):

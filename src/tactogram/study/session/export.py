@@ -52,6 +52,7 @@ DESCRIPTIONS: Mapping[str, str] = {
     "simulated": "Whether a simulated participant answered",
     "other_condition": "Version of the second stimulus",
     "simulated_stimuli": "true where what was felt or seen was simulated, whoever answered",
+    "limited_stimuli": "What of a generated stimulus was outside of what its run learned, and for what it counted",
     "token": "Page on which it was asked",
     "step": "Step of the trial",
     "consent_sha256": "Hash of the text that was agreed to",

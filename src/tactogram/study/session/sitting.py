@@ -86,15 +86,19 @@ def answer_rows(
     played: Mapping[str, str] | None = None,
     device: Mapping[str, Any] | None = None,
     is_simulated: Callable[[Stimulus], bool] = attrgetter("is_simulated"),
+    limited: Mapping[str, Sequence[str]] | None = None,
 ) -> tuple[Answer, ...]:
     """Return the rows of the accepted answers to a page.
 
-    Response times are by key, with ``""`` for the page; ``played`` are hashes of the samples by slot.
+    Response times are by key, with ``""`` for the page; ``played`` are hashes of the samples by slot; ``limited`` are
+    sentences on stimuli, by name.
     """
     columns = device_columns(device or {})
     times, hashes = rt_ms or {}, played or {}
     presented = [p.stimulus for p in page.presented if p.stimulus is not None and p.stimulus.is_played]
     simulated = any(p.stimulus is not None and is_simulated(p.stimulus) for p in page.presented)
+    shown = dict.fromkeys(p.stimulus.name for p in page.presented if p.stimulus is not None)
+    said = "; ".join(f"{name}: {line}" for name in shown for line in (limited or {}).get(name, ()))
     levels = dict.fromkeys(stimulus.level or study.level for stimulus in presented)
     displays = dict.fromkeys(stimulus.display or study.display for stimulus in presented)
     rows = []
@@ -133,6 +137,7 @@ def answer_rows(
                     **({"other_condition": question.other_condition} if question.other else {}),
                     **({MARK: page.kind} if page.practice else {}),
                     **({"simulated_stimuli": "true"} if simulated else {}),
+                    **({"limited_stimuli": said} if said else {}),
                     **page.more,
                     **columns,
                 },

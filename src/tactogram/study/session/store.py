@@ -72,6 +72,8 @@ class SessionStore(SessionLogs):
         self._cache: dict[int, tuple[Participant, str, ParticipantProgress]] = {}
         self.is_simulated: Callable[[Stimulus], bool] = attrgetter("is_simulated")
         """Whether answers about a stimulus are marked as about a simulated one; `StudyStimuli` knows its files, too."""
+        self.limited: Callable[[], Mapping[str, Sequence[str]]] = dict
+        """What was limited of stimuli, in sentences by name, which are stored with the answers about them."""
 
     def participant_state(self, code: str) -> ParticipantState:
         """Return the state of a participant; raise `UnknownParticipantError` if there is none."""
@@ -127,6 +129,7 @@ class SessionStore(SessionLogs):
                 played=last_played(rows, participant, token),
                 device=facts,
                 is_simulated=self.is_simulated,
+                limited=self.limited(),
             )
             submitted = PageAnswers(token, accepted, page.more)
             history = (*state.progress.history, submitted)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from tactogram.datasets.simulate.everyday import SYNONYMS, known_from
@@ -15,14 +15,11 @@ from tactogram.workflows.training.loaded_run import LoadedRun
 def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     """Return a condition whose ``text``, if it has one, is replaced by the weights of the materials it describes.
 
-    It stays for a run that predicts surfaces from text, unless it is the name of a material, with no photograph.
+    The name of a material, with no photograph, is that material. Another text stays for a run that predicts surfaces
+    from text; otherwise it is a mix of the materials that it is most like.
 
-    Raises
-    ------
-    ParameterError
-        If the model takes no material or knows none, a material is given too, or the text is like none of them.
-    MissingExtraError
-        Without the extra ``text``.
+    Raises `ParameterError` if the model takes no material or knows none, a material is given too, or the text is like
+    none of them; `MissingExtraError` without the extra ``text``.
     """
     found = dict(condition)
     text = found.pop("text", None)
@@ -33,10 +30,13 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     materials = run.any_kind.materials
     if "material" not in run.facts.conditions or not materials:
         raise ParameterError(f"condition 'text' needs a run that knows materials; {run.run.name} knows none")
-    if isinstance(run.model, DescriptionPredictor) and run.model.prediction_facts({"text": _checked(text)}):
-        named = [name for name in materials if plain(name) == plain(text) and found.get("image") is None]
-        return found | ({"material": {named[0]: 1.0}} if named else {"text": text})
-    return {**found, "material": materials_like(text, materials)}
+    if not isinstance(text, str) or not text.strip():
+        raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
+    if found.get("image") is None and (named := [name for name in materials if plain(name) == plain(text)]):
+        return found | {"material": {named[0]: 1.0}}
+    weights = describe(text, materials, synonyms=SYNONYMS)  # refuses a text that is like none
+    predicts = isinstance(run.model, DescriptionPredictor) and run.model.prediction_facts(condition)
+    return found | ({"text": text} if predicts else {"material": weights})
 
 
 def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict[str, str]:
@@ -45,14 +45,3 @@ def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict
         return {}
     named = {material} if isinstance(material, str) else {*(material or ())}
     return {name: known_from(name) for name in run.any_kind.materials if name in named}
-
-
-def materials_like(text: str, materials: Sequence[str]) -> dict[str, float]:
-    """Return the weights of the materials that a text describes; errors as of `with_materials`."""
-    return describe(_checked(text), materials, synonyms=SYNONYMS)
-
-
-def _checked(text: Any) -> str:
-    if not isinstance(text, str) or not text.strip():
-        raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
-    return text

@@ -164,15 +164,8 @@ def generate_files(
     known = suffixes_for(loaded.facts.gives)
     if out.suffix.lower() not in known:
         raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
-    found: dict[str, Any] = {}
     if photograph is not None:
         condition = {**condition, "image": read_image(photograph)}
-    if (text := condition.get("text")) is not None:
-        condition = with_materials(loaded, condition)
-        found = {"text": text} | {name: condition[name] for name in ("material",) if name in condition}
-    found |= description_facts(loaded, condition)
-    if origins := set_from(loaded, condition.get("material")):
-        found["set_from"] = origins
     recorded = None if recording is None else read_signal(recording, **reading or {})
     if recorded is not None:
         condition = {**condition, "vibration": loaded.prepare_vibration(recorded)}
@@ -181,9 +174,7 @@ def generate_files(
         condition = {**condition, "motion": motion_of(motion, seconds=seconds, seed=seed)}
     named = {"photograph": photograph, "vibration_from": recording, "motion_from": motion}
     more = {name: Path(file).name for name, file in named.items() if file is not None}
-    missing = [] if recorded is None else loaded.missing_band(recorded)
-    if limited := [*map(str, limits(loaded, condition)), *missing]:
-        found["limited"] = limited
+    found = condition_facts(loaded, condition, recorded)
     if count > 1 and isinstance(loaded.model, NoiselessGenerator):
         found["differ_by"] = loaded.model.variation
     facts = run_provenance(loaded, seed) | _named(condition) | more | found
@@ -194,6 +185,22 @@ def generate_files(
             generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
         )
     ]
+
+
+def condition_facts(run: LoadedRun, condition: Condition, recorded: Signal | None = None) -> dict[str, Any]:
+    """Return the facts of `generate_files` on what a condition describes, and on what of it and a recording is limited.
+
+    ``recorded`` is the condition's vibration as it was recorded.
+    """
+    asked, text = with_materials(run, condition), condition.get("text")
+    found = {} if text is None else {"text": text} | {k: asked[k] for k in ("material",) if k in asked}
+    found |= description_facts(run, asked)
+    if origins := set_from(run, asked.get("material")):
+        found["set_from"] = origins
+    missing = [] if recorded is None else run.missing_band(recorded)
+    if limited := [*map(str, limits(run, asked)), *missing]:
+        found["limited"] = limited
+    return found
 
 
 def suffixes_for(gives: str) -> tuple[str, ...]:

@@ -20,12 +20,9 @@ RECOGNISED = 0.5
 def description_facts(loaded: LoadedRun, condition: Condition) -> dict[str, Any]:
     """Return facts about a photograph or a text, as far as the run has them.
 
-    Returns
-    -------
-    dict
-        ``classified_as`` and possibly ``confidence``, if the model classifies photographs; ``nearest_photograph``, the
-        material of the nearest training photograph, and ``novelty``, as of `tactogram.features.photo_novelty`, if the
-        run describes its photographs; ``prediction``, as of `tactogram.model.DescriptionPredictor`.
+    ``classified_as`` and possibly ``confidence``, if the model classifies photographs; ``nearest_photograph``, the
+    material of the nearest training photograph, and ``novelty``, as of `tactogram.features.photo_novelty`, if the run
+    describes its photographs; ``prediction``, as of `tactogram.model.DescriptionPredictor`.
     """
     found: dict[str, Any] = {}
     if isinstance(loaded.model, DescriptionPredictor) and (facts := loaded.model.prediction_facts(condition)):
@@ -53,8 +50,14 @@ def facts_of_files(run: Path | str, files: Sequence[Path | str]) -> dict[str, di
     return {Path(file).stem: description_facts(loaded, {"image": read_image(file)}) for file in files}
 
 
-def photograph_text(facts: Mapping[str, Any]) -> str:
-    """Return `description_facts` as a sentence without a full stop; "" if they say nothing that a reader needs."""
+def description_text(facts: Mapping[str, Any]) -> str:
+    """Return `condition_facts` on a description as a sentence without a full stop; "" if a reader needs none."""
+    mix = facts.get("material", {}) if "text" in facts else {}
+    described = f"described: {', '.join(f'{name} {weight:g}' for name, weight in mix.items())}" if mix else ""
+    return "; ".join(filter(None, (described, _photograph_text(facts))))
+
+
+def _photograph_text(facts: Mapping[str, Any]) -> str:
     sure = f", confidence {facts['confidence']:.2f}" if "confidence" in facts else ""
     classified, predicted = f"classified as {facts.get('classified_as')}{sure}", ""
     if "prediction" in facts and facts.get("confidence", 0) < RECOGNISED:

@@ -90,7 +90,7 @@ def _simulated(
         if origin is not None:
             keep_origin(out, origin)
         stimuli = StudyStimuli(study, place)
-        store.is_simulated = stimuli.is_simulated
+        store.is_simulated, store.limited = stimuli.is_simulated, stimuli.limited
         log = _logger(store, stimuli) if play else None
         who = simulate(store, count, effect=true_effect, play=log, **options)
         return {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 import tomllib
 import zlib
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +44,8 @@ from tactogram.workflows.study.streams import (
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
 
+SHOWN = 8
+"""Lines on what is limited."""
 SEEDS = 16
 """Number of pictures of each simulated family for ``any/TEXT``."""
 
@@ -74,6 +76,7 @@ class StudyStimuli:
         self._drives: dict[tuple[str, float], SlotPlayback] = {}
         self._streams: dict[tuple[str, float], StimulusStream] = {}
         self._simulated: dict[str, bool] = {}
+        self._limited: dict[str, list[str]] = {}
 
     def signal(self, stimulus: Stimulus) -> Signal:
         """Return the signal of a stimulus, before it is rendered.
@@ -127,6 +130,21 @@ class StudyStimuli:
                 return False
         return self._simulated[stimulus.name]
 
+    def limited(self) -> dict[str, list[str]]:
+        """Return what of each stimulus was outside of what its runs learned, in sentences, by name.
+
+        It is in the metadata of a file. Stimuli of which nothing is, or that cannot be read, are left out.
+        """
+        load = cache(self._loaded)
+        for one in self.study.made_stimuli:
+            if one.name not in self._limited:
+                with suppress(TactogramError):
+                    found = [line for facts in self._file_facts(one) for line in facts.get("limited", ())]
+                    for name in filter(None, (one.run, one.image_run)):
+                        found += self._limits(one, load(name))
+                    self._limited[one.name] = found
+        return {name: lines for name, lines in self._limited.items() if lines}
+
     def display(self, stimulus: Stimulus) -> Display:
         """Return the display of a stimulus."""
         name = stimulus.display or self.study.display
@@ -174,14 +192,17 @@ class StudyStimuli:
                     self.display(stimulus)
 
     def _reads_as_simulated(self, stimulus: Stimulus) -> bool:
-        files = ((stimulus.file, read_metadata), (stimulus.image, read_image_metadata))
-        if any(name and read(self._file(name)).get("simulated") for name, read in files):
+        if any(facts.get("simulated") for facts in self._file_facts(stimulus)):
             return True
         if not (runs := [name for name in (stimulus.run, stimulus.image_run) if name]):
             return False
         from tactogram.training.remote_run import open_run  # loads torch
 
         return any(open_run(self._run(name)).kind().simulated for name in runs)
+
+    def _file_facts(self, stimulus: Stimulus) -> list[Mapping[str, Any]]:
+        files = ((stimulus.file, read_metadata), (stimulus.image, read_image_metadata))
+        return [read(self._file(name)) for name, read in files if name]
 
     def _check_display(self, display: Display) -> None:
         if self.study.played_by == "stream":
@@ -223,10 +244,8 @@ class StudyStimuli:
         """Return a texture over speed and force; None if there is only a signal to lay out."""
         if not stimulus.run:
             return None
-        from tactogram.workflows.training.loaded_run import load_run
-
         with _named(stimulus):
-            run = load_run(self._run(stimulus.run))
+            run = self._loaded(stimulus.run)
             return live_texture(run, stimulus.name, self._condition(stimulus, run), settings)
 
     def _make_signal(self, stimulus: Stimulus) -> Signal:
@@ -256,9 +275,8 @@ class StudyStimuli:
 
     def _generated(self, stimulus: Stimulus, run: str) -> Signal | Image:
         from tactogram.workflows.generation.generate import generate
-        from tactogram.workflows.training.loaded_run import load_run
 
-        loaded = load_run(self._run(run))
+        loaded = self._loaded(run)
         [made] = generate(
             loaded, self._condition(stimulus, loaded), seconds=stimulus.seconds, seed=stimulus.seed
         )
@@ -275,6 +293,17 @@ class StudyStimuli:
         if stimulus.vibration:
             condition["vibration"] = run.prepare_vibration(read_signal(self._file(stimulus.vibration)))
         return condition
+
+    def _limits(self, stimulus: Stimulus, run: LoadedRun) -> list[str]:
+        from tactogram.workflows.generation.generate import limits
+
+        missing = run.missing_band(read_signal(self._file(stimulus.vibration))) if stimulus.vibration else []
+        return [*map(str, limits(run, self._condition(stimulus, run))), *missing]
+
+    def _loaded(self, name: str) -> LoadedRun:
+        from tactogram.workflows.training.loaded_run import load_run  # loads torch
+
+        return load_run(self._run(name))
 
     def _run(self, name: str) -> Path:
         own = self.folder / name
@@ -305,6 +334,12 @@ class StudyStimuli:
         if not path.is_file():
             raise DataError(f"{path}: no such file")
         return path
+
+
+def limited_lines(limited: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return `StudyStimuli.limited` as lines for people, the first `SHOWN` and how many more there are."""
+    lines = [f"stimulus {name}: {sentence}" for name, sentences in limited.items() for sentence in sentences]
+    return lines[:SHOWN] + [f"{len(lines) - SHOWN} more such lines"] * (len(lines) > SHOWN)
 
 
 @contextmanager

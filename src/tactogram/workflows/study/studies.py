@@ -48,7 +48,8 @@ def check_study(
 ) -> dict[str, Any]:
     """Check a study's file, levels, displays, and the files and names of its stimuli; return its facts.
 
-    With ``stimuli`` every stimulus is also made and rendered on its display, which can take a while.
+    With ``stimuli`` every stimulus is also made and rendered on its display, which can take a while; ``limited`` are
+    sentences, by stimulus, on what was outside of what its run learned.
 
     Raises `TactogramError` for the first fault, in one line.
     """
@@ -69,9 +70,9 @@ def check_loaded(study: Study, folder: Path, *, stimuli: bool = False) -> dict[s
             path = Path(name) if Path(name).is_absolute() else folder / name
             if name and not path.is_file():
                 raise DataError(f"stimulus {stimulus.name}: {path}: no such file")
-    facts = _facts(made) | {"sha256": study.sha256, "rendered": None}
+    facts = _facts(made) | {"sha256": study.sha256, "rendered": None, "limited": {}}
     if stimuli:
-        facts["rendered"] = _render_all(made)
+        facts |= {"rendered": _render_all(made), "limited": made.limited()}
     return facts
 
 

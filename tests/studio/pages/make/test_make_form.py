@@ -121,6 +121,7 @@ def test_a_request_survives_json():
         "r",
         {"cork": 0.3},
         False,
+        "coarse cork",
         {"dry": 2.5},
         "p.png",
         (0.1, 0.2, 0.9, 1.0),

@@ -202,6 +202,18 @@ def test_a_photograph_is_dropped_cropped_and_used(tab, photo_run, tmp_path):
     assert f"--image studio/photos/{part.name}" in tab.locator("pre").inner_text()
 
 
+def test_a_description_is_the_material_named_or_refused(tab):
+    tab.goto("/make?run=texture_flow")
+    field = tab.get_by_label("Describe it in English")
+    field.fill("xyzzy")
+    field.press("Enter")
+    tab.get_by_text("'xyzzy' is like none of the 84; the nearest are").wait_for()
+    field.fill("Corrugated cardboard")
+    field.press("Enter")
+    tab.locator("[data-material='corrugated-cardboard']").wait_for()
+    assert tab.locator(".sliders .share").first.inner_text() == "100 %"
+
+
 @pytest.mark.usefixtures("words_run")
 def test_words_are_ticked_scored_and_used(tab):
     tab.goto("/make?run=runs/by-words")

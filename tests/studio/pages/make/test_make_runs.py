@@ -179,9 +179,23 @@ def test_what_is_outside_of_what_was_learned_is_said_of_a_result(state, tmp_path
     result = state.store_result(asked, state.run, 1, made, state.runs.said(asked))
     [sentence] = result.facts["limited"]
     assert sentence.startswith(f"speed 900 mm/s is outside of what was recorded of {name}: it counts as ")
-    assert state.runs.said(replace(asked, speed_mm_s=None)) == {"photograph": "", "limited": []}
+    assert state.runs.said(replace(asked, speed_mm_s=None)) == {"described": ""}
     shipped = GenerationRequest("texture_flow", {"cork": 1.0}, motion="simulated", seconds=2.0)
     assert "of the motion, is outside of" in state.runs.said(shipped)["limited"][0]
+
+
+def test_a_text_is_the_material_named_a_mix_of_those_like_it_or_refused(state):
+    everyday = GenerationRequest("texture_flow", {"cork": 1.0})
+    assert state.runs.described(everyday, "Corrugated cardboard").weights == {"corrugated-cardboard": 1.0}
+    blanket = state.runs.described(everyday, "a wool blanket")
+    assert next(iter(blanket.weights)) == "wool-knit"
+    assert blanket.text == ""
+    with pytest.raises(ParameterError, match="'xyzzy' is like none of the 84; the nearest are"):
+        state.runs.described(everyday, "xyzzy")
+    said = state.runs.said(replace(blanket, text="a wool blanket"))  # of another run, where it was predicted
+    assert said["described"] == f"Described: wool-knit {said['material']['wool-knit']:g}, scouring-pad " + (
+        f"{said['material']['scouring-pad']:g}."
+    )
 
 
 def test_a_comparison_needs_the_training_data(state):

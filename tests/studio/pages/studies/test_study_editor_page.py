@@ -63,6 +63,20 @@ def test_conditions_and_sources_of_a_grid_and_what_a_model_is_given_have_fields(
     assert saved.stimuli[0].given == {"speed_mm_s": 120}
 
 
+def test_what_is_limited_of_a_stimulus_is_said_to_who_edits_and_to_who_runs_the_study(tab, workspace):
+    path = Path(workspace) / "studies" / "fast.toml"
+    path.parent.mkdir(exist_ok=True)
+    head = 'title = "Fast"\nconsent = "Do you agree?"\nlevel = "gain=0.1"\n[design]\nkind = "magnitude"'
+    path.write_text(f"{head}{EXTRA}seconds = 0.2\ngiven.speed_mm_s = 900\n")
+    said = "timulus denim: speed 900 mm/s is outside of what was recorded: it counts as 399.7 mm/s"
+    tab.goto("/studies/edit?study=studies/fast.toml")
+    tab.get_by_role("button", name="Make and render every stimulus").click()
+    tab.get_by_role("listitem").filter(has_text=said).wait_for()
+    tab.get_by_role("button", name="Begin a session").click()
+    tab.get_by_role("button", name="Begin", exact=True).click()
+    tab.get_by_text(f"S{said}.").wait_for()
+
+
 def test_what_is_no_study_of_the_workspace_is_not_edited(tab):
     tab.goto("/studies/edit?study=../../etc/passwd")
     tab.get_by_role("alert").get_by_text("lies outside of the workspace").wait_for()

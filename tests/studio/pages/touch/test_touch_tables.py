@@ -31,6 +31,10 @@ from tactogram.workflows.training.train import train
 
 RATE = 48_000.0
 VOICES = "studio/first/voices"
+BEYOND = [
+    "recorded at 50 to 200 mm/s; slower strokes count as 50, faster ones as 200",
+    "recorded with 0.3 to 1 N; lighter strokes count as 0.3, firmer ones as 1",
+]
 
 
 def resonance(hz, rms, rate=1000.0):
@@ -81,8 +85,8 @@ def test_a_packed_table_holds_the_models_that_rendering_plays(surface):
     assert np.array_equal(arrays["deviation"], table.grid.deviation.ravel())
     assert np.array_equal(arrays["kernel"], texture.resampler.kernel.ravel())
     assert (head["half"], head["table_rate"]) == (texture.resampler.half, 1000.0)
-    assert head["speeds_mm_s"] == [50.0, 200.0]
-    assert head["follows"] == "speed 50 to 200 mm/s and force 0.3 to 1 N"
+    assert head["follows"] == "speed and force"
+    assert head["notes"] == BEYOND
 
 
 @pytest.fixture(scope="module")
@@ -106,8 +110,8 @@ def test_a_packed_table_of_noise_holds_what_rendering_plays(noise):
     assert np.array_equal(arrays["speeds"], table.grid.speeds)
     assert np.array_equal(arrays["kernel"], texture.resampler.kernel.ravel())
     assert head["half"] == texture.resampler.half
-    assert head["notes"] == ["axis y only"]
-    assert head["follows"] == "speed 50 to 200 mm/s and force 0.3 to 1 N"
+    assert head["notes"] == [*BEYOND, "axis y only"]
+    assert head["follows"] == "speed and force"
 
 
 def test_several_axes_are_refused(noise):
@@ -250,6 +254,18 @@ def test_models_of_one_speed_are_laid_along_the_way_unless_asked_otherwise(sourc
     assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.15)
     assert laid.head["simulated"]
     assert tabled.head["simulated"]
+
+
+def test_a_speed_that_was_not_recorded_is_limited_and_said(sources, studio):
+    tabled = sources.table(TextureRequest("run", VOICES, "tile", lay="table"))
+    assert tabled.head["notes"][0] == "recorded at 100 mm/s; a stroke of any other speed counts as that"
+    fast = sources.table(TextureRequest("run", VOICES, "tile", speed_mm_s=900.0, lay="path"))
+    limit = "speed 900 mm/s is outside of what was recorded of tile: it counts as 100 mm/s"
+    assert limit in fast.head["notes"]
+    assert limit not in sources.table(TextureRequest("run", VOICES, "tile", lay="path")).head["notes"]
+    kept = studio.shelf.keep(ridges(), title="Fast", facts={"limited": [limit]})
+    assert sources.table(TextureRequest("kept", kept.id)).head["notes"] == [limit]
+    studio.shelf.remove(kept.id)
 
 
 def test_a_run_of_texture_var_is_offered_laid_and_tabled(sources, workspace):

@@ -11,6 +11,7 @@ from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touc
 from tactogram.signal.io import decode_image_metadata
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import NumberField, busy, heading, hint, in_background, report_errors
+from tactogram.studio.pages.make.form import GenerationRequest
 from tactogram.studio.pages.make.runs import RunCatalogue
 from tactogram.studio.pages.make.state import MakePageState
 from tactogram.studio.workspace.shelf import KeptResult
@@ -32,10 +33,10 @@ def draw_first_touch(studio: Studio) -> None:
             field.run_method("focus")
             return
         with busy(f"Making {text} …"):
-            weights = await in_background(_weights_of, text, materials)
+            described = await in_background(runs.described, GenerationRequest(SHIPPED), text)
         state = MakePageState(studio.workspace, studio.shelf, runs, app.storage.user.setdefault("make", {}))
         state.choose(SHIPPED)
-        state.set(weights=weights)
+        state.set(weights=described.weights, text=described.text, photo="", vibration="", words={})
         state.commit()
         ui.navigate.to("/make?generate=true")
 
@@ -74,14 +75,6 @@ def draw_first_touch(studio: Studio) -> None:
         )
         if seeing := next((run for run in runs.finished() if (run.folder / PHOTOGRAPHS).is_file()), None):
             ui.link(f"Predict it from a photograph, with {seeing.name}", f"/make?run={quote(seeing.name)}")
-
-
-def _weights_of(text: str, materials: tuple[str, ...]) -> dict[str, float]:
-    if text in materials:
-        return {text: 1.0}
-    from tactogram.workflows.generation.descriptions import materials_like
-
-    return materials_like(text, materials)
 
 
 def _drawn(studio: Studio, name: str, data: bytes, width_mm: float) -> KeptResult:

@@ -34,6 +34,10 @@ PARTS: Mapping[str, str] = {
     "vibration_contactor": "vibration_contactor",
 }
 """Part of the form by condition."""
+OF_A_STROKE = (
+    "speed_mm_s", "force_n", "contactor", "vibration_speed_mm_s", "vibration_force_n", "vibration_contactor",
+)  # fmt: skip
+"""Optional conditions that are fields of a request by the same name."""
 Crop = tuple[float, float, float, float]
 
 
@@ -41,9 +45,9 @@ Crop = tuple[float, float, float, float]
 class GenerationForm:
     """Required and optional parts of a run's form (values of `PARTS`), and the materials and words that it knows.
 
-    A photograph, vibration or scores of words that are ``instead`` replace the materials, in this order. ``gives`` is
-    "signal" or "image", ``over`` the domain of the results ("time", "displacement" or "space"), and ``drawn`` are the
-    conditions that the seed draws.
+    A photograph, vibration or scores of words that are ``instead`` replace the materials, in this order; so does a
+    text, also next to a photograph. ``gives`` is "signal" or "image", ``over`` the domain of the results ("time",
+    "displacement" or "space"), and ``drawn`` are the conditions that the seed draws.
     """
 
     needs: tuple[str, ...]
@@ -61,6 +65,8 @@ class GenerationForm:
 
     def shows(self, part: str) -> bool:
         """Return whether a part can be filled in: words need names, materials too, and a photograph in their place."""
+        if part == "text":
+            return self.mixes
         known = {"materials": bool(self.materials), "words": bool(self.words)}
         known["photo"] = known["materials"] or "photo" not in self.instead
         return self.has(part) and known.get(part, True)
@@ -78,7 +84,11 @@ class GenerationForm:
             "words" in self.instead and request.words
         ):
             request = replace(request, weights={})
-        if "words" in self.instead and (request.photo or request.vibration):
+        if request.vibration:
+            request = replace(request, text="")
+        if request.text:
+            request = replace(request, weights={})
+        if "words" in self.instead and (request.photo or request.vibration or request.text):
             request = replace(request, words={})
         if not request.vibration:
             request = replace(
@@ -122,35 +132,18 @@ def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
 
 @dataclass(frozen=True)
 class GenerationRequest:
-    """A filled-in form, as JSON types.
+    """A filled-in form, as JSON types; files and the folder ``run`` are relative to the workspace, "" if none.
 
-    Parameters
-    ----------
-    run : str
-        Run folder, relative to the workspace.
-    weights : mapping
-        Weights by material; those of 0 are ignored.
-    to_one : bool
-        Whether to divide the weights by their sum.
-    words : mapping
-        Scores by word, 1 to 7; missing words are left open, or set to their mean over the run's rated items.
-    photo, vibration : str
-        Files, relative to the workspace; empty if none.
-    crop : tuple of float, optional
-        Left, top, right and bottom of the crop, as shares of the photograph's sides.
-    vibration_speed_mm_s, vibration_force_n : float, optional
-        Of the stroke in ``vibration``.
-    contactor, vibration_contactor : str, optional
-        ``finger`` or ``stylus``, of what is made and of ``vibration``.
-    motion : str
-        File of a motion, relative to the workspace, or ``simulated``; empty if none.
-    speed_mm_s, force_n, seconds : float, optional
-    seed, count : int
+    ``weights`` by material, of which those of 0 are ignored, are divided by their sum if ``to_one``. ``text`` is the
+    surface in English, for a run that predicts it. Missing ``words`` (scores, 1 to 7) are left open, or set to their
+    mean over the run's rated items. ``crop`` has left, top, right and bottom as shares of the photograph's sides.
+    ``vibration_speed_mm_s`` and so on are of the stroke in ``vibration``; ``motion`` is a file or ``simulated``.
     """
 
     run: str = ""
     weights: Mapping[str, float] = field(default_factory=dict)
     to_one: bool = True
+    text: str = ""
     words: Mapping[str, float] = field(default_factory=dict)
     photo: str = ""
     crop: Crop | None = None
@@ -194,15 +187,13 @@ class GenerationRequest:
             pure = len(self.mix) == 1 and self.to_one
             parts.append(" + ".join(name if pure else f"{name} {weight:.2g}" for name, weight in largest))
         if self.photo:
-            parts.append(self.photo.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0] or "photograph")
+            parts.append(_title_of(self.photo) or "photograph")
         elif self.vibration:
-            parts.append(
-                self.vibration.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0] or "recording"
-            )
+            parts.append(_title_of(self.vibration) or "recording")
+        parts += [self.text] if self.text else []
         parts += [f"{word} {score:.2g}" for word, score in list(self.words.items())[:4]]
         if self.motion:
-            name = self.motion.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0]
-            parts.append(f"motion of {name or 'a simulated hand'}")
+            parts.append(f"motion of {_title_of(self.motion) or 'a simulated hand'}")
         if self.speed_mm_s is not None:
             parts.append(f"{self.speed_mm_s:g} mm/s")
         if self.force_n is not None:
@@ -217,27 +208,24 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
         weights = {form.materials[0]: 1.0}
     if form.has("materials") and not form.mixes and len(weights) > 1:
         weights = {}
+    lost: dict[str, Any] = {name: None for name in OF_A_STROKE if not form.has(PARTS[name])}
     return replace(
         request,
         weights=weights if form.has("materials") else {},
+        text=request.text if form.mixes else "",
         words={word: score for word, score in request.words.items() if word in form.words},
         photo=request.photo if form.has("photo") else "",
         crop=request.crop if form.has("photo") else None,
         vibration=request.vibration if form.has("vibration") else "",
-        vibration_speed_mm_s=request.vibration_speed_mm_s if form.has("vibration_speed") else None,
-        vibration_force_n=request.vibration_force_n if form.has("vibration_force") else None,
-        vibration_contactor=request.vibration_contactor if form.has("vibration_contactor") else None,
-        contactor=request.contactor if form.has("contactor") else None,
         motion=request.motion if form.has("motion") else "",
-        speed_mm_s=request.speed_mm_s if form.has("speed") else None,
-        force_n=request.force_n if form.has("force") else None,
         seconds=request.seconds if form.over == "time" else None,
+        **lost,
     )
 
 
 def check_request(request: GenerationRequest, form: GenerationForm) -> None:
     """Raise `ParameterError` for a request that cannot be fulfilled, in a sentence for the page."""
-    replaced = any(getattr(request, part) for part in form.instead)
+    replaced = any(getattr(request, part) for part in ("text", *form.instead))
     if form.mixes and not request.mix and not replaced:
         raise ParameterError("Set the weight of at least one material above 0.")
     if form.instead and not form.materials and not replaced:
@@ -276,48 +264,42 @@ def check_request(request: GenerationRequest, form: GenerationForm) -> None:
 
 def command(request: GenerationRequest, form: GenerationForm, *, photo: str = "") -> str:
     """Return the equivalent command, to be run in the workspace; ``photo`` is the file of the cropped photograph."""
-    words = ["tactogram", "generate", request.run]
-    if request.mix:
-        if form.mixes:
-            words += ["--mix", _assignments(request.mix)]
-        else:
-            words += ["--material", next(iter(request.mix))]
-    if request.photo:
-        words += ["--image", photo or request.photo]
-    if form.has("words"):
-        if request.words:
-            words += ["--words", _assignments(request.words)]
-        if not form.some_words and set(form.words) - set(request.words):
-            words += ["--rest", "mean"]
-    if request.vibration:
-        words += ["--vibration", request.vibration]
-    if request.motion:
-        words += ["--motion", request.motion]
-    numbers = {
+    rest = form.has("words") and not form.some_words and set(form.words) - set(request.words)
+    options: dict[str, str | float | None] = {
+        "--mix": _assignments(request.mix) if form.mixes else "",
+        "--material": "" if form.mixes else next(iter(request.mix), ""),
+        "--image": request.photo and (photo or request.photo),
+        "--text": request.text,
+        "--words": _assignments(request.words) if form.has("words") else "",
+        "--rest": "mean" if rest else "",
+        "--vibration": request.vibration,
+        "--motion": request.motion,
         "--vibration-speed": request.vibration_speed_mm_s,
         "--vibration-force": request.vibration_force_n,
         "--speed": request.speed_mm_s,
         "--force": request.force_n,
         "--seconds": request.seconds,
+        "--vibration-contactor": request.vibration_contactor,
+        "--contactor": request.contactor,
+        "--seed": str(request.seed),
+        "--count": request.count if request.count > 1 else None,
+        "--out": "made.png" if form.gives == "image" else "made.wav",
     }
-    for option, value in numbers.items():
-        if value is not None:
-            words += [option, _exact(value)]
-    for option, name in (
-        ("--vibration-contactor", request.vibration_contactor),
-        ("--contactor", request.contactor),
-    ):
-        words += [option, name] if name else []
-    words += ["--seed", str(request.seed)]
-    if request.count > 1:
-        words += ["--count", str(request.count)]
-    words += ["--out", "made.png" if form.gives == "image" else "made.wav"]
+    words = ["tactogram", "generate", request.run]
+    for option, value in options.items():
+        if value not in (None, ""):
+            words += [option, value if isinstance(value, str) else _exact(float(value))]
     return shlex.join(words)
 
 
 def word_label(word: str) -> str:
     """Return the label of a word: in English, and in Japanese if it is one of the ten."""
     return f"{word}  {JAPANESE[word]}" if word in JAPANESE else word
+
+
+def _title_of(file: str) -> str:
+    """Return the name of an uploaded file as it was before its hash was added."""
+    return file.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0]
 
 
 def _is_crop(crop: Crop) -> bool:

@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -14,7 +15,7 @@ from tactogram.errors import TactogramError
 from tactogram.studio.layout import heading, hint, in_background, report_errors
 from tactogram.studio.pages.make.files import draw_motion, draw_photo, draw_vibration
 from tactogram.studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED
-from tactogram.studio.pages.make.materials_view import draw_material, draw_mix
+from tactogram.studio.pages.make.materials_view import draw_material, draw_mix, draw_text
 from tactogram.studio.pages.make.words_view import draw_words
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def draw_form(page: MakePage) -> None:
     parts: list[tuple[str, str, Callable[[MakePage], None]]] = [
         ("photo", "Photograph", draw_photo),
         ("words", "Words", draw_words),
+        ("text", "Description", draw_text),
         ("materials", "Materials", draw_mix if form.mixes else draw_material),
         ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", _draw_recording),
     ]
@@ -40,7 +42,9 @@ def draw_form(page: MakePage) -> None:
     parts += [("motion", "Motion", draw_motion), ("", "Settings", _draw_numbers)]
     used = form.used(page.state.request)
     unused = {"materials"} if form.mixes and not used.weights else set()
-    if used.photo or used.vibration:
+    if used.vibration or used.words or find_spec("wordllama") is None:
+        unused |= {"text"}
+    if used.photo or used.vibration or used.text:
         unused |= {"vibration" if used.photo else "words", "words"} & {*form.instead}
     for part, title, draw in parts:
         if part not in unused and (not part or form.shows(part)):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,21 +59,7 @@ class _Mix:
             select.on_value_change(report_errors(self._add_material))
             select.classes("w-full").props("outlined dense options-dense")
         if len(materials) > 1:
-            self._draw_text()
             self._draw_map()
-
-    def _draw_text(self) -> None:
-        """Draw the field of a description that is turned into weights, where its extra is installed."""
-        if find_spec("wordllama") is None:
-            return
-        text = ui.input("Describe it in English", placeholder="corrugated cardboard")
-        text.classes("w-full").props('outlined dense clearable data-describe="1"')
-        text.on("keydown.enter", report_errors(lambda: self._describe(text.value or "")))
-
-    async def _describe(self, text: str) -> None:
-        if text.strip():
-            self.state.set(weights=await in_background(_weights_of, text, self.materials))
-            self.page.committed(redraw=True)
 
     def _show_shares(self) -> None:
         request = self.state.request
@@ -161,10 +146,23 @@ class _Mix:
         self._show_shares()
 
 
-def _weights_of(text: str, materials: Sequence[str]) -> dict[str, float]:
-    from tactogram.workflows.generation.descriptions import materials_like
+def draw_text(page: MakePage) -> None:
+    """Draw the field of a description in English."""
+    state = page.state
 
-    return materials_like(text, materials)
+    async def describe(text: str) -> None:
+        found = await in_background(state.runs.described, state.request, text) if text.strip() else None
+        state.set(**({"text": found.text, "weights": found.weights} if found else {"text": ""}))
+        page.committed(redraw=True)
+
+    text = ui.input("Describe it in English, and press Enter", value=state.request.text)
+    text.classes("w-full").props(
+        'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
+    )
+    text.on("keydown.enter", report_errors(lambda: describe(text.value or "")))
+    text.on("clear", report_errors(lambda: describe("")))
+    if state.request.text:
+        hint("In place of the materials, with the photograph if there is one; clear it to use these.")
 
 
 def draw_material(page: MakePage) -> None:

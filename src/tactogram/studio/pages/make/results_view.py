@@ -167,8 +167,8 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
         state.add_comparison(before)
         page.results.refresh()
 
-    if photograph := result.facts.get("photograph"):
-        hint(str(photograph)).classes("w-full")
+    if described := result.facts.get("described"):
+        hint(str(described)).classes("w-full")
     for note in result.facts.get("limited", ()):
         hint(f"{note[:1].upper()}{note[1:]}.").classes("w-full")
     kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)

@@ -23,6 +23,7 @@ from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.studio.pages.make.form import (
     LONGEST_S,
+    OF_A_STROKE,
     Crop,
     GenerationForm,
     GenerationRequest,
@@ -155,6 +156,8 @@ class RunCatalogue:
             condition["material"] = request.mix
         if request.photo and form.has("photo"):
             condition["image"] = self.photograph(request)
+        if request.text:
+            condition["text"] = request.text
         if form.some_words and request.words:
             from tactogram.workflows.generation.word_scores import some_words
 
@@ -169,12 +172,8 @@ class RunCatalogue:
             condition["vibration"] = (
                 run.prepare_vibration(vibration) if "vibration" in form.instead else vibration
             )
-        for name in (
-            "speed_mm_s", "force_n", "contactor",
-            "vibration_speed_mm_s", "vibration_force_n", "vibration_contactor",
-        ):  # fmt: skip
-            if getattr(request, name) is not None:
-                condition[name] = getattr(request, name)
+        given = {name: getattr(request, name) for name in OF_A_STROKE}
+        condition |= {name: value for name, value in given.items() if value is not None}
         if request.motion:
             from tactogram.workflows.generation.generate import SIMULATED, motion_of
 
@@ -196,20 +195,33 @@ class RunCatalogue:
         return cropped(read_image(path), request.crop)
 
     def said(self, request: GenerationRequest) -> dict[str, Any]:
-        """Return a sentence on the ``photograph`` of a request, or "", and those on what is ``limited``."""
-        from tactogram.workflows.generation.generate import limits
-        from tactogram.workflows.generation.photographs import description_facts, photograph_text
+        """Return `condition_facts` of a request, and what they say of its description in a sentence, ``described``."""
+        from tactogram.workflows.generation.generate import condition_facts
+        from tactogram.workflows.generation.photographs import description_text
 
-        run, text = self.get(request.run), ""
+        run = self.get(request.run)
         request = run.form.used(request)
+        measured = request.vibration and "vibration" in run.form.instead
+        recorded = read_signal(self.workspace.inside(request.vibration)) if measured else None
         with self._lock:
             loaded = self.load(run)
-            limited = [*map(str, limits(loaded, self._condition(request, loaded, run.form)))]
-            if request.vibration and "vibration" in run.form.instead:
-                limited += loaded.missing_band(read_signal(self.workspace.inside(request.vibration)))
-            if request.photo and run.form.has("photo"):
-                text = photograph_text(description_facts(loaded, {"image": self.photograph(request)}))
-        return {"photograph": f"{text[:1].upper()}{text[1:]}." if text else "", "limited": limited}
+            facts = condition_facts(loaded, self._condition(request, loaded, run.form), recorded)
+        text = description_text(facts)
+        return facts | {"described": f"{text[:1].upper()}{text[1:]}." if text else ""}
+
+    def described(self, request: GenerationRequest, text: str) -> GenerationRequest:
+        """Return a request for what an English text describes: the text if the run predicts from it, else materials.
+
+        Raises `ParameterError` if it is like no material's name.
+        """
+        from tactogram.workflows.generation.descriptions import with_materials
+
+        given = {"text": text} | ({"image": self.photograph(request)} if request.photo else {})
+        with self._lock:
+            found = with_materials(self.load(self.get(request.run)), given)
+        if "text" in found or request.photo:
+            return replace(request, text=text)
+        return replace(request, text="", weights=found["material"])
 
     def places(self, run: FinishedRun) -> NDArray[np.float64]:
         """Return the place of each material of a run on its map, float64, shape (material, 2).

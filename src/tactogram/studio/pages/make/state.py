@@ -141,7 +141,7 @@ class MakePageState:
     ) -> KeptResult:
         """Store and return a generated result with what is said of it; the oldest unkept are deleted.
 
-        ``said`` has a sentence on its ``photograph``, and those of what is ``limited``.
+        ``said`` is that of `RunCatalogue.said`.
         """
         request = run.form.used(request)
         title = f"{request.title}, seed {request.seed}" + (f" ({number})" if request.count > 1 else "")

@@ -31,6 +31,7 @@ from tactogram.studio.server.guard import REPORT_POLICY
 from tactogram.study.session.states import NOT_BEGUN, status_label
 from tactogram.workflows.study.export import export_zip
 from tactogram.workflows.study.simulation import simulate_session
+from tactogram.workflows.study.stimuli import limited_lines
 
 if TYPE_CHECKING:
     from tactogram.studio.participants.sessions import OpenSession
@@ -97,6 +98,10 @@ class ExperimenterPage:
         self.simulated_stimuli.set_visibility(
             await in_background(lambda: any(map(stimuli.is_simulated, made)))
         )
+        limited = await in_background(stimuli.limited)
+        with self.card:
+            for line in limited_lines(limited):
+                hint(f"{line[:1].upper()}{line[1:]}.")
         ui.timer(UPDATE_S, self.update, immediate=False)
 
     async def update(self) -> None:
@@ -127,7 +132,7 @@ class ExperimenterPage:
     def _about(self) -> None:
         study = self.session.study
         practice = f", {study.practice.trials} of practice" if study.practice else ""
-        with ui.element("section").classes("card w-full stack"):
+        with ui.element("section").classes("card w-full stack") as self.card:
             with ui.row().classes("items-center justify-between w-full"):
                 self.summary = heading("").props('aria-live="polite"')
                 self.end_button = ui.button("End the study", on_click=report_errors(self._end))

@@ -155,8 +155,13 @@ class TouchSources:
             simulated, name = run.simulated, request.material
         else:
             name = self._shelf.get(request.of).title if request.where == "kept" else path.stem
-            simulated = bool(self._facts(request, path).get("simulated", False))
+            facts = self._facts(request, path)
+            simulated, limited = bool(facts.get("simulated", False)), facts.get("limited", ())
         signal, speed = self.signal(request)
+        if request.where == "run":
+            from tactogram.workflows.generation.generate import limits
+
+            limited = map(str, limits(run, {"material": request.material, "speed_mm_s": speed}))
         return table_of_signal(
             name,
             signal,
@@ -165,6 +170,7 @@ class TouchSources:
             along=request.lay if request.lay in ("x", "y") else "path",
             axes=request.axes if len(signal.axes) > 1 else signal.axes[0],
             simulated=simulated,
+            limited=limited,
         )
 
     def _loaded(self, path: Path) -> LoadedRun:

@@ -8,7 +8,7 @@ models on a grid over speed and force, or a surface in copies of decreasing deta
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,22 +112,17 @@ def table_of_map(
         kind = {"kind": "autoregressive", "order": table.order}
         arrays["reflection"] = table.grid.reflection[:, :, 0].ravel()
         arrays["deviation"] = table.grid.deviation[:, :, 0].ravel()
-    several = len(surface.models[0].axes) > 1
+    follows, notes = _followed(speeds, forces)
+    if len(surface.models[0].axes) > 1:
+        joined = "its axes combined into one with the same energy (DFT321)"
+        notes.append(joined if axes == "dft321" else f"axis {axes} only")
     head = {
         **_head(name, texture, rate=rate, simulated=simulated),
         **kind,
         "table_rate": table.rate,
         "half": texture.resampler.half,
-        "speeds_mm_s": _range(speeds),
-        "forces_n": _range(forces),
-        "follows": _followed(speeds, forces),
-        "notes": [
-            "its axes combined into one with the same energy (DFT321)"
-            if axes == "dft321"
-            else f"axis {axes} only"
-        ]
-        if several
-        else [],
+        "follows": follows,
+        "notes": notes,
     }
     return TouchTexture(head, arrays)
 
@@ -141,16 +136,17 @@ def table_of_signal(
     along: Along = "path",
     axes: str = "dft321",
     simulated: bool = False,
+    limited: Iterable[str] = (),
 ) -> TouchTexture:
     """Return the table of a signal that is laid out over the surface, for audio at ``rate`` (Hz).
 
     Its mean (gravity, a sensor's offset) is removed, since a sound card cannot play it. A friction coefficient's
     deviations from its mean are played like a vibration, silent at rest. A signal over time without ``speed_mm_s`` gets
-    `ASSUMED_SPEED_MM_S` and a note.
+    `ASSUMED_SPEED_MM_S` and a note; what was ``limited`` as it was generated are others.
 
     Raises `ParameterError` if the signal is silent, too short for a loop, or has too many axes.
     """
-    notes = []
+    notes = [*limited]
     if signal.domain == "time" and speed_mm_s is None:
         speed_mm_s = ASSUMED_SPEED_MM_S
         notes.append(f"its recording speed is unknown: {speed_mm_s:g} mm/s is assumed")
@@ -264,15 +260,23 @@ def _copies(signal: Signal, rate: float, speed_mm_s: float | None) -> int:
     return 2 + max(0, int(np.ceil(2 * np.log2(1000.0 * per_mm / rate))))
 
 
-def _range(values: NDArray[np.float64] | None) -> list[float] | None:
-    return None if values is None else [float(values[0]), float(values[-1])]
-
-
-def _followed(speeds: NDArray[np.float64] | None, forces: NDArray[np.float64] | None) -> str:
-    """Return what a grid of models follows, for people."""
-    parts = [
-        f"{name} {values[0]:g} to {values[-1]:g} {unit}"
-        for name, values, unit in (("speed", speeds, "mm/s"), ("force", forces, "N"))
-        if values is not None and len(values) > 1
-    ]
-    return " and ".join(parts) if parts else "whether the finger slides"
+def _followed(
+    speeds: NDArray[np.float64] | None, forces: NDArray[np.float64] | None
+) -> tuple[str, list[str]]:
+    """Return what a grid of models follows, and what counts in place of strokes outside of it, for people."""
+    names, notes = [], []
+    for values, name, unit, at, less, more in (
+        (speeds, "speed", "mm/s", "at", "slower", "faster"),
+        (forces, "force", "N", "with", "lighter", "firmer"),
+    ):
+        if values is None:
+            continue
+        low, high = f"{values[0]:.4g}", f"{values[-1]:.4g}"
+        if len(values) > 1:
+            names.append(name)
+            notes.append(
+                f"recorded {at} {low} to {high} {unit}; {less} strokes count as {low}, {more} ones as {high}"
+            )
+        else:
+            notes.append(f"recorded {at} {low} {unit}; a stroke of any other {name} counts as that")
+    return " and ".join(names) or "whether the finger slides", notes

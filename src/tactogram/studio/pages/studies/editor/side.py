@@ -9,6 +9,7 @@ from nicegui import ui
 from tactogram.studio.layout import busy, confirm, heading, hint, in_background, report_errors
 from tactogram.studio.pages.studies.begin import begin_dialog
 from tactogram.studio.pages.studies.editor.check import DraftCheck, check_draft
+from tactogram.workflows.study.stimuli import limited_lines
 
 if TYPE_CHECKING:
     from tactogram.studio.pages.studies.editor.page import StudyEditor
@@ -99,4 +100,7 @@ class SideCard:
             self.editor.faults.show(found.faults)
             self.show(found, changed=self.editor.draft.changed, overtaken=False)
             return
+        with self.faults:
+            for line in limited_lines(found.facts["limited"]):
+                ui.element("li")._text = line
         ui.notify(f"no problems; {len(found.facts['rendered'])} signals were made and rendered")
