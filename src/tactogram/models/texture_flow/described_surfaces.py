@@ -25,7 +25,7 @@ from scipy.stats import t as student
 
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features.photo_descriptor import check_photograph, descriptor
-from tactogram.features.text_classifier import embedded
+from tactogram.features.text_classifier import LEAST_SIMILARITY, embedded
 from tactogram.models.texture_flow.surfaces import Surface
 from tactogram.nn.trunks import Trunk
 from tactogram.signal import Image
@@ -109,6 +109,7 @@ class DescribedSurfaces:
                 inputs["image"][number] = known[self.shown == number].mean(0)
         if text is not None:
             inputs["text"] = embedded([*self.materials, text]).astype(np.float64)
+            unlike = bool((inputs["text"][:-1] @ inputs["text"][-1]).max() < LEAST_SIMILARITY)
         if (given := np.isfinite(scores)).any():
             inputs["words"] = np.vstack((rated[:, given], scores[given]))
         whole = np.all([np.isfinite(table).all(1) for table in inputs.values()], axis=0)
@@ -122,6 +123,7 @@ class DescribedSurfaces:
                 likely, facts = likely / likely.sum(), {"mean": False, "nearest": True}
             weights = likely + (1 - likely.sum()) * weights
         facts = {"given": list(inputs), "materials": int(whole.sum()) - 1, **facts}
+        facts |= {"unlike": unlike} if text is not None else {}
         self._last = asked, (weights, facts)
         return weights, facts
 

@@ -18,8 +18,8 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     The name of a material, with no photograph, is that material. Another text stays for a run that predicts surfaces
     from text; otherwise it is a mix of the materials that it is most like.
 
-    Raises `ParameterError` if the model takes no material or knows none, a material is given too, or the text is like
-    none of them; `MissingExtraError` without the extra ``text``.
+    Raises `ParameterError` if the model takes no material or knows none, a material is given too, or the text of a mix
+    is like none of them; `MissingExtraError` without the extra ``text``.
     """
     found = dict(condition)
     text = found.pop("text", None)
@@ -34,9 +34,9 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
         raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
     if found.get("image") is None and (named := [name for name in materials if plain(name) == plain(text)]):
         return found | {"material": {named[0]: 1.0}}
-    weights = describe(text, materials, synonyms=SYNONYMS)  # refuses a text that is like none
-    predicts = isinstance(run.model, DescriptionPredictor) and run.model.prediction_facts(condition)
-    return found | ({"text": text} if predicts else {"material": weights})
+    if isinstance(run.model, DescriptionPredictor) and run.model.prediction_facts(condition):
+        return found | {"text": text}
+    return found | {"material": describe(text, materials, synonyms=SYNONYMS)}
 
 
 def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict[str, str]:

@@ -84,4 +84,5 @@ def _prediction_text(found: Mapping[str, Any]) -> str:
     explains = f"explains {share:.0f} % ({low:.0f} to {high:.0f}) of the variance {which}, each left out"
     if found["mean"]:
         return f"the mean of all materials was generated, as the {given} may tell nothing: it {explains}"
-    return f"predicted from the {given}, which {explains}; standard deviation {found['error_db']:.1f} dB"
+    unlike = "; the text is like no material's name, and counts for little" if found.get("unlike") else ""
+    return f"predicted from the {given}, which {explains}; standard deviation {found['error_db']:.1f} dB{unlike}"

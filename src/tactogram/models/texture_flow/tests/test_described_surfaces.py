@@ -100,7 +100,7 @@ def test_few_materials_give_the_mean_and_no_figures():
     few.load_state(known.state() | {"spectra": known.spectra[:9], "shown": np.zeros(0, np.int64)})
     found = few.predict(None, "coarse stone", np.zeros((9, 0)), np.zeros(0))
     np.testing.assert_allclose(found[0], 1 / 9)
-    assert found[1] == {"given": ["text"], "materials": 9, "mean": True}
+    assert found[1] == {"given": ["text"], "materials": 9, "mean": True, "unlike": False}
 
 
 @needs_text
