@@ -500,16 +500,14 @@ def _array(value):
 
 LARGEST_DIFFERENCE = 1e-5
 """Of onnxruntime and this package, relative."""
-EXPORTED = ("stroke_cnn", "stroke_gan", "tactile_image_cgan", "texture_gan")
 
 
-@pytest.mark.parametrize("name", EXPORTED)
 @pytest.mark.slow
-def test_its_network_gives_the_same_in_onnxruntime(name, tmp_path):
+def test_the_classifiers_network_gives_the_same_in_onnxruntime(tmp_path):
     pytest.importorskip("onnxscript", reason="the extra export is not installed")
     from tactogram.workflows.training.onnx_export import export_network
 
-    [network] = once(models.find(name)).exported_networks().values()
+    [network] = once(models.find("stroke_cnn")).exported_networks().values()
     described = export_network(network, tmp_path / "network.onnx")
     for difference in described["difference"].values():
         assert difference["of"] > 0

@@ -182,11 +182,10 @@ def _networks_text(facts: dict[str, Any]) -> str:
     """Return the files of networks, with how far onnxruntime is from the package."""
     rows = [("network", "file", "KiB", "output", "largest difference", "of", "relative")]
     for name, each in facts["networks"].items():
-        for form in (each, each.get("int8")):
-            for output, found in (form or {"difference": {}})["difference"].items():
-                size = f"{form['bytes'] / 1024:.0f}"
-                figures = (f"{found[key]:.2g}" for key in ("largest", "of", "relative"))
-                rows.append((name, form["file"], size, output, *figures))
+        for output, found in each["difference"].items():
+            size = f"{each['bytes'] / 1024:.0f}"
+            figures = (f"{found[key]:.2g}" for key in ("largest", "of", "relative"))
+            rows.append((name, each["file"], size, output, *figures))
     return f"{columns(rows)}\nfolder: {facts['folder']}"
 
 

@@ -1,4 +1,4 @@
-"""Networks of a run as ONNX files: what is written beside them, in eight bits, and what is refused."""
+"""Networks of a run as ONNX files: what is written beside them, and what is refused."""
 
 import json
 
@@ -17,7 +17,7 @@ from tactogram.workflows.training.train import train
 @pytest.fixture(scope="module")
 def exported(run, tmp_path_factory):
     folder = tmp_path_factory.mktemp("onnx") / "networks"
-    return folder, export(run.folder, to="onnx", out=folder, int8=True)["networks"]["classifier"]
+    return folder, export(run.folder, to="onnx", out=folder)["networks"]["classifier"]
 
 
 def windows(run, count=8):
@@ -51,15 +51,6 @@ def test_the_file_beside_it_says_what_goes_in_and_comes_out(run, exported):
     assert described["opset"] == 18
 
 
-def test_eight_bits_are_smaller_and_nearly_the_same(exported):
-    folder, described = exported
-    small = described["int8"]
-    assert small["method"] == "static"
-    assert (folder / small["file"]).stat().st_size == small["bytes"] < described["bytes"]
-    exact, rough = (each["difference"]["embedding"]["relative"] for each in (described, small))
-    assert exact < 1e-5 < rough < 0.1
-
-
 def test_the_command_tells_the_largest_difference(run, tmp_path, capsys):
     assert main(["run", "export", str(run.folder), "--to", "onnx", "--out", str(tmp_path / "networks")]) == 0
     text = capsys.readouterr().out
@@ -73,8 +64,8 @@ def test_what_cannot_be_is_refused(run, store, tmp_path):
     with pytest.raises(ParameterError, match="has no networks to export"):
         export(textures.folder, to="onnx", out=tmp_path / "networks")
     assert not (tmp_path / "networks").exists()
-    with pytest.raises(ParameterError, match="int8 must be omitted with to='zip'"):
-        export(run.folder, out=tmp_path / "run.zip", int8=True)
+    with pytest.raises(ParameterError, match="material must be omitted with to='onnx'"):
+        export(run.folder, to="onnx", out=tmp_path / "networks", material="cork")
     (tmp_path / "there").mkdir()
     with pytest.raises(RunError, match="exists already"):
         export(run.folder, to="onnx", out=tmp_path / "there")

@@ -15,8 +15,6 @@ from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
     Condition,
     Example,
-    ExportedNetwork,
-    Port,
     SignalKind,
     Stage,
     check_condition,
@@ -29,7 +27,6 @@ from tactogram.nn import WaveDiscriminator
 from tactogram.nn.bare_and_fixed import fixed
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
-from tactogram.training.wave_gan_export import Scaled, exported_generator
 from tactogram.training.wave_gan_learner import LabelledCrops, WaveGANLearner
 
 
@@ -106,20 +103,6 @@ class StrokeGANLearner(WaveGANLearner[Config]):
     def load_state(self, state: Mapping[str, Any]) -> None:
         super().load_state(state)
         self.scaling.load_state(state["domain"])
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        kind, config = self.kind, self.config
-        size: dict[str, Any] = {"labels": self.materials, "length": config.length}
-        scaled = Scaled(
-            self.generating_network,
-            torch.from_numpy(self.scaling.scale),
-            torch.from_numpy(self.scaling.offset),
-        )
-        time = ("batch", "axis", "time")
-        made = Port(time, "signal", kind.unit)
-        return {
-            "generator": exported_generator(scaled, kind, latents=config.latents, output=made, **size),
-        }
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

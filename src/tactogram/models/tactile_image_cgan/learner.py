@@ -17,11 +17,9 @@ from tactogram.model import (
     WHOLE_BATCH,
     BatchShare,
     Condition,
-    ExportedNetwork,
     ImageExample,
     ImageKind,
     Kind,
-    Port,
     Stage,
     check_condition,
     check_state,
@@ -30,15 +28,12 @@ from tactogram.model import (
 from tactogram.models.tactile_image_cgan.config import Config
 from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
 from tactogram.nn.adversarial_pair import AdversarialPair
-from tactogram.nn.bare_and_fixed import for_export
 from tactogram.signal import Image
 from tactogram.training.labelled_images import LabelledImages, as_floats, as_pixels
-from tactogram.training.seeds import child_generator, child_rng, torch_seeded
+from tactogram.training.seeds import child_rng, torch_seeded
 
 EVALUATED = 64
 """Most images whose distances measure the spread of real ones."""
-DRAWN = 2
-"""Images in a batch of typical inputs."""
 LABELS, NOISES = 12, 8
 """Pairings that measure the spread of generated images: as many labels as the paper has plates."""
 
@@ -159,28 +154,6 @@ class TactileImageLearner:
         self.means = np.asarray(state["means"], np.float64)
         self.real_spread = float(state["real_spread"])
         self.gan.load_state(state["gan"], state.get("optimisers"))
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        words, noise = self.kind.words, self.config.noise
-
-        def draw(seed: int) -> tuple[Tensor, Tensor]:
-            random = child_generator(seed, "export")
-            return torch.randn(DRAWN, noise, generator=random), torch.rand(
-                DRAWN, len(words), generator=random
-            )
-
-        scores = Port(("batch", "word"), "scores, 0 to 1")
-        image = Port(("batch", "colour", "row", "column"), "image, -1 to 1; red, green, blue")
-        facts = {"word": list(words), "scale": list(self.kind.scale)}
-        return {
-            "generator": ExportedNetwork(
-                for_export(self.gan.generator),
-                draw,
-                {"noise": Port(("batch", "noise"), "standard normal random numbers"), "scores": scores},
-                {"image": image},
-                facts=facts,
-            ),
-        }
 
     @property
     def rated_means(self) -> dict[str, NDArray[np.float64]]:

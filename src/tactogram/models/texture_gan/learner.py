@@ -16,9 +16,7 @@ from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
     Condition,
     Example,
-    ExportedNetwork,
     Limit,
-    Port,
     SignalKind,
     Stage,
     check_condition,
@@ -37,7 +35,6 @@ from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
 from tactogram.signal.band_levels import BandLevels
 from tactogram.training.seeds import child_generator, child_rng
-from tactogram.training.wave_gan_export import Shaped, exported_generator
 from tactogram.training.wave_gan_learner import NO_LATENTS, LabelledCrops, WaveGANLearner
 
 MEASURED = 512
@@ -187,23 +184,6 @@ class TextureGANLearner(WaveGANLearner[Config]):
             self.band_levels.load_state(state["bands"])
         if self.average:
             self.average.load_state(state["average"])
-
-    def exported_networks(self) -> dict[str, ExportedNetwork]:
-        kind, config = self.kind, self.config
-        labels = (*self.materials, *config.conditions)
-        size: dict[str, Any] = {"labels": labels, "length": config.length}
-        white = Port(("batch", "axis", "time"), "whitened signal of about unit variance")
-        shaped = Shaped(self.generating_network, partial(split_bands, bands=config.noise_bands))
-        generator = exported_generator(
-            shaped,
-            kind,
-            latents=config.latents,
-            output=white,
-            noise=True,
-            note="the material's filter and the levels of its bands, which follow, are not networks",
-            **size,
-        )
-        return {"generator": generator}
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

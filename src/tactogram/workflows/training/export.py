@@ -10,7 +10,6 @@ from tactogram.workflows.training.requests import ExportRequest
 from tactogram.workflows.training.run_archive import export_run
 
 OPTIONS = {
-    "int8": (False, "onnx"),
     "push": (None, "hub"),
     "material": (None, "c"),
     "speed": (None, "c"),
@@ -35,7 +34,7 @@ def export(request: ExportRequest) -> dict[str, Any]:
     if request.to == "onnx":
         from tactogram.workflows.training.onnx_export import export_onnx
 
-        return export_onnx(request.run, request.out, int8=request.int8, progress=request.progress)
+        return export_onnx(request.run, request.out, progress=request.progress)
     if request.to == "c":
         from tactogram.workflows.training.c_export import export_c
 

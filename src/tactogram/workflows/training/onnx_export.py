@@ -31,17 +31,11 @@ OPSET = 18
 """Version of ONNX's operators: the first in which all of ours have one form."""
 COMPARED = range(1, 4)
 """Seeds of the inputs that are compared; the graph is traced with those of seed 0."""
-CALIBRATED = range(100, 132)
-"""Seeds of the inputs that the ranges of 8-bit numbers are measured on."""
 EXTRA = {"extra": "export", "what": "ONNX files"}
 
 
-def export_onnx(
-    run: Path | str, out: Path | str, *, int8: bool = False, progress: ProgressCallback = silent
-) -> dict[str, Any]:
+def export_onnx(run: Path | str, out: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
     """Write NAME.onnx and NAME.json of every network of ``run`` into the new folder ``out``; return their facts.
-
-    With ``int8``, NAME.int8.onnx has 8-bit weights, too.
 
     Raises
     ------
@@ -68,7 +62,7 @@ def export_onnx(
         for number, (name, network) in enumerate(networks.items()):
             progress("export", number, len(networks), name)
             try:
-                described = export_network(network, folder / f"{name}.onnx", int8=int8)
+                described = export_network(network, folder / f"{name}.onnx")
             except RuntimeError as error:  # of torch's exporter and of onnxruntime alike
                 raise RunError(f"{loaded.run.name}: {name} cannot be exported: {one_line(error)}") from error
             found[name] = facts | described
@@ -77,7 +71,7 @@ def export_onnx(
     return {"folder": str(out), "networks": found}
 
 
-def export_network(network: ExportedNetwork, file: Path, *, int8: bool = False) -> dict[str, Any]:
+def export_network(network: ExportedNetwork, file: Path) -> dict[str, Any]:
     """Write one network as an ONNX file, and return what its JSON file says of it."""
     import onnx
     import torch
@@ -106,7 +100,7 @@ def export_network(network: ExportedNetwork, file: Path, *, int8: bool = False) 
         program.save(str(file))
     onnx.checker.check_model(str(file))
     _check_free(network, onnx.load(str(file), load_external_data=False).graph.input)
-    described = {
+    return {
         "file": file.name,
         "bytes": file.stat().st_size,
         "opset": OPSET,
@@ -116,20 +110,6 @@ def export_network(network: ExportedNetwork, file: Path, *, int8: bool = False) 
         **({"note": network.note} if network.note else {}),
         **network.facts,
     }
-    if int8 and any(True for _ in network.network.parameters()):
-        from tactogram.workflows.training.onnx_quantisation import quantise
-
-        small = file.with_suffix(".int8.onnx")
-        inputs = [_named(network, network.draw(seed)) for seed in CALIBRATED]
-        with _quiet():
-            method = quantise(file, small, inputs)
-        described["int8"] = {
-            "file": small.name,
-            "bytes": small.stat().st_size,
-            "method": method,
-            "difference": _differences(network, small, compared),
-        }
-    return described
 
 
 def _check_free(network: ExportedNetwork, inputs: Any) -> None:
@@ -204,7 +184,7 @@ def _session(file: Path) -> Callable[[Mapping[str, NDArray[Any]]], list[NDArray[
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without the notes of torch's exporter and of the quantisation."""
+    """Without the notes of torch's exporter."""
     before = logging.root.manager.disable
     logging.disable(logging.WARNING)
     try:

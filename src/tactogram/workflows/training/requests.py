@@ -128,7 +128,6 @@ class ExportRequest(Request):
             "hub: a folder in the layout of the Hugging Face Hub"
         ),
     ] = "zip"
-    int8: Annotated[bool, Option("onnx: also with 8-bit weights")] = False
     material: Annotated[str | None, Option("c: the material", "NAME")] = None
     speed: Annotated[float | None, Option("c: mm/s (default: the median recorded)", "MM_S", least=0)] = None
     force: Annotated[float | None, Option("c: N (default: the median recorded)", "N", least=0)] = None
