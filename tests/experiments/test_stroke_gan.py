@@ -135,9 +135,6 @@ def test_independent_trainings_run_on_workers(folder, monkeypatch):
     monkeypatch.setattr(stroke_gan_figures, "FIGURES", {"figure-7": ("carpet",)})
     options = {"model": "ar_texture", "recipes": "quick,tiny"}
     workers = reproduce("stroke_gan_figures", out=folder, options=options, processes=2)
-    page = (folder / "workers.html").read_text()
-    assert "2 of 2 tasks done, 0 failed, 0 to do" in page
-    assert "ar_texture-quick" in page
     for name in ("ar_texture-quick", "ar_texture-tiny"):
         shutil.rmtree(folder / name)
     alone = reproduce("stroke_gan_figures", out=folder, options=options)

@@ -25,8 +25,6 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.workers import run_tasks
-from tactogram.workflows.workers.kept import PAGE
-from tactogram.workflows.workers.page import followed
 
 SEEDS = 3
 SHIPPED = "as it comes, untrained for the task"
@@ -110,8 +108,7 @@ def run_benchmark(
     Returns
     -------
     dict
-        ``results`` (number of files written), ``kept``, ``failed`` and ``skipped``: a line each; ``out``, which also
-        has ``workers.html``, a page of what is done, where and in what time.
+        ``results`` (number of files written), ``kept``, ``failed`` and ``skipped``: a line each; ``out``.
 
     Raises
     ------
@@ -164,20 +161,18 @@ def run_benchmark(
         )
     todo = [cell for cell in cells if again or not _is_done(cell, known[cell.task])]
     todo.sort(key=lambda cell: cell.seed)  # interrupted, it leaves every model with as many seeds
-    kept = [cell.name for cell in cells if cell not in todo]
     failed, written = [], 0
     outcomes = run_tasks(
         answer_cell, todo, on=on, processes=processes, name=lambda cell: cell.name, progress=progress
     )
-    page = followed(outcomes, place / PAGE, todo, title="Benchmark", name=lambda cell: cell.name, before=kept)
-    for outcome in page:
+    for outcome in outcomes:
         problem = outcome.error or outcome.value
         written += not outcome.error
         if problem:
             failed.append(f"{outcome.task.name}: {problem}")
     return {
         "results": written,
-        "kept": len(kept),
+        "kept": len(cells) - len(todo),
         "failed": failed,
         "skipped": skipped,
         "out": str(place),

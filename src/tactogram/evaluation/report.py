@@ -70,12 +70,10 @@ def write_report(
     summary: str,
     sections: Sequence[ReportSection],
     simulated: bool | str,
-    reload_s: int | None = None,
 ) -> Path:
     """Write the report to ``path``, atomically, and return the path.
 
     ``simulated`` is whether any of the data was simulated, or a text that names it, shown at the top of the page.
-    With ``reload_s`` a browser reads the file again after that time.
     """
     page = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         files("tactogram.evaluation").joinpath("report.html.jinja").read_text(encoding="utf-8")
@@ -84,7 +82,6 @@ def write_report(
         title=title,
         summary=summary,
         simulated=SIMULATED if simulated is True else simulated,
-        reload_s=reload_s,
         sections=[(s.title, [_render(block) for block in s.blocks]) for s in sections],
     )
     write_text(path, text)

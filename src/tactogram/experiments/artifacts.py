@@ -15,8 +15,6 @@ from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.train import train
 from tactogram.workflows.workers import absolute, run_tasks
-from tactogram.workflows.workers.kept import PAGE
-from tactogram.workflows.workers.page import followed
 
 
 def find_or_simulate(
@@ -55,16 +53,15 @@ class Training:
 
 def train_all(
     trainings: Sequence[Training],
-    folder: Path,
     *,
     on: str = "",
     processes: int | None = None,
     progress: ProgressCallback,
 ) -> None:
-    """Carry out trainings on workers, each on one thread; `PAGE` in ``folder`` shows their progress.
+    """Carry out trainings on workers, each on one thread.
 
     Without ``on`` and ``processes`` nothing happens: `trained_run` trains each as it is needed. On a cluster all nodes
-    share the folder.
+    share the folders.
 
     Raises `TactogramError` if trainings failed, once all others are finished; it names the first.
     """
@@ -75,8 +72,7 @@ def train_all(
         for one in trainings
     ]
     outcomes = run_tasks(_trained, sent, on=on, name=_run_name, processes=processes or 1, progress=progress)
-    shown = followed(outcomes, folder / PAGE, sent, title="trainings", name=_run_name)
-    failed = [f"{_run_name(one.task)}: {one.error}" for one in shown if one.error is not None]
+    failed = [f"{_run_name(one.task)}: {one.error}" for one in outcomes if one.error is not None]
     if failed:
         raise TactogramError(f"{len(failed)} of {len(sent)} trainings failed; {failed[0]}")
 

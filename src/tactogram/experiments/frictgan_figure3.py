@@ -120,7 +120,7 @@ def run(
         for method in (PROPOSED, *_listed(ablations, tuple(ABLATIONS), "ablations"))
         for seed in range(trainings)
     }
-    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
+    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
     for (method, seed), training in runs.items():
         run = trained_run(training.model, store, training.run, **training.options, progress=progress)
         for name in (method, *(MODELS if method == PROPOSED else ())):

@@ -87,7 +87,7 @@ def run(
         name: Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
         for name, (recipe, changes) in trainings.items()
     }
-    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
+    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
     for name, (recipe, changes) in trainings.items():
         training = runs[name]
         out = trained_run(training.model, store, training.run, **training.options, progress=progress)

@@ -111,7 +111,7 @@ def run(
         for name, seeds in lines.items()
         for seed in seeds
     }
-    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
+    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
     models: dict[str, Any] = {}
     for name, seeds in lines.items():
         found: dict[str, list[dict[str, Any]]] = {}

@@ -85,7 +85,7 @@ def run(
         )
     if finished:
         runs = {name: one for name, one in runs.items() if (one.run / "model.json").is_file()}
-    train_all(list(runs.values()), folder, on=on, processes=processes, progress=progress)
+    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
     for plates_in, training in runs.items():
         out = training.run
         trained_run(training.model, store, out, **training.options, progress=progress)

@@ -33,7 +33,7 @@ if __name__ == "__main__":
     folder = Path(sys.argv[1])
     tasks = [(str(folder / "traces"), n) for n in range(6)]
     files = [folder / f"{n}.json" for n in range(6)]
-    kept_values(chores.counted, tasks, files, folder=folder, title="squares", on=sys.argv[2], processes=2)
+    kept_values(chores.counted, tasks, files, title="squares", on=sys.argv[2], processes=2)
 """
 
 

@@ -15,7 +15,6 @@ import worker_chores as chores
 from tactogram.errors import MissingExtraError, ParameterError, TactogramError
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.kept import kept_values
-from tactogram.workflows.workers.page import followed
 
 
 def by_task(outcomes):
@@ -96,30 +95,13 @@ def test_a_driver_that_was_killed_goes_on(tmp_path, killed_and_started_again):
     done, again = killed_and_started_again(tmp_path, "")
     assert not done & again
     assert len(list(tmp_path.glob("*.json"))) == 6
-    page = (tmp_path / "workers.html").read_text()
-    assert "6 of 6 tasks done, 0 failed, 0 to do" in page
-    assert page.count("done before") == len(done)
 
 
 def test_failed_task_is_named_and_the_others_are_kept(tmp_path):
     files = [tmp_path / f"{n}.json" for n in range(3)]
     with pytest.raises(TactogramError, match="task 1: number must be 0 or 2, got 1"):
-        kept_values(chores.refused, [0, 1, 2], files, folder=tmp_path, title="t", name=lambda n: f"task {n}")
+        kept_values(chores.refused, [0, 1, 2], files, title="t", name=lambda n: f"task {n}")
     assert [file.is_file() for file in files] == [True, False, False]
-
-
-def test_the_page_names_what_failed_and_is_read_again_until_all_is_done(tmp_path):
-    outcomes = followed(run_tasks(chores.refused, [0, 1, 2]), tmp_path / "p.html", [0, 1, 2], title="Chores")
-    next(outcomes)
-    page = (tmp_path / "p.html").read_text()
-    assert "0 of 3 tasks done, 0 failed, 3 to do" in page
-    assert 'http-equiv="refresh"' in page
-    list(outcomes)
-    page = (tmp_path / "p.html").read_text()
-    assert "2 of 3 tasks done, 1 failed, 0 to do" in page
-    assert "number must be 0 or 2, got 1" in page
-    assert "local-0" in page
-    assert 'http-equiv="refresh"' not in page
 
 
 def test_ray_that_is_not_installed_is_named_with_its_extra(monkeypatch):

@@ -4,29 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from functools import partial
-from pathlib import Path
 
 from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.reading import Reading, read_item
 from tactogram.errors import DataError
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.ordered import in_order
-from tactogram.workflows.workers.page import followed
 
 
 def read_on(
     on: str,
-    page: Path,
     importer_name: str,
     items: Sequence[ImportItem],
     workers: int | None,
     progress: Callable[[int, int], None],
 ) -> Generator[tuple[ImportItem, Reading]]:
-    """Yield each item as `read_all` does, read on Ray, whose nodes share the folder; `page` shows the progress."""
+    """Yield each item as `read_all` does, read on Ray, whose nodes share the folder."""
     tasks = list(enumerate(items))
     outcomes = run_tasks(partial(_read, importer_name), tasks, on=on, name=_name, processes=workers or 1)
-    shown = followed(outcomes, page, tasks, title=f"import of {importer_name}", name=_name)
-    for done, outcome in enumerate(in_order(shown), start=1):
+    for done, outcome in enumerate(in_order(outcomes), start=1):
         item = outcome.task[1]
         if outcome.value is None:
             raise DataError(f"{item.name}: {outcome.error}")

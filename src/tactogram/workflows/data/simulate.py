@@ -26,7 +26,6 @@ from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
 from tactogram.workflows.workers import Outcome, run_tasks
 from tactogram.workflows.workers.ordered import in_order
-from tactogram.workflows.workers.page import followed
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -173,9 +172,6 @@ def _made(
         return
     numbered = list(enumerate(chunks))
     outcomes = run_tasks(partial(_all, function), numbered, on=request.on, processes=workers)
-    if request.on:
-        page, name = Path(f"{request.out}-{title}-workers.html"), _chunk_name
-        outcomes = followed(outcomes, page, numbered, title=title, name=name, simulated=True)
     yield from _counted(_values(in_order(outcomes)), before, total, request.progress, title)
 
 

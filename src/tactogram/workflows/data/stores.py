@@ -82,7 +82,7 @@ def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
     path = Path(request.path)
     read: Reader = read_all
     if request.on:
-        path, read = path.absolute(), partial(read_on, request.on, Path(f"{out}-workers.html"))
+        path, read = path.absolute(), partial(read_on, request.on)
     return import_dataset(
         request.set_name,
         path,

@@ -120,12 +120,10 @@ def _evaluated_folds(
             partial(_fold_value, progress=request.progress) if alone else _fold_value,
             folds,
             [kept / f"{id}.json" for id in ids],
-            folder=folder,
             title="cross-validation",
             name=attrgetter("name"),
             on=request.on,
             processes=processes,
-            simulated=setup.store.simulated,
             progress=silent if len(folds) == 1 else request.progress,
         )
     shutil.rmtree(kept)

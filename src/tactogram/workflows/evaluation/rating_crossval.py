@@ -164,12 +164,10 @@ def _part_values(
         partial(_part_value, data=data),
         list(enumerate(parts, start=1)),
         [kept / f"{id}.json" for id in ids],
-        folder=folder,
         title="crossval",
         name=lambda part: f"part {part[0]}/{len(parts)}",
         on=request.on,
         processes=setup.processes(len(parts)),
-        simulated=setup.store.simulated,
         progress=request.progress,
     )
     shutil.rmtree(kept)

@@ -178,12 +178,10 @@ def generate_many(
         _made,
         chunks,
         [kept / f"{id}.json" for id in ids],
-        folder=folder,
         title="generate",
         name=lambda chunk: chunk.name,
         on=on,
         processes=processes or min(cores(), len(chunks)),
-        simulated=loaded.simulated,
         progress=progress,
     )
     files: list[dict[str, Any]] = [file for value in values for file in value["files"]]

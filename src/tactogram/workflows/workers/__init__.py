@@ -1,6 +1,6 @@
 """Tasks on several processes of this machine, or on Ray.
 
-Starting a worker imports this package: `kept` and `page`, which need more, are imported by their own names.
+Starting a worker imports this package: `kept`, which needs more, is imported by its own name.
 """
 
 from tactogram.workflows.workers.outcome import Outcome as Outcome

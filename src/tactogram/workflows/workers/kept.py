@@ -11,11 +11,9 @@ from typing import Any, TypeVar
 from tactogram.errors import TactogramError
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.workers.page import followed
 from tactogram.workflows.workers.tasks import run_tasks
 
 T = TypeVar("T")
-PAGE = "workers.html"
 
 
 def kept_values(
@@ -23,30 +21,23 @@ def kept_values(
     tasks: Sequence[T],
     files: Sequence[Path],
     *,
-    folder: Path,
     title: str,
     name: Callable[[T], str] = str,
     on: str = "",
     processes: int = 1,
-    simulated: bool | str = False,
     progress: ProgressCallback = silent,
 ) -> list[dict[str, Any]]:
     """Return the value of each task, in order, read from its file or computed and written there as JSON.
 
-    With workers, `PAGE` in ``folder`` shows their progress. Other parameters are those of `run_tasks`.
+    ``title`` is the stage of ``progress``. Other parameters are those of `run_tasks`.
 
     Raises `TactogramError` at the first task that fails; the values so far stay in their files.
     """
     file_of = dict(zip(map(name, tasks), files, strict=True))
-    before = [one for one, file in file_of.items() if file.is_file()]
-    todo = [task for task in tasks if name(task) not in before]
+    todo = [task for task in tasks if not file_of[name(task)].is_file()]
     outcomes = run_tasks(
         function, todo, on=on, name=name, processes=processes, progress=partial(_counted, progress, title)
     )
-    if on or processes > 1:
-        outcomes = followed(
-            outcomes, folder / PAGE, todo, title=title, name=name, before=before, simulated=simulated
-        )
     for outcome in outcomes:
         if outcome.error is not None:
             raise TactogramError(f"{name(outcome.task)}: {outcome.error}")
