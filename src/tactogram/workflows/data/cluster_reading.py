@@ -8,8 +8,7 @@ from functools import partial
 from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.reading import Reading, read_item
 from tactogram.errors import DataError
-from tactogram.workflows.workers import run_tasks
-from tactogram.workflows.workers.ordered import in_order
+from tactogram.workflows.workers import in_order, run_tasks
 
 
 def read_on(

@@ -24,8 +24,7 @@ from tactogram.signal.io.locks import lock
 from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes
-from tactogram.workflows.workers import Outcome, run_tasks
-from tactogram.workflows.workers.ordered import in_order
+from tactogram.workflows.workers import Outcome, in_order, run_tasks
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -5,4 +5,5 @@ Starting a worker imports this package: `kept`, which needs more, is imported by
 
 from tactogram.workflows.workers.outcome import Outcome as Outcome
 from tactogram.workflows.workers.tasks import absolute as absolute
+from tactogram.workflows.workers.tasks import in_order as in_order
 from tactogram.workflows.workers.tasks import run_tasks as run_tasks

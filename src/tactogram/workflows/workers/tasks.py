@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from tactogram.errors import ParameterError
 from tactogram.main_script import allowed_processes
@@ -78,6 +78,17 @@ def _outcomes(
         task, done = tasks[number], done + 1
         progress("tasks", done, len(tasks), name(task))
         yield Outcome(task, attempt.value, attempt.error, attempt.seconds, attempt.worker)
+
+
+def in_order(outcomes: Iterable[Outcome[tuple[int, T], R]]) -> Iterator[Outcome[tuple[int, T], R]]:
+    """Yield the outcomes of tasks numbered from 0 in the order of their numbers, each as soon as it can be."""
+    waiting: dict[int, Outcome[tuple[int, T], Any]] = {}
+    following = 0
+    for outcome in outcomes:
+        waiting[outcome.task[0]] = outcome
+        while following in waiting:
+            yield waiting.pop(following)
+            following += 1
 
 
 def absolute(place: Path | str) -> str:
