@@ -136,7 +136,9 @@ def felt_heights(surface: Surface) -> NDArray[np.float64]:
     heights = surface.felt * height_field(surface).astype(np.float64)
     if surface.ground is None:
         return heights
-    return heights + _heights(surface.ground, np.random.default_rng(zlib.crc32(f"{surface.name} ground".encode())))
+    return heights + _heights(
+        surface.ground, np.random.default_rng(zlib.crc32(f"{surface.name} ground".encode()))
+    )
 
 
 def power_law(

@@ -85,4 +85,6 @@ def _prediction_text(found: Mapping[str, Any]) -> str:
     if found["mean"]:
         return f"the mean of all materials was generated, as the {given} may tell nothing: it {explains}"
     unlike = "; the text is like no material's name, and counts for little" if found.get("unlike") else ""
-    return f"predicted from the {given}, which {explains}; standard deviation {found['error_db']:.1f} dB{unlike}"
+    return (
+        f"predicted from the {given}, which {explains}; standard deviation {found['error_db']:.1f} dB{unlike}"
+    )
