@@ -31,7 +31,7 @@ RIDGE = 0.1
 WORD_RIDGE = 0.1
 """Of the words, added to the variance of 1 that each score has."""
 LARGEST = 2.5
-"""Components of words are at most so many standard deviations of those of the training strokes."""
+"""Scores, and components of words, count at most as so many standard deviations from the mean of those in training."""
 
 
 class Reference(NamedTuple):
@@ -194,9 +194,9 @@ class SurfacePredictor(nn.Module):
         )
         limits = [value[rated].nan_to_num(nan) for value, nan in ((words, torch.inf), (words, -torch.inf))]
         wide = place.amin(0), place.amax(0)
-        self.told_range.copy_(
-            torch.stack((torch.cat((wide[0], limits[0].amin(0))), torch.cat((wide[1], limits[1].amax(0)))))
-        )
+        reach = LARGEST * self.told_deviation
+        self.told_range[0] = torch.cat((wide[0], limits[0].amin(0))).maximum(self.told_mean - reach)
+        self.told_range[1] = torch.cat((wide[1], limits[1].amax(0))).minimum(self.told_mean + reach)
         told = self._told(told).nan_to_num(0.0)
         self.told.copy_(told.T @ told / len(told))
         self.tells.copy_(told.T @ components[rated] / len(told))
