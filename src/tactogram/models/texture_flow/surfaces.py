@@ -30,6 +30,8 @@ LEAST_DEVIATION = 0.05
 """Least standard deviation of a log magnitude."""
 BANDS = 8
 """Bands of a code."""
+LEAKED = 0.4
+"""Magnitude at 0 Hz, as a share of the next bin's, that leaks from that of recordings with nothing below it."""
 LAGS = (1, 2, 4, 8, 16)
 """Lags of a code's autocorrelations, hops."""
 
@@ -133,14 +135,15 @@ class SurfaceSpectra:
         return -(-least // multiple) * multiple
 
     def lowest_of(self, signals: Sequence[Signal]) -> float:
-        """Return `lowest` of signals: the median, 0 if none holds a window. Without it 20 Hz are 5 dB too weak."""
+        """Return `lowest` of signals: the median, or 0 if it is below `LEAKED`. Without it 20 Hz are 5 dB too weak."""
         power = [
             self._transformed(signal.samples, torch.from_numpy(signal.samples.mean(1)), first=0)[:, :2]
             .abs().square().sum((0, 2))
             for signal in signals
             if len(signal) >= self.transform.n_fft
         ]  # fmt: skip
-        return float(np.median([(zero / one).sqrt() for zero, one in power if one > 0] or [0.0]))
+        found = float(np.median([(zero / one).sqrt() for zero, one in power if one > 0] or [0.0]))
+        return found if found >= LEAKED else 0.0
 
     def measure(self, recorded: Sequence[Signal]) -> Surface | None:
         """Return the surface of signals, or None if they hold fewer than two windows."""
