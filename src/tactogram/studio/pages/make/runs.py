@@ -212,7 +212,7 @@ class RunCatalogue:
     def described(self, request: GenerationRequest, text: str) -> GenerationRequest:
         """Return a request for what an English text describes: the text if the run predicts from it, else materials.
 
-        Raises `ParameterError` if it is like no material's name.
+        Raises `ParameterError` if the run mixes materials and it is like no name of them.
         """
         from tactogram.workflows.generation.descriptions import with_materials
 
