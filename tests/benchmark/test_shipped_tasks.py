@@ -13,6 +13,7 @@ from tactogram.benchmark.task import available_tasks
 from tactogram.benchmark.task_kind import kind_of
 from tactogram.datasets.importer import IMPORTERS
 from tactogram.datasets.simulate.sets import SETS
+from tactogram.workflows.data.simulate import simulate_to_store
 
 ROOT = Path(__file__).parents[2]
 TASKS = available_tasks()
@@ -37,6 +38,15 @@ def test_a_task_is_whole(name):
 def test_simulated_data_is_called_simulated(name):
     task = TASKS[name]
     assert not task.data.simulated or "simulated" in task.data.what + task.title
+
+
+SIMULATED = {task.data.sha256: task.data for task in TASKS.values() if task.data.simulated}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("data", SIMULATED.values(), ids=lambda data: data.simulate["set_name"])
+def test_the_simulator_still_makes_the_data_that_results_were_measured_on(data, tmp_path):
+    assert simulate_to_store(**data.simulate, out=tmp_path / "store")["sha256"] == data.sha256
 
 
 def test_the_kinds_that_a_paper_of_the_field_asks_are_there():

