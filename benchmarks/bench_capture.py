@@ -9,10 +9,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from tactogram.capture import SourceEnded, read_log
-from tactogram.capture.twelite.parser import TweliteParser
-from tactogram.capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions, write_log
-from tactogram.capture.twelite.source import TweliteSource
+from tactogram_capture import SourceEnded, read_log
+from tactogram_capture.twelite.parser import TweliteParser
+from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions, write_log
+from tactogram_capture.twelite.source import TweliteSource
 
 SECONDS = 120
 

@@ -30,7 +30,7 @@ from urllib.parse import urlencode, urlsplit
 import numpy as np
 import psutil
 
-from tactogram.study.session.store import SessionStore
+from tactogram_study.session.store import SessionStore
 
 CASES = (("1 to 3 s", (1.0, 3.0), 30, 2), ("all at once", None, 30, 5))
 """How they are called, seconds of thinking, participants, repetitions."""

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram.benchmark.task import TASKS
+from tactogram_benchmark.task import TASKS
 from tactogram.datasets import (
     RecordingInfo,
     Region,

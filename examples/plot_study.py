@@ -11,9 +11,9 @@ from tempfile import mkdtemp
 
 import matplotlib.pyplot as plt
 
-from tactogram.workflows.study.analysis import analyse_study
-from tactogram.workflows.study.power import study_power
-from tactogram.workflows.study.simulation import simulate_study
+from tactogram_study.workflows.analysis import analyse_study
+from tactogram_study.workflows.power import study_power
+from tactogram_study.workflows.simulation import simulate_study
 
 folder = Path(mkdtemp())
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tactogram.capture.stream.raw_log import RawLog
-from tactogram.capture.twelite.simulator import transmissions
+from tactogram_capture.stream.raw_log import RawLog
+from tactogram_capture.twelite.simulator import transmissions
 
 # The same examples in every run: a failure is seen by whoever runs the tests next, and never by chance alone.
 # Search further with HYPOTHESIS_PROFILE=search.

@@ -47,7 +47,7 @@ def test_models_are_listed_without_the_libraries_that_train_them():
 def test_study_designs_are_listed_without_the_libraries_that_analyse_them():
     heavy = {"scipy", "statsmodels", "matplotlib", "torch", "pyarrow"}
     code = (
-        f"import sys, tactogram.study.designs as d; d.designs(); sys.exit(bool({heavy} & set(sys.modules)))"
+        f"import sys, tactogram_study.designs as d; d.designs(); sys.exit(bool({heavy} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 

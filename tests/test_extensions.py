@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactogram.capture.catalogue import SOURCES
+from tactogram_capture.catalogue import SOURCES
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.datasets.importer import IMPORTERS
@@ -25,9 +25,9 @@ from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
-from tactogram.studio.pages.send.sending import DriveRequest, FileRequest, SendService
-from tactogram.studio.workspace.folder import Workspace
-from tactogram.studio.workspace.shelf import ResultArchive
+from tactogram_studio.pages.send.sending import DriveRequest, FileRequest, SendService
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.shelf import ResultArchive
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "src/tactogram"

@@ -8,8 +8,8 @@ from pydantic import BaseModel
 
 from tactogram import model as protocols
 from tactogram import models
-from tactogram.capture.source import PlanFollower
-from tactogram.capture.sources.played import StoreReplaySource
+from tactogram_capture.source import PlanFollower
+from tactogram_capture.sources.played import StoreReplaySource
 from tactogram.model import SignalKind, window_of
 from tactogram.recipe import Recipe
 

@@ -3,7 +3,7 @@
 import pytest
 
 from tactogram import models
-from tactogram.experiments import (
+from tactogram_benchmark.experiments import (
     frictgan_figure3,
     stroke_cnn_table2,
     visual_tactile_gan_table3,

@@ -1,1 +1,1 @@
-"""Experiments of our own, of the same form as `tactogram.experiments`: no publication has their tables."""
+"""Experiments of our own, of the same form as `tactogram_benchmark.experiments`: no publication has their tables."""

@@ -20,10 +20,10 @@ from typing import Any
 
 from tactogram.errors import DataError, DeviceError
 from tactogram.extras import imported
-from tactogram.study.session.sitting import next_page
-from tactogram.study.simulated_participants import SimulatedEffect, SimulatedParticipant
-from tactogram.study.study_file import Study
-from tactogram.study.trials import PageAnswers, Participant
+from tactogram_study.session.sitting import next_page
+from tactogram_study.simulated_participants import SimulatedEffect, SimulatedParticipant
+from tactogram_study.study_file import Study
+from tactogram_study.trials import PageAnswers, Participant
 
 HAND = Path(__file__).with_name("browser_hand.js")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

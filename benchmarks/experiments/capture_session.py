@@ -22,17 +22,17 @@ from typing import Any
 import numpy as np
 
 from benchmarks.experiments.live_figure import live_figure
-from tactogram.capture import read_log
-from tactogram.capture.live.recognition import WindowClassification
-from tactogram.capture.session.take import restored
+from tactogram_capture import read_log
+from tactogram_capture.live.recognition import WindowClassification
+from tactogram_capture.session.take import restored
 from tactogram.datasets import create_store, open_store
 from tactogram.datasets.simulate.materials import STROKING_30
 from tactogram.datasets.simulate.sets import make, tasks
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError
 from tactogram.evaluation.report import save_figure
-from tactogram.workflows.capture.live import live
-from tactogram.workflows.capture.session import capture
+from tactogram_capture.workflows.live import live
+from tactogram_capture.workflows.session import capture
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tactogram.datasets import Store
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import find_or_simulate
+from tactogram_benchmark.experiments.artifacts import find_or_simulate
 from tactogram.models import ModelInfo, available, find
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display

@@ -17,9 +17,9 @@ from torch import Tensor
 from tactogram import models
 from tactogram.datasets import Store, create_store, open_store
 from tactogram.datasets.recording import Recording
-from tactogram.experiments.artifacts import find_or_simulate, trained_run
-from tactogram.experiments.frictgan_figure3 import MEASURES, REFERENCE, fabrics_of
-from tactogram.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
+from tactogram_benchmark.experiments.frictgan_figure3 import MEASURES, REFERENCE, fabrics_of
+from tactogram_benchmark.experiments.picture_cells import spread, text_of
 from tactogram.features.registered_pairs import FrictionBatch, PhotoWindows
 from tactogram.model import Example, SignalKind
 from tactogram.models.frictgan.fabric_evaluation import compare_fabrics, fabric_windows, summary
@@ -50,7 +50,7 @@ def run(
     folder, paper, progress
         As of every experiment; ``paper`` changes nothing.
     data, fabrics, trainings
-        As of `tactogram.experiments.frictgan_figure3`.
+        As of `tactogram_benchmark.experiments.frictgan_figure3`.
     """
     store = find_or_simulate(folder / "data", "fabrics", given=data, progress=progress)
     names = fabrics_of(store, fabrics)

@@ -24,8 +24,8 @@ from tactogram.evaluation.pictures.distances import ImageQuality
 from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
 from tactogram.evaluation.pictures.networks import TrunkDistance
 from tactogram.evaluation.report import save_figure
-from tactogram.experiments.artifacts import cached_result, find_or_simulate, trained_run
-from tactogram.experiments.image_cells import (
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, trained_run
+from tactogram_benchmark.experiments.image_cells import (
     DRAWS,
     RatedPlates,
     as_tensor,
@@ -35,8 +35,8 @@ from tactogram.experiments.image_cells import (
     rater_run,
     real_images,
 )
-from tactogram.experiments.image_comparison import TRIALS
-from tactogram.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.image_comparison import TRIALS
+from tactogram_benchmark.experiments.picture_cells import spread, text_of
 from tactogram.models.texture_flow.image_learner import ImageFlowLearner
 from tactogram.signal import Image
 from tactogram.training.checkpoint import load_state

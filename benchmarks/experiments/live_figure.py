@@ -8,7 +8,7 @@ from itertools import groupby
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram.capture.live.recognition import WindowClassification
+from tactogram_capture.live.recognition import WindowClassification
 from tactogram.errors import ParameterError
 
 

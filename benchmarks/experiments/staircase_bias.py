@@ -16,10 +16,10 @@ from scipy.special import ndtr, ndtri
 
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import write_text
-from tactogram.study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold, reversal_threshold
-from tactogram.study.designs.staircase import Staircase, StaircaseTrack
-from tactogram.study.simulated_participants import SimulatedEffect
-from tactogram.study.study_file import Study
+from tactogram_study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold, reversal_threshold
+from tactogram_study.designs.staircase import Staircase, StaircaseTrack
+from tactogram_study.simulated_participants import SimulatedEffect
+from tactogram_study.study_file import Study
 from tactogram.workflows.progress import ProgressCallback
 
 Numbers = NDArray[np.float64]

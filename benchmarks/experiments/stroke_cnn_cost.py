@@ -13,7 +13,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.experiments.artifacts import cached_result, find_or_simulate, kind_of
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, kind_of
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.progress import ProgressCallback
 

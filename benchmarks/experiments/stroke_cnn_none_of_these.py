@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.experiments.artifacts import find_or_simulate, kind_of, trained_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, kind_of, trained_run
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.progress import ProgressCallback
 

@@ -20,7 +20,7 @@ from tactogram.datasets import Store
 from tactogram.datasets.examples import Examples, signal_kind
 from tactogram.datasets.splits.split import Segment
 from tactogram.errors import ParameterError
-from tactogram.experiments.artifacts import cached_result, find_or_simulate, kind_of
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, kind_of
 from tactogram.model import Stage
 from tactogram.models import find
 from tactogram.models.stroke_cnn.config import Config

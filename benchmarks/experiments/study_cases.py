@@ -19,8 +19,8 @@ from benchmarks.experiments.study_truths import (
     shifted,
     steps,
 )
-from tactogram.study.analysis.item_contrasts import REST, WHOLE
-from tactogram.study.analysis.threshold import SETTLED_3_DOWN
+from tactogram_study.analysis.item_contrasts import REST, WHOLE
+from tactogram_study.analysis.threshold import SETTLED_3_DOWN
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.experiments.study_truths import Truth
-from tactogram.study.analysis.findings import EQUIVALENT, SHOWN
-from tactogram.study.simulated_participants import SimulatedEffect
-from tactogram.study.study_file import Study
+from tactogram_study.analysis.findings import EQUIVALENT, SHOWN
+from tactogram_study.simulated_participants import SimulatedEffect
+from tactogram_study.study_file import Study
 
 RECOVERED, MISSED, NOT_FOUND = "recovered", "shown, outside the interval", "not shown"
 ABSENT, FALSE_ALARM = "equivalent within the margin", "false alarm"

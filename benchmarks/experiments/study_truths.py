@@ -13,8 +13,8 @@ import numpy as np
 from scipy.special import expit, ndtr, ndtri
 
 from tactogram.statistics.shares import abx_share
-from tactogram.study.simulated_participants import UNIT, SimulatedEffect, typical
-from tactogram.study.study_file import Study
+from tactogram_study.simulated_participants import UNIT, SimulatedEffect, typical
+from tactogram_study.study_file import Study
 
 Truth = Callable[[SimulatedEffect, Study, int], float]
 """Function of an effect, the study as taken, and the seed of the answers."""

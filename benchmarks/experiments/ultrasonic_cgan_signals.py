@@ -27,7 +27,7 @@ from tactogram.datasets.simulate.raters import SimulatedRater, draw_people, scor
 from tactogram.evaluation.checkpoint_selection import SelectionRule, choose
 from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
-from tactogram.experiments.artifacts import cached_result, find_or_simulate, trained_run
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, trained_run
 from tactogram.models.ultrasonic_cgan import Config
 from tactogram.models.ultrasonic_cgan.spectra import display_spectra
 from tactogram.signal import Signal

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.ratings.label_following import label_fidelity
-from tactogram.experiments.artifacts import trained_run
-from tactogram.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.artifacts import trained_run
+from tactogram_benchmark.experiments.picture_cells import spread, text_of
 from tactogram.signal import Signal
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.ratings import predicted_ratings

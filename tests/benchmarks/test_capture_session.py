@@ -3,8 +3,8 @@
 import pytest
 
 from benchmarks.experiments import capture_session as experiment
-from tactogram.capture.live.recognition import Classification, WindowClassification
-from tactogram.capture.session.plan import SessionPlan
+from tactogram_capture.live.recognition import Classification, WindowClassification
+from tactogram_capture.session.plan import SessionPlan
 
 
 def guess(time_s, name):

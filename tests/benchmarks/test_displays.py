@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
-from tactogram.experiments.reproduce import reproduce
+from tactogram_benchmark.experiments.reproduce import reproduce
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.experiments import friction_from_photo
 from tactogram.datasets import open_store
-from tactogram.experiments.artifacts import trained_run
+from tactogram_benchmark.experiments.artifacts import trained_run
 from tactogram.models.frictgan.tests.test_learner import EXAMPLES, PERIOD_MM, fabric_store, learner
 from tactogram.workflows.progress import silent
 

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.experiments.live_figure import live_figure
-from tactogram.capture.live.recognition import Classification, WindowClassification
+from tactogram_capture.live.recognition import Classification, WindowClassification
 from tactogram.errors import ParameterError
 
 

@@ -9,7 +9,7 @@ from benchmarks.experiments import staircase_bias
 
 
 def test_experiments_are_listed_apart_from_those_that_are_published(capsys):
-    from tactogram.experiments.catalogue import experiments
+    from tactogram_benchmark.experiments.catalogue import experiments
 
     assert command.main(["--list", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)

@@ -6,7 +6,7 @@ from benchmarks.experiments import studies_in_browser
 from benchmarks.experiments.browser_participants import browser_path
 from benchmarks.experiments.study_cases import STUDIES
 from tactogram.errors import DataError, DeviceError
-from tactogram.study.study_file import Study, shipped_studies
+from tactogram_study.study_file import Study, shipped_studies
 
 
 def test_studies_of_every_shipped_design_are_taken():

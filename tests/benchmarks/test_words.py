@@ -8,7 +8,7 @@ import pytest
 from benchmarks.experiments import words_plates, words_vibviz
 from tactogram.datasets import Ratings, Recording, Scale, create_store
 from tactogram.errors import ParameterError
-from tactogram.experiments.artifacts import trained_run
+from tactogram_benchmark.experiments.artifacts import trained_run
 from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from tactogram.signal import Signal
-from tactogram.studio.workspace.shelf import ResultArchive
-from tactogram.study.study_file import Study
+from tactogram_studio.workspace.shelf import ResultArchive
+from tactogram_study.study_file import Study
 
 TABLET = {"width": 1180, "height": 820}
 AHEAD = """{

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from tactogram.errors import ParameterError, RunError
-from tactogram.workflows.capture.live import LiveClassifier
+from tactogram_capture.workflows.live import LiveClassifier
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.recognition.classify import classify

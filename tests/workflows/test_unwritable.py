@@ -9,7 +9,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.cli.parser import make_parser
 from tactogram.errors import ParameterError
-from tactogram.experiments.reproduce import reproduce
+from tactogram_benchmark.experiments.reproduce import reproduce
 from tactogram.workflows.data.convert import convert_folder
 from tactogram.workflows.evaluation import crossval
 from tactogram.workflows.evaluation import mixing_ladder as mixing

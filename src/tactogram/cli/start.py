@@ -78,7 +78,7 @@ def _doctor(request: _DoctorRequest, show: Printer) -> None:
 
 
 def _device(name: str, show: Printer) -> None:
-    from tactogram.workflows.rendering.devices import try_device
+    from tactogram_capture.workflows.devices import try_device
 
     facts = try_device(name)
     lines = [f"{facts['device']}: {facts['state']}: {facts['line']}"]

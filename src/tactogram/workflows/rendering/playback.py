@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.capture.catalogue import find_devices
+from tactogram_capture.catalogue import find_devices
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.displays.catalogue import open_display

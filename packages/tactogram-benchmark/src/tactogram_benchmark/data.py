@@ -1,0 +1,159 @@
+"""Data of a task: its store, found by its hash or simulated again, and the examples of each part."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from tactogram_benchmark.task import BenchmarkTask, available_tasks
+from tactogram.datasets import Examples, Split, Store, label_of, open_store, part_examples, signal_kind
+from tactogram.errors import DataError, ParameterError
+from tactogram.model import Example, SignalKind
+from tactogram.plugins import further_folders
+from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram.workflows.progress import ProgressCallback, silent
+
+STORES_VARIABLE = "TACTOGRAM_STORES"
+"""Environment variable with stores, or folders of stores, separated as in PATH."""
+
+
+@dataclass(frozen=True)
+class OpenTask:
+    """A task with its data.
+
+    ``folder`` is the work folder of the benchmark, where trainings and reference models are kept.
+    """
+
+    task: BenchmarkTask
+    store: Store
+    split: Split
+    folder: Path
+
+    def examples(self, part: str) -> Examples:
+        """Return the examples of ``train``, ``validation`` or ``test``, prepared once for all tasks."""
+        return part_examples(
+            self.store, self.split, part, self.task.prepare, label=self.task.label, cache_dir=self.prepared
+        )
+
+    @property
+    def prepared(self) -> Path:
+        """Folder of prepared recordings, of all tasks and trainings."""
+        return self.folder / "prepared"
+
+    @cached_property
+    def test(self) -> Sequence[Example]:
+        """The test examples, each prepared once."""
+        return list(self.examples("test"))
+
+    @cached_property
+    def train(self) -> Sequence[Example]:
+        """The training examples, each prepared once."""
+        return list(self.examples("train"))
+
+    def counts(self, part: str) -> Counter[str]:
+        """Return the number of recordings of each material in a part, without reading them."""
+        return Counter(str(label_of(info, self.task.label)) for info in self.examples(part).infos)
+
+    @cached_property
+    def materials(self) -> tuple[str, ...]:
+        """Materials of the training part, sorted."""
+        return self.examples("train").materials
+
+    @cached_property
+    def kind(self) -> SignalKind:
+        """The kind of all signals of the task."""
+        part = "train" if self.split.train else "test"
+        return signal_kind(self.examples(part), simulated=self.store.simulated)
+
+
+def open_task(
+    task: BenchmarkTask,
+    folder: Path,
+    stores: Sequence[Path | str] = (),
+    *,
+    progress: ProgressCallback = silent,
+) -> OpenTask:
+    """Return a task with its data; simulated data is made in ``folder`` if it is nowhere.
+
+    Raises
+    ------
+    DataError
+        If recorded data is not available, or simulated data has another hash on this machine.
+    LeakError
+        If the split leaks.
+    """
+    split = task.load_split()
+    store = find_store(task, (folder / "stores", *further_folders(STORES_VARIABLE, stores)))
+    if store is None and task.data.simulated:
+        store = _simulated(task, folder / "stores", progress)
+    if store is None:
+        raise DataError(
+            f"{task.name}: needs {task.data.name} (SHA-256 {task.data.sha256[:12]}…), which is not available; "
+            f"import it by `tactogram data import {task.data.importer} PATH --out DIR` and name its folder with "
+            "`--stores`"
+        )
+    ids = {segment.id for part in split.parts.values() for segment in part}
+    if missing := [id for id in ids if id not in store]:
+        raise DataError(
+            f"{task.name}: {len(missing)} recordings of its split are not in {store.path} ({missing[0]}, …)"
+        )
+    return OpenTask(task, store, split, folder)
+
+
+def find_store(task: BenchmarkTask, places: Sequence[Path]) -> Store | None:
+    """Return the store of a task, by its hash, in ``places`` or the folders in them; None if there is none."""
+    for place in places:
+        for file in (place / "dataset.json", *sorted(place.glob("*/dataset.json"))):
+            if not file.is_file():
+                continue
+            try:
+                store = open_store(file.parent)
+            except DataError:
+                continue
+            if store.sha256 == task.data.sha256:
+                return store
+    return None
+
+
+def list_tasks(
+    folder: Path | str = "runs/benchmark",
+    stores: Sequence[Path | str] = (),
+    task_folders: Sequence[Path | str] = (),
+) -> dict[str, dict[str, Any]]:
+    """Return ``title``, ``kind``, ``data``, ``simulated`` and ``state`` of each task by name.
+
+    The state is ``available``, ``simulated on demand``, or ``missing``, with the name of its importer.
+    """
+    places = (Path(folder) / "stores", *further_folders(STORES_VARIABLE, stores))
+    found = {}
+    for name, task in available_tasks(task_folders).items():
+        there = find_store(task, places) is not None
+        missing = "simulated on demand" if task.data.simulated else f"missing: import {task.data.importer}"
+        found[name] = {
+            "title": task.title,
+            "kind": task.kind,
+            "data": task.data.what,
+            "simulated": task.data.simulated,
+            "state": "available" if there else missing,
+        }
+    return found
+
+
+def _simulated(task: BenchmarkTask, folder: Path, progress: ProgressCallback) -> Store:
+    arguments = dict(task.data.simulate)
+    if "set_name" not in arguments:
+        raise ParameterError(f"{task.name}: data.simulate must name the set as set_name")
+    path = folder / f"{arguments['set_name']}-{task.data.sha256[:12]}"
+    if not (path / "dataset.json").is_file():
+        simulate_to_store(**arguments, out=path, progress=progress)
+    store = open_store(path)
+    if store.sha256 != task.data.sha256:
+        raise DataError(
+            f"{path}: simulated data must have SHA-256 {task.data.sha256[:12]}… as {task.file.name} states, got "
+            f"{store.sha256[:12]}…: the simulator or its numerical libraries are of another version"
+        )
+    return store

@@ -1,0 +1,287 @@
+"""Hatori & Takemura 2023, Figure 7: errors of word ratings of generated signals against the plates', groups A to E.
+
+The raters are simulated people who took no part in the training data, and a rater model trained on
+the display signals; every figure and table states which. ``ratings=FILE`` makes the figure from real answers
+about the signals of this experiment (listed in ``items.csv``). A further condition is the
+display signal nearest in words, which a model must outperform.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from statistics import mean, stdev
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets import Ratings, Store
+from tactogram.datasets.ratings.table import read_table, write_table
+from tactogram.datasets.simulate.raters import draw_people, score_vibrations
+from tactogram.errors import ParameterError
+from tactogram.evaluation.ratings.figures import word_map_figure
+from tactogram.evaluation.ratings.prediction import distances_to_targets, one_rater_error, split_half_error
+from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
+from tactogram.evaluation.report import save_figure
+from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, trained_run
+from tactogram_benchmark.experiments.figure7_text import RATER_MODEL, figure7_text
+from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
+from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
+from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
+from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
+from tactogram.workflows.progress import ProgressCallback
+
+GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
+"""Clusters of the plates in each group. Sec. IV-B."""
+SIGNIFICANT = ("B", "C", "D")
+"""Published: errors below those of the sensor's signal, p < 0.01, but not for A; E's training failed. No means are
+given. Sec. V-A."""
+PEOPLE = 20
+"""Different people from those of the training data. Sec. V-A."""
+SIMULATED_RATERS = "simulated raters"
+
+
+def run(
+    folder: Path,
+    *,
+    paper: bool,
+    progress: ProgressCallback,
+    data: str = "",
+    ratings: str = "",
+    groups: str = "A,B,C,D,E",
+    trainings: int = 1,
+    iterations: int = 0,
+    recipe: str = "",
+) -> dict[str, Any]:
+    """Return the errors of each group by raters, and the figures' files.
+
+    Parameters
+    ----------
+    data : str
+        Store of rated plates and display signals; default: the simulated study.
+    ratings : str
+        Table of answers about the items in ``items.csv``: CSV, TSV or Parquet.
+    groups : str
+        Names, separated by commas.
+    trainings : int
+        Seeds per group. The first is rated; the others show the variation between trainings.
+    iterations : int
+        Iterations of each network; 0 for the recipe's.
+    recipe : str
+        Recipe of the generators; default: ``paper``, or ``quick`` for the bench.
+    """
+    store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
+    chosen = chosen_groups(groups)
+    recipe = recipe or ("paper" if paper else "quick")
+    changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
+    made = {
+        name: [
+            _group(folder, store, name, seed=seed, recipe=recipe, changes=changes, progress=progress)
+            for seed in range(trainings)
+        ]
+        for name in chosen
+    }
+    first = next(iter(made.values()))[0]
+    conditions = (STRAIGHT, NEAREST, *chosen)
+    signals = _signals(first, made)
+    items = _write_signals(folder, signals)
+    plates = first.ratings.select(items=list(first.targets))
+    human = {
+        "one_rater_mae": float(np.nanmean(one_rater_error(plates.cube))),
+        "split_half_mae": float(np.nanmean(split_half_error(plates.cube, rng=np.random.default_rng(0)))),
+    }
+    rater, own = _rater(folder, store, progress)
+    tables = _tables(folder, store, signals, rater=rater, ratings=ratings, words=plates.words)
+    told = _told(folder, tables, first.targets, conditions, human=human, own=own["mean"]["mae"])
+    shown_by = next((by for by in ("people", SIMULATED_RATERS) if by in tables), next(iter(tables)))
+    result: dict[str, Any] = {
+        "figure": 7,
+        **facts_of(store),
+        "recipe": recipe,
+        "iterations": iterations or None,
+        "split": f"rated surfaces by session; the sensor's recordings: {first.recordings}",
+        "trainings": trainings,
+        "failed": {name: dict(held[0].failed) for name, held in made.items() if held[0].failed},
+        "told_by": told,
+        "spread_over_trainings": _spread(made, rater, first.targets) if trainings > 1 else {},
+        "rater": {
+            "error": own["mean"],
+            "per_word": own["per_word"],
+            "split": own["split"],
+            "described_by": own["described_by"],
+        },
+        "human": human,
+        "word_map": _word_map(folder, tables[shown_by], shown_by, first, told[shown_by], tuple(chosen)),
+        "items": str(items),
+        "published": {"below_sensor_p_001": list(SIGNIFICANT), "not": ["A"], "failed": ["E"]},
+    }
+    return result | {"text": figure7_text(result, conditions)}
+
+
+def _signals(first: Any, made: Mapping[str, list[Any]]) -> dict[str, Signal]:
+    """Return the rated signals: the sensor's, the nearest, and those of each group's first training."""
+    signals = {f"{STRAIGHT}/{item}": one for item, one in first.straight.items()}
+    signals |= {f"{NEAREST}/{item}": one for item, one in first.nearest.items()}
+    for name, held in made.items():
+        signals |= {f"{name}/{item}": one for item, one in held[0].signals.items()}
+    return signals
+
+
+def _told(
+    folder: Path,
+    tables: Mapping[str, Ratings],
+    targets: Mapping[str, Any],
+    conditions: tuple[str, ...],
+    *,
+    human: Mapping[str, float],
+    own: float,
+) -> dict[str, Any]:
+    """Return the errors of each condition by raters, beside the raters' own errors."""
+    of_people = {"one rater of the plates, the others": human["one_rater_mae"]}
+    of_model = {
+        "half of the plates' raters, other half": human["split_half_mae"],
+        "the rater model itself": own,
+    }
+    return {
+        by: evaluate_reproduction(
+            table,
+            targets,
+            conditions=conditions,
+            told_by=by,
+            out=folder / f"figure7-{by.replace(' ', '-')}.png",
+            beside=of_model if by.startswith(RATER_MODEL) else of_people,
+        )
+        for by, table in tables.items()
+    }
+
+
+def chosen_groups(groups: str) -> list[str]:
+    """Return the named groups in the paper's order."""
+    names = [name.strip() for name in groups.split(",")]
+    if unknown := [name for name in names if name not in GROUPS]:
+        raise ParameterError(
+            f"groups must be of {', '.join(GROUPS)}, separated by commas, got {unknown[0]!r}"
+        )
+    return [name for name in GROUPS if name in names]
+
+
+def _group(
+    folder: Path,
+    store: Store,
+    name: str,
+    *,
+    seed: int,
+    recipe: str,
+    changes: Mapping[str, Any],
+    progress: ProgressCallback,
+) -> Any:
+    changes = {**changes, "config.clusters": GROUPS[name], "seed": seed}
+    options: dict[str, Any] = {"recipe": recipe, "by": "session", "changes": changes}
+    out = folder / "runs" / f"{name}-{seed}"
+    trained_run("ultrasonic_cgan", store, out, **options, progress=progress)
+    return generate_rated_surfaces(out, seed=seed)
+
+
+def _tables(
+    folder: Path,
+    store: Store,
+    signals: Mapping[str, Signal],
+    *,
+    rater: Path,
+    ratings: str,
+    words: Sequence[str],
+) -> dict[str, Ratings]:
+    """Return the ratings of ``signals`` by simulated raters, by the rater model and by people."""
+    tables: dict[str, Ratings] = {}
+    if store.simulated:
+        people = draw_people(PEOPLE, seed=1, prefix="judge")
+        tables[SIMULATED_RATERS] = score_vibrations(signals, people, seed=0).in_words(words)
+        write_table(folder / "simulated-answers.csv", tables[SIMULATED_RATERS])
+    of = " of simulated raters" if store.simulated else ""
+    tables[RATER_MODEL + of] = predicted_ratings(rater, signals)
+    if ratings:
+        tables["people"] = read_table(Path(ratings)).ratings.in_words(words)
+    return tables
+
+
+def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path, dict[str, Any]]:
+    """Return a rater model of all display signals, and its cross-validated error."""
+    changes = {"prepare.stream": "drive"}
+    options: dict[str, Any] = {"recipe": "quick", "split": "all", "changes": changes}
+    out = trained_run("rater", store, folder / "runs" / "rater", **options, progress=progress)
+    own = crossval_ratings(
+        "rater",
+        store.path,
+        changes=changes,
+        folds=10,
+        repeats=1,
+        out=folder / "rater-crossval",
+        progress=progress,
+    )
+    return out, own
+
+
+def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(("item", "condition", "plate", "file"))
+    for item, signal in signals.items():
+        condition, _, plate = item.partition("/")
+        path = folder / "signals" / f"{condition}-{plate}.wav"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_signal(path, signal)
+        table.writerow((item, condition, plate, path.relative_to(folder).as_posix()))
+    write_text(folder / "items.csv", text.getvalue())
+    return folder / "items.csv"
+
+
+def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]) -> dict[str, Any]:
+    """Return each group's error according to the rater model, mean and sd over trainings."""
+    found = {}
+    for name, trained in made.items():
+        errors = []
+        for one in trained:
+            if one.signals:
+                said = predicted_ratings(rater, one.signals)
+                away = said.means - np.array([targets[item] for item in said.items])
+                errors.append(float(np.nanmean(np.abs(away))))
+        found[name] = {
+            "mean": mean(errors) if errors else None,
+            "sd": stdev(errors) if len(errors) > 1 else None,
+            "values": errors,
+            "plates": [len(one.signals) for one in trained],
+        }
+    return found
+
+
+def _word_map(
+    folder: Path, table: Ratings, told_by: str, made: Any, told: Mapping[str, Any], groups: tuple[str, ...]
+) -> dict[str, Any]:
+    """Draw plates, display signals and the best group's signals by their scores; return all distances to targets."""
+    scores = dict(zip(table.items, table.means, strict=True))
+    targets = {item: np.array(row) for item, row in made.targets.items()}
+    distances = distances_to_targets(scores, targets)
+    means = dict(zip(made.ratings.items, made.ratings.means, strict=True))
+    known = [name for name in groups if name in told["conditions"] and name not in told["incomplete"]]
+    kinds = {"plates": targets, "display signals": {n: m for n, m in means.items() if n not in targets}}
+    lines: dict[str, str] = {}
+    best = min(known, key=lambda name: told["conditions"][name]["mae"]) if known else None
+    for name in (STRAIGHT, *([best] if best else [])):
+        kind = "sensor's signal" if name == STRAIGHT else f"generated, group {name}"
+        kinds[kind] = {i: scores[f"{name}/{i}"] for i in targets if f"{name}/{i}" in scores}
+        if name == best:
+            lines = {f"{kind}:{item}": f"plates:{item}" for item in kinds[kind]}
+    title = (
+        f"Words of plates, display signals and generated signals ({told_by}); line: rms distance to its plate"
+    )
+    figure = word_map_figure(kinds, table.words, targets=lines, title=title)
+    return {
+        "figure": str(save_figure(folder / "word-map.png", figure)),
+        "told_by": told_by,
+        "drawn": best,
+        "distance_to_target": {name: away for name, (_, away) in distances.items()},
+    }

@@ -1,0 +1,183 @@
+"""Hatori & Takemura 2023, Sec. IV-C: groups whose training succeeds, by the printed rule and by ours; Figure 6.
+
+A cluster is a run of its own, on all recordings of its plates as published (there is no test part). The
+clusters of Ward's tree are nested, so groups share them: A to D are seven trainings, E eleven more. Each run keeps the
+generator of the printed rule; ours, which averages the correct rate, is applied to the same curves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tactogram.datasets.simulate.raters import draw_people, score_vibrations
+from tactogram.errors import ParameterError
+from tactogram.evaluation.checkpoint_selection import SelectionRule, choose, smoothed
+from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, reproduction
+from tactogram_benchmark.experiments.artifacts import Training, facts_of, find_or_simulate, train_all, trained_run
+from tactogram_benchmark.experiments.image_cells import plates_of
+from tactogram_benchmark.experiments.ultrasonic_cgan_figure7 import GROUPS, PEOPLE, SIMULATED_RATERS, chosen_groups
+from tactogram.models.ultrasonic_cgan import Config
+from tactogram.models.ultrasonic_cgan.surfaces import clusters_of, tree_of
+from tactogram.signal import Signal
+from tactogram.workflows.evaluation.word_signals import WordGenerationResult, generate_rated_surfaces
+from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.training.loaded_run import load_run
+
+PUBLISHED = {"A": True, "B": True, "C": True, "D": True, "E": False}
+"""Whether the training succeeded. Sec. IV-C."""
+RULES = ("as printed", "ours")
+"""The correct rate of one batch, or of the last 100."""
+
+
+def run(
+    folder: Path,
+    *,
+    paper: bool,
+    progress: ProgressCallback,
+    data: str = "",
+    groups: str = "A,B,C,D,E",
+    iterations: int = 0,
+    finished: bool = False,
+    on: str = "",
+    processes: int | None = None,
+) -> dict[str, Any]:
+    """Return the outcome of each cluster's training by both rules, of each group, and the errors of its signals.
+
+    Parameters
+    ----------
+    folder, paper, progress
+        See `tactogram_benchmark.experiments`; ``paper`` is 18 trainings of 200,000 iterations, half an hour each on a core.
+    data : str
+        Store of rated plates and display signals; default: the simulated study.
+    groups : str
+        Names, separated by commas.
+    iterations : int
+        Of each training; 0 for the recipe's.
+    finished : bool
+        Report the runs that are finished, and train none.
+    """
+    store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
+    plates = plates_of(store)
+    tree = tree_of(plates.means, Config().linkage)
+    members: dict[str, list[tuple[str, ...]]] = {}
+    for name in chosen_groups(groups):
+        numbers = clusters_of(tree, GROUPS[name], items=len(plates.names))
+        members[name] = [tuple(np.array(plates.names)[numbers == k].tolist()) for k in range(GROUPS[name])]
+    recipe = "paper" if paper else "quick"
+    changes: dict[str, Any] = {"config.clusters": 1, "config.smooth": 1}
+    changes |= {"config.iterations": iterations} if iterations else {}
+    clusters: dict[tuple[str, ...], dict[str, Any]] = {}
+    made: dict[tuple[str, ...], WordGenerationResult] = {}
+    runs: dict[tuple[str, ...], Training] = {}
+    for plates_in in dict.fromkeys(one for held in members.values() for one in held):
+        others = [name for name in plates.names if name not in plates_in]
+        where = {"material": "!" + "|".join(others)} if others else None
+        runs[plates_in] = Training(
+            "ultrasonic_cgan",
+            store.path,
+            folder / "runs" / ("plates-" + "-".join(name.removeprefix("plate") for name in plates_in) + "-0"),
+            {"recipe": recipe, "split": "all", "changes": changes, "where": where},
+        )
+    if finished:
+        runs = {name: one for name, one in runs.items() if (one.run / "model.json").is_file()}
+    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
+    for plates_in, training in runs.items():
+        out = training.run
+        trained_run(training.model, store, out, **training.options, progress=progress)
+        clusters[plates_in] = _outcome(out) | {
+            "plates": list(plates_in),
+            "figure": (out / "figures/spectra.png").relative_to(folder).as_posix(),
+        }
+        made[plates_in] = generate_rated_surfaces(out)
+    if not clusters:
+        raise ParameterError(f"{folder}: must hold a finished run for `finished`, got none")
+    result: dict[str, Any] = {
+        **facts_of(store),
+        "recipe": recipe,
+        "iterations": iterations or None,
+        "split": "none: all recordings are trained on, as published; rated signals are of recordings trained on",
+        "clusters": list(clusters.values()),
+        "groups": {
+            name: {"published": PUBLISHED[name]} | _group([clusters.get(one) for one in held])
+            for name, held in members.items()
+        },
+        "told_by": _told(members, made) if store.simulated else {},
+    }
+    return result | {"text": _text(result)}
+
+
+def _outcome(out: Path) -> dict[str, Any]:
+    """Return what a training's curves show, and the iteration that each rule selects."""
+    model: Any = load_run(out).model
+    losses, _, rates = model.trained[0].curves
+    averaged = smoothed(rates, SelectionRule().window)
+    rules = {
+        "as printed": SelectionRule(window=1, after=model.config.choose_after),
+        "ours": SelectionRule(after=model.config.choose_after),
+    }
+    chosen = {name: choose(losses, rates, rule) for name, rule in rules.items()}
+    return {
+        "iterations": len(rates),
+        "correct_rate": float(rates.mean()),
+        "lowest_smoothed": float(np.nanmin(averaged)),
+        "lowest_smoothed_at": int(np.nanargmin(averaged)) + 1,
+        "single_in_range": int(((rates >= 0.4) & (rates <= 0.6)).sum()),
+        **{name: None if one is None else asdict(one) for name, one in chosen.items()},
+    }
+
+
+def _group(held: Sequence[Mapping[str, Any] | None]) -> dict[str, Any]:
+    """Return a group's number of clusters, of finished trainings, and of those in which a generator was selected."""
+    done = [one for one in held if one is not None]
+    met = {name: sum(one[name] is not None for one in done) for name in RULES}
+    return {"clusters": len(held), "finished": len(done), **met}
+
+
+def _told(
+    members: Mapping[str, Sequence[tuple[str, ...]]], made: Mapping[tuple[str, ...], WordGenerationResult]
+) -> dict[str, Any]:
+    """Return the errors of simulated people's scores, of the printed rule's generators and without a model."""
+    signals: dict[str, Signal] = {}
+    for held in made.values():
+        signals |= {f"{STRAIGHT}/{item}": one for item, one in held.straight.items()}
+        signals |= {f"{NEAREST}/{item}": one for item, one in held.nearest.items()}
+    for name, clusters in members.items():
+        for held in (made[one] for one in clusters if one in made):
+            signals |= {f"{name}/{item}": one for item, one in held.signals.items()}
+    first = next(iter(made.values()))
+    targets = {item: np.array(row) for held in made.values() for item, row in held.targets.items()}
+    people = draw_people(PEOPLE, seed=1, prefix="judge")
+    said = score_vibrations(signals, people, seed=0).in_words(first.ratings.words)
+    conditions = (STRAIGHT, NEAREST, *members)
+    return reproduction(said, targets, conditions=conditions, told_by=SIMULATED_RATERS).as_dict()
+
+
+def _text(result: Mapping[str, Any]) -> str:
+    lines = [
+        f"Selection on {result['data']}, recipe {result['recipe']}; split: {result['split']}",
+        f"{'plates':34}{'iterations':>11}{'correct':>9}{'lowest of 100':>15}{'as printed':>24}{'ours':>24}",
+    ]
+    for one in result["clusters"]:
+        plates = ",".join(name.removeprefix("plate") for name in one["plates"])
+        lines.append(
+            f"{plates:34}{one['iterations']:>11,}{one['correct_rate']:>9.3f}{one['lowest_smoothed']:>15.3f}"
+            + "".join(f"{_chosen(one[name]):>24}" for name in RULES)
+        )
+    for name, group in result["groups"].items():
+        met = ", ".join(f"{group[rule]} {rule}" for rule in RULES)
+        lines.append(
+            f"group {name}: {group['finished']} of {group['clusters']} clusters finished; generators selected: {met}; "
+            f"published: {'all' if group['published'] else 'failed'}"
+        )
+    for name, row in result["told_by"].get("conditions", {}).items():
+        lines.append(f"{name}: MAE {row['mae']:.3f} ± {row['se']:.3f} (SE), {row['targets']} plates")
+    return "\n".join(lines)
+
+
+def _chosen(one: Mapping[str, Any] | None) -> str:
+    return "failed" if one is None else f"{one['iteration']:,} (loss {one['loss']:.3g})"

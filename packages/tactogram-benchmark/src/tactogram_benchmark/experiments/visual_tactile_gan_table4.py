@@ -1,0 +1,165 @@
+"""Neshov et al. 2026, Table 4, Figures 3 and 4: the proposed model, three others and its ablations.
+
+Every method has the same pairs, split and number of steps. Seeds are paired, and each method is compared with the
+proposed one by a two-sided paired t-test, as in Sec. 4.3. p is uncorrected: one of seven
+comparisons below 0.05 means little.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram_benchmark.experiments.artifacts import facts_of
+from tactogram_benchmark.experiments.picture_cells import (
+    compared,
+    data_of,
+    p_text,
+    run_of,
+    table_cells,
+    table_settings,
+    text_of,
+)
+from tactogram.nn.weight_files import VGG19
+from tactogram.workflows.evaluation.picture_report import compare_pictures
+from tactogram.workflows.progress import ProgressCallback
+
+PROPOSED = "proposed"
+METHODS: dict[str, tuple[str, dict[str, Any]]] = {
+    "pix2pix": ("pix2pix", {}),
+    "pix2pixHD": ("pix2pixhd", {}),
+    "Residue-Fusion GAN": ("residue_fusion_gan", {}),
+    "without CBN": ("visual_tactile_gan", {"config.conditional": False}),
+    "without L1": ("visual_tactile_gan", {"config.l1": 0.0}),
+    "without FM": ("visual_tactile_gan", {"config.feature_matching": 0.0}),
+    "one discriminator": ("visual_tactile_gan", {"config.discriminators": 1}),
+    PROPOSED: ("visual_tactile_gan", {}),
+}
+"""Model, and changes of its recipe."""
+VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
+    "L1 weight 5": ("visual_tactile_gan", {"config.l1": 5.0}),
+    "L1 weight 20": ("visual_tactile_gan", {"config.l1": 20.0}),
+    "FM weight 20": ("visual_tactile_gan", {"config.feature_matching": 20.0}),
+    "FM weight 80": ("visual_tactile_gan", {"config.feature_matching": 80.0}),
+    "label probabilities": ("visual_tactile_gan", {"config.label": "probabilities"}),
+}
+"""Ours: half and twice each loss weight (10 and 40; Sec. 3.1 leaves their sensitivity open), and conditioning on the
+instance (future work in Sec. 4.5), by the predicted probabilities of all labels."""
+PUBLISHED = {
+    "pix2pix": ((0.3513, 0.0089), (52.23, 2.01)),
+    "pix2pixHD": ((0.3345, 0.0105), (43.60, 1.88)),
+    "Residue-Fusion GAN": ((0.3198, 0.0075), (40.76, 1.83)),
+    "without CBN": ((0.3439, 0.0093), (45.42, 2.10)),
+    "without L1": ((0.3278, 0.0087), (41.67, 2.14)),
+    "without FM": ((0.3247, 0.0068), (41.29, 1.98)),
+    "one discriminator": ((0.3458, 0.0080), (47.60, 1.91)),
+    PROPOSED: ((0.3113, 0.0087), (38.77, 1.92)),
+}
+"""LPIPS and FID, mean and sd of 10 runs: nine materials of LMT-108, acceleration."""
+
+
+def run(
+    folder: Path,
+    *,
+    paper: bool,
+    progress: ProgressCallback,
+    data: str = "",
+    trainings: int = 3,
+    methods: str = "",
+    protocol: str = "source-split",
+    alexnet: str = "",
+    inception: str = "",
+    vgg19: str = "",
+    densenet201: str = "",
+) -> dict[str, Any]:
+    """Return every method's figures and their comparison with the proposed model's.
+
+    Parameters
+    ----------
+    data : str
+        Store with photographs; default: simulated surfaces.
+    trainings : int
+        Seeds per method; 10 in the paper.
+    methods : str
+        Beside the proposed model only these, such as ``pix2pix,without CBN``, or ``variants`` (`VARIANTS`: other loss
+        weights, and label probabilities as condition); default: the published ones.
+    protocol : str
+        Order of splitting, cutting and pairing: ours, ``crop-split`` (the paper's) or ``pair-then-split``.
+    alexnet, inception, vgg19, densenet201 : str
+        Files of published weights (`tactogram doctor` lists them); default: torch's cache.
+    """
+    wanted = _wanted(methods)
+    files = {"alexnet": alexnet, "inception": inception, "vgg19": vgg19, "densenet201": densenet201}
+    settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
+    store = data_of(folder, data, paper=paper, progress=progress)
+    cells = table_cells(folder, store, wanted, settings=settings, trainings=trainings, progress=progress)
+    rows = {
+        name: {
+            **row,
+            "published_lpips": PUBLISHED[name][0] if name in PUBLISHED else None,
+            "published_fid": PUBLISHED[name][1] if name in PUBLISHED else None,
+        }
+        for name, row in compared(cells, PROPOSED).items()
+    }
+    runs = {name: run_of(folder, settings.run_name(name, model), 0) for name, (model, _) in wanted.items()}
+    figure = folder / "figure3.png"
+    if all((place / "model.json").is_file() for place in runs.values()):
+        attention = [name for name in (PROPOSED, "without CBN") if name in wanted]
+        compare_pictures(runs, figure, attention=attention, progress=progress)
+    result = {
+        "figure": str(figure) if figure.is_file() else None,
+        "table": 4,
+        **facts_of(store),
+        "protocol": settings.protocol,
+        "trainings": trainings,
+        "pictures": cells[PROPOSED][0]["pictures"],
+        "missing": cells[PROPOSED][0]["missing"]
+        | ({"perceptual loss": settings.missing[VGG19.network]} if VGG19.network in settings.missing else {}),
+        "best": {
+            measure: min(rows, key=lambda name: rows[name]["test"][measure]["mean"])
+            for measure in rows[PROPOSED]["test"]
+        },
+        "methods": rows,
+    }
+    return result | {"text": _text(result)}
+
+
+def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
+    """Return model and changes of the named methods, of the published ones for none; always of the proposed."""
+    known = METHODS | VARIANTS
+    wanted = [name.strip() for name in names.split(",")] if names else list(METHODS)
+    wanted = [one for name in wanted for one in (VARIANTS if name == "variants" else (name,))]
+    for name in wanted:
+        if name not in known:
+            raise ParameterError(f"methods must be some of {', '.join(known)} or variants, got {name!r}")
+    return {name: known[name] for name in known if name in {*wanted, PROPOSED}}
+
+
+def _text(result: dict[str, Any]) -> str:
+    rows = result["methods"]
+    measures = list(rows[PROPOSED]["test"])
+    kind = "simulated strokes" if result["simulated"] else "recordings"
+    lines = [
+        f"Table 4 on {result['data']}, {kind}, {result['protocol']}, {result['trainings']} trainings, "
+        f"{result['pictures']} test pairs, mean ± sd [p against proposed]; published: real accelerations of LMT-108, "
+        "10 trainings",
+        f"{'':20}{'published LPIPS':>18}{'published FID':>16}"
+        + "".join(f"{name:>{max(len(name), 24) + 2}}" for name in measures),
+    ]
+    for name, row in rows.items():
+        published = (
+            ("–", "–")
+            if row["published_lpips"] is None
+            else (
+                "{:.4f} ± {:.4f}".format(*row["published_lpips"]),
+                "{:.2f} ± {:.2f}".format(*row["published_fid"]),
+            )
+        )
+        line = f"{name:20}" + "{:>18}{:>16}".format(*published)
+        for measure in measures:
+            text = text_of(row["test"][measure], digits=3) + p_text(row["p"][measure])
+            line += f"{text:>{max(len(measure), 24) + 2}}"
+        lines.append(line)
+    lines += [f"{name}: {why}" for name, why in result["missing"].items()]
+    return "\n".join(lines)

@@ -1,0 +1,103 @@
+"""Classification: the material of a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram.errors import ParameterError
+from tactogram.evaluation.classification import pooled
+from tactogram.evaluation.measures import linear_discriminant, wilson
+from tactogram.model import WindowClassifier
+from tactogram.models import ModelInfo
+from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.training.loaded_run import LoadedRun
+
+SMALLEST = 1e-6
+"""Probability below which an error costs no more: 14 nats."""
+
+
+def _discriminant(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
+    train = opened.train
+    classify = linear_discriminant([e.signal for e in train], [str(e.material) for e in train])
+    found = classify([question.given["vibration"] for question in questions])
+    return {
+        question.id: np.array([float(name == answer) for name in opened.materials])
+        for question, answer in zip(questions, found, strict=True)
+    }
+
+
+class Classification(TaskKind):
+    """Questions are the test recordings; answers, probabilities of the materials of the training part."""
+
+    name, rank = "classification", 1
+    main = ("accuracy", "higher")
+    baselines = MappingProxyType({"linear_discriminant": _discriminant})
+    given = "a recording"
+    asked = "the probability of each material"
+
+    def check(self, opened: OpenTask) -> None:
+        """Refuse a test recording of a material that is not trained on."""
+        if unknown := sorted(opened.counts("test").keys() - set(opened.materials)):
+            raise ParameterError(f"{opened.task.name}: no training recording of {', '.join(unknown)}")
+
+    def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
+        """Return whether the model is a classifier."""
+        return facts.task == "classification"
+
+    def form(self, opened: OpenTask) -> AnswerForm:
+        """Return probabilities of materials."""
+        names = opened.materials
+        return AnswerForm(
+            "probabilities",
+            f"the probabilities of {len(names)} materials, shape ({len(names)},), sum 1",
+            names,
+        )
+
+    def questions(self, opened: OpenTask) -> list[Question]:
+        """Return the test recordings."""
+        return [Question(example.id, {"vibration": example.signal}) for example in opened.test]
+
+    def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
+        """Return pooled probabilities of the windows."""
+        model, signal = loaded.classifier, question.given["vibration"]
+        each = (
+            model.window_probabilities(signal)
+            if isinstance(model, WindowClassifier)
+            else model.probabilities(signal)[None]
+        )
+        found = dict(zip(model.materials, pooled(each), strict=True))
+        return np.array([found.get(name, 0.0) for name in opened.materials])
+
+    def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
+        """Return the accuracy by recording, and the cross-entropy."""
+        right, cost = {}, {}
+        for example in opened.test:
+            place = opened.materials.index(str(example.material))
+            shares = np.asarray(answers[example.id], np.float64)
+            right[example.id] = float(shares.argmax() == place)
+            cost[example.id] = -float(np.log(max(shares[place], SMALLEST)))
+        chance = 1 / len(opened.materials)
+        accuracy = wilson(float(np.mean(list(right.values()))), len(right))
+        return Judgement(
+            {
+                "accuracy": Figure(
+                    accuracy.accuracy, "higher", "recordings classified correctly",
+                    floor=1.0, ceiling=chance, low=accuracy.low, high=accuracy.high, by_item=right,
+                ),
+                "cross_entropy": Figure(
+                    float(np.mean(list(cost.values()))), "lower", "cross-entropy", "nat",
+                    floor=0.0, ceiling=-float(np.log(chance)),
+                ),
+            }
+        )  # fmt: skip
+
+
+KIND = Classification()

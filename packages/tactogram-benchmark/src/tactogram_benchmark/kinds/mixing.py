@@ -1,0 +1,141 @@
+"""Mixing: signals between two materials, at weights between them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.task import TaskOptions, options_of
+from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram.errors import ParameterError
+from tactogram.evaluation.measures import mean_interval
+from tactogram.evaluation.mixing.placement import OVERALL, positions
+from tactogram.models import ModelInfo
+from tactogram.signal import Signal
+from tactogram.signal.resampling import resample
+from tactogram.training.seeds import child_seed
+from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.training.loaded_run import LoadedRun
+
+
+class MixingOptions(TaskOptions):
+    """Options of the kind."""
+
+    pairs: tuple[tuple[str, str], ...]
+    steps: int = 6
+    """Weights of the second material, from 0 to 1."""
+    signals: int = 4
+    """Signals of each weight."""
+    seconds: float = 4.0
+
+
+class Mixing(TaskKind):
+    """Signals are placed on the line between recordings of the two materials."""
+
+    name, rank, version = "mixing", 5, 3
+    main = ("position_error", "lower")
+    given = "weights of two materials"
+    asked = "a signal"
+
+    def check(self, opened: OpenTask) -> None:
+        """Refuse pairs of materials that are not trained on, or with fewer than two test recordings."""
+        tested = opened.counts("test")
+        for name in {name for pair in options_of(opened.task, MixingOptions).pairs for name in pair}:
+            if name not in opened.materials or tested[name] < 2:
+                raise ParameterError(
+                    f"{opened.task.name}: {name} needs training recordings and two or more test recordings"
+                )
+
+    def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
+        """Return whether the model generates signals of materials."""
+        return facts.task == "generation" and facts.gives == "signal" and facts.needs == ("material",)
+
+    def form(self, opened: OpenTask) -> AnswerForm:
+        """Return a signal."""
+        kind = opened.kind
+        return AnswerForm(
+            "signal",
+            f"samples at {kind.rate:g} Hz, {kind.unit}, shape ({len(kind.axes)}, time), as long as asked or longer",
+        )
+
+    def questions(self, opened: OpenTask) -> list[Question]:
+        """Return the mixes, each of several signals."""
+        options = options_of(opened.task, MixingOptions)
+        found = []
+        for start, end in options.pairs:
+            for weight in np.linspace(0, 1, options.steps).round(6).tolist():
+                for draw in range(options.signals):
+                    mix = {start: round(1 - weight, 6), end: weight}
+                    found.append(
+                        Question(f"{start}+{end}/{weight:g}/{draw}", {"material": mix}, options.seconds)
+                    )
+        return found
+
+    def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
+        """Return generated samples."""
+        own = child_seed(seed, "benchmark", question.id)
+        made = loaded.generator.generate(dict(question.given), seconds=question.seconds, seed=own)
+        if not isinstance(made, Signal):
+            raise ParameterError(f"{loaded.facts.name} generates images, not signals")
+        return (made if made.rate == opened.kind.rate else resample(made, opened.kind.rate)).samples
+
+    def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
+        """Return how far steps are from their weight along the line, and how many pairs move one way.
+
+        The ceiling of the distance is that of the half-way mix for every weight.
+        """
+        options, kind = options_of(opened.task, MixingOptions), opened.kind
+        weights = np.linspace(0, 1, options.steps).round(6)
+        recorded: dict[str, list[Signal]] = {}
+        for example in opened.test:
+            recorded.setdefault(str(example.material), []).append(example.signal)
+        error, monotone, half, off = {}, [], [], []
+        for number, (start, end) in enumerate(options.pairs, 1):
+            made = [
+                [
+                    kind.signal(np.asarray(answers[f"{start}+{end}/{weight:g}/{draw}"], np.float32))
+                    for draw in range(options.signals)
+                ]
+                for weight in weights.tolist()
+            ]
+            ladder = positions(made, recorded[start], recorded[end], weights=weights)
+            column = ladder.columns.index(OVERALL)
+            placed = ladder.position[:, column]
+            error[f"{start}+{end}"] = float(np.mean(np.abs(np.clip(placed, -1, 2) - weights)))
+            monotone.append(bool(ladder.monotone[column]))
+            half.append(min(1.0, abs(float(ladder.half_weight[column]) - 0.5)))
+            off.append(float(ladder.off_line[:, column].max()))
+            progress("place mixes", number, len(options.pairs))
+        values = np.array(list(error.values()))
+        low, high = mean_interval(values, least=0.0) or (None, None)
+        return Judgement(
+            {
+                "position_error": Figure(
+                    float(values.mean()), "lower",
+                    "mean distance of a mix from its weight along the line between the recordings",
+                    floor=0.0, ceiling=float(np.mean(np.abs(weights - 0.5))), low=low, high=high, by_item=error,
+                ),
+                "one_way": Figure(
+                    float(np.mean(monotone)), "higher", "pairs that move one way", floor=1.0, ceiling=0.0
+                ),
+                "half_way": Figure(
+                    float(np.mean(half)), "lower", "distance of the half-way weight from 0.5",
+                    floor=0.0, ceiling=0.5,
+                ),
+                "off_line": Figure(
+                    float(np.mean(off)), "lower", "largest distance from the line, of the ends' distance", floor=0.0
+                ),
+            },
+            shown={
+                f"{start}+{end}/0.4": kind.signal(np.asarray(answers[f"{start}+{end}/0.4/0"], np.float32))
+                for start, end in options.pairs[:2]
+                if f"{start}+{end}/0.4/0" in answers
+            },
+        )  # fmt: skip
+
+
+KIND = Mixing()

@@ -1,0 +1,74 @@
+"""Figure 3 of Cai et al. 2020 on tiny networks: each training once, baselines and mixes beside it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram_benchmark.experiments import frictgan_figure3 as figure3
+from tactogram_benchmark.experiments.artifacts import trained_run
+from tactogram.models.frictgan.tests.test_learner import config, fabric_store
+from tactogram.workflows.progress import silent
+
+
+@pytest.fixture
+def fabrics(tmp_path):
+    return fabric_store(tmp_path / "fabrics")
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """Train tiny networks instead, and return what was asked for."""
+    found = []
+    small = config(offset=1, shares=(0.4, 0.25, 0.35)).model_dump(exclude_unset=True)
+    tiny = {f"config.{key}": value for key, value in small.items()}
+
+    def train(model, store, run, *, recipe, changes, **options):
+        found.append((run.name, recipe, options["split"]))
+        return trained_run(model, store, run, recipe="tiny", changes={**tiny, **changes}, **options)
+
+    monkeypatch.setattr(figure3, "trained_run", train)
+    monkeypatch.setattr(
+        figure3, "geometry_score", lambda one, other, *, seed: float(np.abs(one - other).mean())
+    )
+    return found
+
+
+def test_every_method_has_every_measure_and_mixes_lie_between(tmp_path, fabrics, asked):
+    found = figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), trainings=1)
+    assert asked == [(f"{name}-0", "quick", "all") for name in ("frictgan", "without-critic", "without-L1")]
+    methods = found["methods"]
+    assert list(methods) == [
+        "frictgan",
+        "constant",
+        "autoregressive",
+        "replay",
+        "without critic",
+        "without L1",
+    ]
+    # Recorded windows of the same fabrics: their level and ripple, but not the phase at the place.
+    assert methods["replay"]["level_error"]["mean"] < 0.02
+    assert methods["replay"]["ripple_ratio"]["mean"] == pytest.approx(1, abs=0.05)
+    assert methods["replay"]["mse_recording"]["mean"] > found["reference"]["mse_flat"]
+    assert methods["constant"]["ripple_ratio"]["mean"] < 1e-4
+    assert methods["constant"]["mse_recording"]["mean"] == pytest.approx(
+        found["reference"]["mse_flat"], rel=0.1
+    )
+    assert methods["autoregressive"]["ripple_ratio"]["mean"] == pytest.approx(1, abs=0.2)
+    assert methods["replay"]["geometry_score"]["mean"] < methods["constant"]["geometry_score"]["mean"]
+    assert found["fabrics"]["coarse"]["mse"]["mean"] > 0
+    assert len(found["mixes"]) == 2
+    assert "0.006" in found["text"]
+    assert (found["simulated"], found["data"]) == (True, "two fabrics")
+    for name in found["figures"]:
+        assert (tmp_path / "out" / name).stat().st_size > 10_000
+    json.dumps(found)
+
+
+def test_fabrics_are_those_of_the_store(tmp_path, fabrics, asked):
+    for names, message in (("coarse", "at least two of coarse, fine"), ("coarse,felt", "among coarse, fine")):
+        with pytest.raises(ParameterError, match=f"fabrics must be {message}"):
+            figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), fabrics=names)
+    with pytest.raises(ParameterError, match="ablations must be among without critic, without L1"):
+        figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), ablations="noise")

@@ -1,0 +1,136 @@
+"""Logs of receivers and boards, read by the parser that reads live: the same bytes give the same samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram_capture.source import SourceEnded
+from tactogram_capture.stream.byte_stream import Replay
+from tactogram_capture.stream.csv_columns import CsvFormat
+from tactogram_capture.stream.csv_source import CsvSource
+from tactogram_capture.stream.rate_estimate import RateEstimate
+from tactogram_capture.stream.raw_log import log_facts, log_pieces
+from tactogram_capture.twelite.messages import AXES
+from tactogram_capture.twelite.parser import TweliteParser
+from tactogram_capture.twelite.sequence import TimelineSegment
+from tactogram_capture.twelite.source import SensorTimelines, parser_facts
+from tactogram.errors import DataError
+
+LogKind = Literal["twelite", "serial"]
+
+_SEARCHED_BYTES = 1 << 18
+
+
+@dataclass(frozen=True, eq=False)
+class SensorLog:
+    """Log of one sensor."""
+
+    name: str
+    """Serial number of the sensor, or the name of the log."""
+    samples: NDArray[np.float32]
+    """float32, shape (axis, time), ``unit``; NaN where lost. At least one sample."""
+    axes: tuple[str, ...]
+    unit: str
+    rate: RateEstimate | None
+    """Measured; None if the log has no times."""
+    start_s: float
+    """Arrival of the first packet, by the log's clock; NaN if it has none."""
+    facts: dict[str, Any]
+    """As `Source.facts`."""
+    simulated: bool
+
+
+def read_log(
+    path: Path | str, *, kind: LogKind | None = None, csv: CsvFormat | None = None
+) -> list[SensorLog]:
+    """Return the samples of every sensor in a log, in the order in which they were first received.
+
+    ``path``: our own log (`RawLog`), or another program's text or bytes, with or without a time in front of each line.
+    ``kind``: by default that of our own log; for another program's, ``"twelite"`` if there is a packet near its
+    beginning. ``csv``: format of a board's lines.
+
+    Raises `DataError` if it is not readable, or contains no samples.
+    """
+    path = Path(path)
+    simulated = bool((log_facts(path) or {}).get("simulated"))
+    if (kind or log_kind(path)) == "serial":
+        return [_read_csv(path, csv or CsvFormat(), simulated)]
+    parser, senders = TweliteParser(), SensorTimelines()
+    pieces: dict[str, list[TimelineSegment]] = {}
+    for data, arrival in log_pieces(path):
+        _collect(pieces, senders.add(parser.feed(data, arrival)))
+    _collect(pieces, senders.add(parser.finish()))
+    senders.finish()
+    if not pieces:
+        rejected = sum(parser.rejected.values())
+        raise DataError(
+            f"{path}: contains no packet of an acceleration sensor "
+            f"({rejected} unreadable lines, {sum(parser.other.values())} of other devices)"
+        )
+    common = parser_facts(parser) | {"simulated": simulated}
+    return [
+        SensorLog(
+            name=name,
+            samples=np.concatenate([segment.samples for segment in segments], axis=1),
+            axes=AXES,
+            unit="m/s^2",
+            rate=senders.timelines[name].estimate(),
+            start_s=segments[0].arrival_s,
+            facts=senders.timelines[name].facts() | common,
+            simulated=simulated,
+        )
+        for name, segments in pieces.items()
+    ]
+
+
+def log_kind(path: Path) -> LogKind:
+    """Return the kind of device that wrote a log: named in our own logs, else detected by a packet near the start."""
+    facts = log_facts(path)
+    if facts is not None:
+        if facts.get("kind") not in ("twelite", "serial"):
+            raise DataError(f"{path}, line 1: kind must be twelite or serial, got {facts.get('kind')!r}")
+        return "twelite" if facts["kind"] == "twelite" else "serial"
+    parser, searched = TweliteParser(), 0
+    for data, arrival in log_pieces(path):
+        if parser.feed(data, arrival) or parser.other:
+            return "twelite"
+        searched += len(data)
+        if searched > _SEARCHED_BYTES:
+            return "serial"
+    return "twelite" if parser.finish() or parser.other else "serial"
+
+
+def _collect(pieces: dict[str, list[TimelineSegment]], added: dict[str, list[TimelineSegment]]) -> None:
+    for name, segments in added.items():
+        if segments:
+            pieces.setdefault(name, []).extend(segments)
+
+
+def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> SensorLog:
+    source = CsvSource(Replay(str(path), log_pieces(path)), form, name=str(path), simulated=simulated)
+    blocks = []
+    with source:
+        try:
+            while True:
+                block = source.read(0.0)
+                if block is not None:
+                    blocks.append(block)
+        except SourceEnded:
+            pass
+    if not blocks:
+        raise DataError(f"{path}: contains no row of numbers ({source.parser.rejected_text()})")
+    return SensorLog(
+        name=path.stem,
+        samples=np.concatenate([block.samples for block in blocks], axis=1),
+        axes=source.axes,
+        unit=source.unit,
+        rate=source.estimate(),
+        start_s=blocks[0].arrival_s,
+        facts=source.facts(),
+        simulated=simulated,
+    )

@@ -1,0 +1,104 @@
+"""Source protocol: the common interface of all sources of samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Protocol, Self, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import DeviceError, ParameterError, TactogramError
+
+
+class SourceEnded(TactogramError):  # noqa: N818 - not an error: it ends a reading loop
+    """A source has no more samples: its file ended, or it was stopped."""
+
+
+class SourceLost(DeviceError):  # noqa: N818 - named like SourceEnded
+    """A source disappeared while it was read: a plug was pulled, a driver stopped, a stream closed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Consecutive samples."""
+
+    samples: NDArray[np.float32]
+    """float32, shape (axis, n), n >= 1, the source's unit; NaN in every axis where a sample was lost. Read-only."""
+    first_index: int
+    """Position of the first sample, counted from the source's first, lost ones included: each block continues the
+    preceding one."""
+    arrival_s: float
+    """Arrival of the last sample, s on the clock of ``time.monotonic``; for a file, on the file's clock (NaN without
+    one)."""
+
+    def __post_init__(self) -> None:
+        samples = np.ascontiguousarray(self.samples, dtype=np.float32)
+        if samples.ndim != 2 or samples.shape[1] == 0:
+            raise ParameterError(
+                f"samples of a block must be (axis, n), not empty, got shape {samples.shape}"
+            )
+        if samples is self.samples and samples.flags.writeable:
+            samples = samples.copy()
+        samples.flags.writeable = False
+        object.__setattr__(self, "samples", samples)
+
+    def __len__(self) -> int:
+        """Return the number of samples per axis, lost ones included."""
+        return int(self.samples.shape[1])
+
+    @property
+    def lost(self) -> int:
+        """Number of lost samples."""
+        return int(np.isnan(self.samples).any(axis=0).sum())
+
+
+@runtime_checkable
+class PlanFollower(Protocol):
+    """A simulated source that follows a session's plan."""
+
+    def on_trial(self, trial: Any) -> None:
+        """Stroke the material of ``trial``, a `tactogram_capture.session.plan.PlannedTake`."""
+        ...
+
+
+@runtime_checkable
+class Source(Protocol):
+    """A device, stream or file that delivers samples.
+
+    A context manager: entering opens the device, leaving closes it. ``axes`` and ``rate`` may be known only
+    after entering, or after the first block.
+    """
+
+    name: str
+    """Its address, e.g. ``"twelite:/dev/ttyUSB0"``."""
+    axes: tuple[str, ...]
+    unit: str
+    """Of its samples, one of `tactogram.signal.UNITS`."""
+    rate: float | None
+    """Nominal samples per second; None while unknown. The *measured* rate is in `facts`."""
+
+    def __enter__(self) -> Self:
+        """Open it, or raise `DeviceError` or `MissingExtraError`."""
+        ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return the samples since the last call; None if none arrived within ``timeout_s``.
+
+        Raises `SourceEnded` if there will be no more samples; `SourceLost` if the source disappeared.
+        """
+        ...
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts so far, as JSON values.
+
+        At least ``samples`` (received), ``lost`` (samples known to be missing), ``rejected`` (unreadable data, counted
+        by reason), ``rate`` (measured: ``hz``, ``low``, ``high``; None while unknown) and ``simulated``; maybe
+        ``notes``, a line each on what was assumed or left out.
+        """
+        ...

@@ -1,0 +1,184 @@
+"""Audio inputs: PortAudio by sounddevice; without it, miniaudio, which needs no system library."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram_capture.source import Block
+from tactogram_capture.source_kind import SourceKind
+from tactogram_capture.stream.channels import axis_names, source_facts
+from tactogram_capture.stream.rate_estimate import RateMeter
+from tactogram_capture.stream.sample_queue import BlockQueue
+from tactogram.errors import DeviceError, MissingExtraError, one_line
+from tactogram.extras import device_errors, imported, silenced
+from tactogram.signal.units import parse_unit
+
+WAITING_S = 10.0
+"""Samples buffered for the reader, s; later ones are lost."""
+
+
+class AudioFormat(BaseModel):
+    """Options of ``audio:NAME``: the format in which an input is opened."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    rate: int = Field(default=48000, ge=1000, le=768000)
+    channels: int = Field(default=1, ge=1, le=64)
+    axes: str | None = None
+    """Names of the channels, separated by commas."""
+    unit: str = "1"
+    """Unit of the samples; 1 is full scale in -1 to 1."""
+    full_scale: float = Field(default=1.0, gt=0, allow_inf_nan=False)
+    """Full scale in ``unit``: 50 if an accelerometer of 50 m/s^2 fills the input."""
+    library: Literal["auto", "sounddevice", "miniaudio", "null"] = "auto"
+    """``null`` is miniaudio's input without a device, which delivers silence in real time, for tests."""
+
+
+class AudioSource:
+    """An audio input; see `tactogram_capture.source.Source`.
+
+    ``device`` is part of its name, empty for the default input; ``name`` is the address.
+    """
+
+    def __init__(self, device: str, form: AudioFormat, *, name: str) -> None:
+        self.name, self.form = name, form
+        self.rate: float | None = float(form.rate)
+        self.unit, factor = parse_unit(form.unit)
+        self._factor = np.float32(form.full_scale * factor)
+        self.full_scale = float(self._factor)
+        self.axes = axis_names(form.channels, form.axes, where=name)
+        self.library = ""
+        self.overflows = 0
+        self.meter = RateMeter()
+        self._device = device
+        self._queue = BlockQueue(form.channels, int(WAITING_S * form.rate))
+        self._stream: Any = None
+
+    def __enter__(self) -> Self:
+        """Open it; `MissingExtraError` without a library, `DeviceError` if the device does not open."""
+        if self.form.library in ("auto", "sounddevice"):
+            try:
+                self._open_sounddevice()
+            except (DeviceError, MissingExtraError):
+                # A device that PortAudio knows and cannot open is an error; a missing library has an alternative.
+                if self.library or self.form.library == "sounddevice":
+                    raise
+            else:
+                return self
+        self._open_miniaudio()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.close()
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return new samples, None if none arrived within ``timeout_s``; `SourceLost` if the device stopped."""
+        block = self._queue.get(timeout_s)
+        if block is not None:
+            self.meter.add(block.first_index + len(block), block.arrival_s)
+        return block
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts so far. An overflow counts as one lost sample: the driver does not report how many."""
+        return source_facts(
+            self.meter,
+            samples=self._queue.received,
+            lost=self._queue.lost,
+            simulated=self.form.library == "null",
+            overflows=self.overflows,
+            library=self.library,
+        )
+
+    def _open_sounddevice(self) -> None:
+        sounddevice = imported("sounddevice", extra="devices", what="audio inputs")
+        self.library = "sounddevice"
+
+        def receive(data: Any, frames: int, time: Any, status: Any) -> None:
+            overflow = bool(getattr(status, "input_overflow", False))
+            self.overflows += overflow
+            self._queue.put(np.asarray(data, np.float32).T * self._factor, lost_before=int(overflow))
+
+        def stop() -> None:
+            self._queue.close(f"{self.name}: the audio input stopped")
+
+        with device_errors(self.name, library="sounddevice"), silenced():
+            stream = sounddevice.InputStream(
+                samplerate=self.form.rate,
+                channels=self.form.channels,
+                device=self._device or None,
+                dtype="float32",
+                latency="low",
+                callback=receive,
+                finished_callback=stop,
+            )
+            stream.start()
+        self._stream = stream
+
+    def _open_miniaudio(self) -> None:
+        miniaudio = imported("miniaudio", extra="devices", what="audio inputs")
+        self.library = "miniaudio"
+        with device_errors(self.name, library="miniaudio"), silenced():
+            backends = [miniaudio.Backend.NULL] if self.form.library == "null" else []
+            every = miniaudio.Devices(backends).get_captures()
+            inputs = every if backends else _real(every)
+            wanted = [d for d in inputs if self._device.lower() in d["name"].lower()]
+            if not wanted:
+                names = ", ".join(d["name"] for d in inputs) or "none"
+                called = f" called {self._device!r}" if self._device else ""
+                raise DeviceError(f"{self.name.rstrip(':')}: no audio input{called}; available: {names}")
+            device = miniaudio.CaptureDevice(
+                input_format=miniaudio.SampleFormat.FLOAT32,
+                nchannels=self.form.channels,
+                sample_rate=self.form.rate,
+                buffersize_msec=10,
+                device_id=wanted[0]["id"] if self._device else None,
+                backends=backends,
+            )
+            receiver = self._receive()
+            next(receiver)
+            device.start(receiver)
+        self._stream = device
+
+    def _receive(self) -> Generator[None, bytes, None]:
+        while True:
+            data = yield
+            samples = np.frombuffer(bytes(data), np.float32).reshape(-1, self.form.channels).T
+            self._queue.put(samples * self._factor)
+
+
+def _find(find_s: float) -> dict[str, str]:
+    return {f"audio:{name}": "audio input" for name in audio_inputs()}
+
+
+def audio_inputs() -> list[str]:
+    """Return the names of the real audio inputs.
+
+    Raises `MissingExtraError` or `DeviceError` if no library is installed, or none finds an audio system.
+    """
+    try:
+        sounddevice = imported("sounddevice", extra="devices", what="audio inputs")
+        with silenced():
+            devices = sounddevice.query_devices()
+        return [d["name"] for d in devices if d["max_input_channels"] > 0]
+    except (DeviceError, MissingExtraError):
+        miniaudio = imported("miniaudio", extra="devices", what="audio inputs")
+    try:
+        with silenced():
+            captures = miniaudio.Devices().get_captures()
+    except miniaudio.MiniaudioError as error:
+        raise DeviceError(f"audio: no audio system was found ({one_line(error)})") from error
+    return [d["name"] for d in _real(captures)]
+
+
+def _real(devices: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Leave out null devices: miniaudio's and ALSA's."""
+    return [d for d in devices if "null" not in d["name"].lower() and "Discard all samples" not in d["name"]]
+
+
+SOURCE = SourceKind("audio", "audio input", "audio:NAME?rate=48000", AudioFormat, AudioSource, find=_find)

@@ -1,0 +1,151 @@
+"""Digilent Analog Discovery and related devices: analogue inputs by WaveForms."""
+
+from __future__ import annotations
+
+from time import monotonic, sleep
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram_capture.source import Block, SourceLost
+from tactogram_capture.source_kind import SourceKind
+from tactogram_capture.stream.channels import axis_names, source_facts
+from tactogram_capture.stream.rate_estimate import RateMeter
+from tactogram.errors import ParameterError, one_line
+from tactogram.extras import device_errors, imported
+from tactogram.signal.units import parse_unit
+
+_POLL_S = 0.002
+
+
+class ScopeFormat(BaseModel):
+    """Options of ``digilent:SERIAL``: the format in which inputs are read."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    channels: str = "1"
+    """Printed numbers of the inputs, from 1, separated by commas."""
+    rate: float = Field(default=10000.0, gt=0, allow_inf_nan=False)
+    """Up to a few 100 kHz over USB; samples lost at higher rates are marked."""
+    range: float = Field(default=5.0, gt=0, allow_inf_nan=False)
+    """Width of the input's range, V peak to peak; the device chooses its next range."""
+    axes: str | None = None
+    unit: str = "V"
+    scale: float = Field(default=1.0, allow_inf_nan=False)
+    """``unit`` per V."""
+    filter: Literal["decimate", "average"] = "average"
+    """How the converter's own, faster samples are reduced to ``rate``."""
+
+
+class DigilentSource:
+    """Inputs of an Analog Discovery; see `tactogram_capture.source.Source`.
+
+    ``serial`` is the serial number, empty for the first device; ``name`` is the address.
+    """
+
+    def __init__(self, serial: str, form: ScopeFormat, *, name: str) -> None:
+        self.name, self.form, self._serial = name, form, serial
+        self.rate: float | None = form.rate
+        self.unit, factor = parse_unit(form.unit)
+        self._factor = form.scale * factor
+        self.full_scale = form.range / 2 * abs(self._factor)
+        self._channels = _channels(form, name)
+        numbers = [f"c{channel + 1}" for channel in self._channels]
+        self.axes = axis_names(len(numbers), form.axes, default=numbers, where=name)
+        self.meter = RateMeter()
+        self.corrupted = 0
+        self._device: Any = None
+        self._next = self._received = self._lost = 0
+
+    def __enter__(self) -> Self:
+        """Open and start it.
+
+        Raises `MissingExtraError` or `DeviceError` if dwfpy, WaveForms or the device is missing.
+        """
+        dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
+        with device_errors(self.name, library="dwfpy"):
+            device = dwfpy.Device(serial_number=self._serial or None)
+            device.open()
+            try:
+                inputs = device.analog_input
+                for channel in self._channels:
+                    inputs.setup_channel(
+                        channel, range=self.form.range, filter=self.form.filter, enabled=True
+                    )
+                # A record without a length runs until it is stopped.
+                inputs.setup_acquisition(
+                    mode="record", sample_rate=self.form.rate, record_length=0, configure=True, start=True
+                )
+                self.rate = float(inputs.frequency)
+            except BaseException:
+                device.close()
+                raise
+        self._device = device
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        device, self._device = self._device, None
+        if device is not None:
+            try:
+                device.close()
+            except (OSError, RuntimeError):
+                return
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return new samples, None if none arrived in time; `SourceLost` if the device was disconnected."""
+        if self._device is None:
+            raise SourceLost(f"{self.name}: is not open")
+        until = monotonic() + timeout_s
+        inputs = self._device.analog_input
+        while True:
+            try:
+                inputs.read_status(read_data=True)
+                available, lost, corrupted = inputs.record_status
+                if available:
+                    columns = [inputs.channels[c].get_data(0, available) for c in self._channels]
+            except Exception as error:
+                # WaveForms raises its own kinds, which cannot be imported without it.
+                raise SourceLost(f"{self.name}: disappeared while it was read ({one_line(error)})") from error
+            if available or lost:
+                break
+            if monotonic() >= until:
+                return None
+            sleep(_POLL_S)
+        samples = np.full((len(self.axes), lost + available), np.nan, np.float32)
+        if available:
+            samples[:, lost:] = np.stack(columns) * self._factor
+        # The oldest samples are those overwritten during the read.
+        samples[:, lost : lost + corrupted] = np.nan
+        corrupted = min(corrupted, available)
+        now, first = monotonic(), self._next
+        self.corrupted += corrupted
+        self._lost += lost + corrupted
+        self._received += available - corrupted
+        self._next += lost + available
+        self.meter.add(self._next, now)
+        return Block(samples, first, now)
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts so far."""
+        return source_facts(self.meter, samples=self._received, lost=self._lost, corrupted=self.corrupted)
+
+
+def _find(find_s: float) -> dict[str, str]:
+    dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
+    with device_errors("digilent", library="dwfpy"):
+        return {f"digilent:{d.serial_number}": "Digilent device" for d in dwfpy.Device.enumerate()}
+
+
+def _channels(form: ScopeFormat, name: str) -> list[int]:
+    numbers = [part.strip() for part in form.channels.split(",")]
+    if not all(part.isdigit() and 1 <= int(part) <= 16 for part in numbers) or len(set(numbers)) != len(
+        numbers
+    ):
+        raise ParameterError(f"{name}: channels must be numbers from 1, like 1,2, got {form.channels!r}")
+    return [int(part) - 1 for part in numbers]
+
+
+SOURCE = SourceKind(
+    "digilent", "Digilent input", "digilent:?channels=1,2", ScopeFormat, DigilentSource, find=_find
+)

@@ -1,0 +1,167 @@
+"""National Instruments: analogue inputs by NI-DAQmx."""
+
+from __future__ import annotations
+
+import re
+from time import monotonic
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram_capture.source import Block, SourceLost
+from tactogram_capture.source_kind import SourceKind
+from tactogram_capture.stream.channels import axis_names, source_facts
+from tactogram_capture.stream.rate_estimate import RateMeter
+from tactogram.errors import ParameterError, one_line
+from tactogram.extras import device_errors, imported
+from tactogram.signal.units import STANDARD_GRAVITY, parse_unit
+
+WAITING_S = 10.0
+"""Samples buffered by the driver, s; when its buffer is full, it stops rather than lose samples silently."""
+_TIMED_OUT = -200284
+_TERMINALS = {"default": "DEFAULT", "rse": "RSE", "nrse": "NRSE", "diff": "DIFF", "pseudodiff": "PSEUDO_DIFF"}
+
+
+class AnalogFormat(BaseModel):
+    """Options of ``ni:CHANNELS``: the format in which analogue inputs are read."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    rate: float = Field(default=10000.0, gt=0, allow_inf_nan=False)
+    kind: Literal["voltage", "acceleration"] = "voltage"
+    """``acceleration`` supplies an IEPE sensor with current and reads m/s^2, by ``sensitivity``."""
+    sensitivity: float = Field(default=100.0, gt=0, allow_inf_nan=False)
+    """Of an IEPE sensor, mV per g."""
+    current_ma: float = Field(default=4.0, ge=0, le=20)
+    """Supply of an IEPE sensor, mA."""
+    range: float = Field(default=5.0, gt=0, allow_inf_nan=False)
+    """Largest magnitude: V, or g."""
+    terminals: Literal["default", "rse", "nrse", "diff", "pseudodiff"] = "default"
+    axes: str | None = None
+    """Names of the channels, separated by commas."""
+    unit: str | None = None
+    """Unit of the quantity that a voltage represents; needs ``scale``."""
+    scale: float = Field(default=1.0, allow_inf_nan=False)
+    """``unit`` per V: 98.0665 m/s^2 for a sensor of 100 mV per g."""
+
+
+class NiSource:
+    """Analogue inputs of a National Instruments device; see `tactogram_capture.source.Source`.
+
+    ``channels`` are in the notation of NI-DAQmx, ``Dev1/ai0:2``; ``name`` is the address.
+    """
+
+    def __init__(self, channels: str, form: AnalogFormat, *, name: str) -> None:
+        if not re.fullmatch(r"[\w-]+/ai\d+(?:\s*[:,]\s*(?:[\w-]+/)?(?:ai)?\d+)*", channels):
+            raise ParameterError(f"{name}: channels must be like Dev1/ai0:2, got {channels!r}")
+        self.name, self.form, self._channels = name, form, channels
+        self.rate: float | None = form.rate
+        self.unit, self._factor = ("m/s^2", STANDARD_GRAVITY) if form.kind == "acceleration" else ("V", 1.0)
+        if form.unit is not None:
+            self.unit, factor = parse_unit(form.unit)
+            self._factor = form.scale * factor
+        self.full_scale = form.range * abs(self._factor)
+        self.axes: tuple[str, ...] = ()
+        self.meter = RateMeter()
+        self._task: Any = None
+        self._error: type[BaseException] = OSError
+        self._next = 0
+
+    def __enter__(self) -> Self:
+        """Open and start it.
+
+        Raises `MissingExtraError` or `DeviceError` if nidaqmx, its driver or the device is missing.
+        """
+        nidaqmx = imported("nidaqmx", extra="daq", what="National Instruments devices")
+        constants = imported("nidaqmx.constants", extra="daq", what="National Instruments devices")
+        self._error = nidaqmx.errors.DaqError
+        with device_errors(self.name, library="nidaqmx"):
+            task = nidaqmx.Task()
+            try:
+                self._configure(task, constants)
+                task.start()
+            except BaseException:
+                task.close()
+                raise
+        self._task = task
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        task, self._task = self._task, None
+        if task is not None:
+            try:
+                task.close()
+            except self._error:
+                # An unplugged device cannot be stopped.
+                return
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return new samples, None if none arrived in time; `SourceLost` if the device was disconnected."""
+        if self._task is None:
+            raise SourceLost(f"{self.name}: is not open")
+        wanted = max(1, min(int(self.form.rate * 0.01), 4096))
+        try:
+            available = int(self._task.in_stream.avail_samp_per_chan)
+            if available < wanted and timeout_s > 0:
+                # The driver waits for this many, or raises; it keeps the samples received until then.
+                try:
+                    rows = self._task.read(number_of_samples_per_channel=wanted, timeout=timeout_s)
+                except self._error as error:
+                    if getattr(error, "error_code", None) != _TIMED_OUT:
+                        raise
+                    return None
+            elif available:
+                rows = self._task.read(number_of_samples_per_channel=available, timeout=timeout_s)
+            else:
+                return None
+        except self._error as error:
+            raise SourceLost(f"{self.name}: stopped while it was read ({one_line(error)})") from error
+        samples = np.atleast_2d(np.asarray(rows, np.float64)) * self._factor
+        now, first = monotonic(), self._next
+        self._next += samples.shape[1]
+        self.meter.add(self._next, now)
+        return Block(samples.astype(np.float32), first, now)
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts so far. The driver loses nothing: it stops instead."""
+        return source_facts(self.meter, samples=self._next, lost=0)
+
+    def _configure(self, task: Any, constants: Any) -> None:
+        form = self.form
+        wiring = getattr(constants.TerminalConfiguration, _TERMINALS[form.terminals])
+        add = task.ai_channels
+        if form.kind == "acceleration":
+            add.add_ai_accel_chan(
+                self._channels,
+                min_val=-form.range,
+                max_val=form.range,
+                sensitivity=form.sensitivity,
+                current_excit_val=form.current_ma / 1000,
+                terminal_config=wiring,
+            )
+        else:
+            add.add_ai_voltage_chan(
+                self._channels, min_val=-form.range, max_val=form.range, terminal_config=wiring
+            )
+        terminals = [str(channel).rpartition("/")[2] for channel in task.channel_names]
+        self.axes = axis_names(len(terminals), form.axes, default=terminals, where=self.name)
+        task.timing.cfg_samp_clk_timing(
+            form.rate,
+            sample_mode=constants.AcquisitionType.CONTINUOUS,
+            samps_per_chan=int(max(1000, WAITING_S * form.rate)),
+        )
+        # The device rounds to a fraction of its clock rate.
+        self.rate = float(task.timing.samp_clk_rate)
+
+
+def _find(find_s: float) -> dict[str, str]:
+    system = imported("nidaqmx.system", extra="daq", what="National Instruments devices")
+    with device_errors("ni", library="nidaqmx"):
+        names = [d.name for d in system.System.local().devices if len(d.ai_physical_chans)]
+    return {f"ni:{name}/ai0": "National Instruments device" for name in names}
+
+
+SOURCE = SourceKind(
+    "ni", "National Instruments input", "ni:Dev1/ai0:2?rate=10000", AnalogFormat, NiSource, find=_find
+)

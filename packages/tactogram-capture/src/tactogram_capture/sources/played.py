@@ -1,0 +1,173 @@
+"""Recordings of a store, played through a simulated TWE-Lite receiver.
+
+The output passes through the whole chain: quantised, framed, printed to a pty, delayed, partly lost, read from the port
+and parsed. It is marked simulated even if the recordings are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from threading import Lock
+from time import monotonic
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from tactogram_capture.session.plan import PlannedTake
+from tactogram_capture.source_kind import SourceKind, required_place
+from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
+from tactogram_capture.twelite.source import TweliteSource
+from tactogram.datasets import Store, open_store
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.resampling import resample
+from tactogram.signal.units import STANDARD_GRAVITY
+
+AXES = ("x", "y", "z")
+PACKETS_AT_ONCE = 3
+"""Packets between changes of the stroked material: a tenth of a second at 330 Hz."""
+REST_NOISE = 0.02
+"""Of a resting hand, m/s^2 rms per axis: about the sensor's own noise at a few hundred Hz."""
+
+
+class StoreReplayOptions(SimulatedReceiver):
+    """Options of ``played:STORE``: the simulated receiver, and these."""
+
+    materials: str = ""
+    """Stroked in turn, separated by commas; ``all`` is every one. By default the plan of a session decides."""
+    each_s: float = Field(default=5.0, gt=0, allow_inf_nan=False)
+    """Duration of each material, s."""
+    log: Path | None = None
+    """A new file for all bytes."""
+
+
+class StrokeReplay:
+    """A simulated hand that strokes one recording of a store at a time, repeated from a random position.
+
+    The stream ``stream`` of the recordings has three axes in m/s^2; ``rate`` is the sensor's, Hz.
+    """
+
+    def __init__(self, store: Store, *, rate: float, seed: int = 0, stream: str = "acceleration") -> None:
+        facts = store.streams.get(stream)
+        if facts is None or facts.unit != "m/s^2" or set(facts.axes) != set(AXES):
+            raise ParameterError(f"{store.path}: a simulated device plays {stream} of axes x, y, z in m/s^2")
+        self._store, self._rate, self._stream = store, rate, stream
+        self._rng = np.random.default_rng(seed)
+        self._infos = [info for info in store.index if info.material is not None]
+        self._lock = Lock()
+        self._samples: NDArray[np.float32] | None = None
+        self._place = 0
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Materials of the store, sorted."""
+        return tuple(sorted({str(info.material) for info in self._infos}))
+
+    def touch(self, material: str, *, contactor: str | None = None, speed_mm_s: float | None = None) -> None:
+        """Stroke a recording of ``material`` from now on, preferably of the contactor and speed.
+
+        Raises `ParameterError` if the material has no recording.
+        """
+        infos = [info for info in self._infos if info.material == material]
+        if not infos:
+            raise ParameterError(f"material must be one of {', '.join(self.materials)}, got {material!r}")
+        for name, value in (("contactor", contactor), ("speed_mm_s", speed_mm_s)):
+            infos = [info for info in infos if value is None or getattr(info, name) == value] or infos
+        info = infos[int(self._rng.integers(len(infos)))]
+        signal = resample(self._store.signal(info.id, self._stream).select(*AXES), self._rate)
+        with self._lock:
+            self._samples, self._place = signal.samples, int(self._rng.integers(len(signal)))
+
+    def rest(self) -> None:
+        """Lift the finger."""
+        with self._lock:
+            self._samples = None
+
+    def next_signal(self, count: int) -> Signal:
+        """Return the next ``count`` samples, three axes, m/s^2, at the sensor's rate."""
+        with self._lock:
+            if self._samples is None:
+                x = (REST_NOISE * self._rng.standard_normal((3, count))).astype(np.float32)
+                x[2] += np.float32(STANDARD_GRAVITY)
+            else:
+                places = (self._place + np.arange(count)) % self._samples.shape[1]
+                x = self._samples[:, places]
+                self._place = int(places[-1] + 1) % self._samples.shape[1]
+        return Signal(x, self._rate, "m/s^2", AXES)
+
+
+class StoreReplayPort(SimulatedPort):
+    """A pty to which a simulated receiver prints the signal of a `StrokeReplay`, endlessly or for its ``seconds``."""
+
+    def __init__(
+        self, receiver: SimulatedReceiver, hand: StrokeReplay, *, on_chunk: Callable[[float], None]
+    ) -> None:
+        super().__init__(receiver)
+        self.hand, self._on_chunk = hand, on_chunk
+
+    def _print(self) -> None:
+        start, per_packet = monotonic(), self.receiver.samples_per_packet
+        chunk_s = PACKETS_AT_ONCE * per_packet / self.receiver.rate
+        for number in self._chunks(chunk_s):
+            self._on_chunk(number * chunk_s)
+            # Each chunk is a transmission of its own: sequence and losses continue, and its signal is drawn when due.
+            receiver = self.receiver.model_copy(
+                update={
+                    "first_sequence": (self.receiver.first_sequence + PACKETS_AT_ONCE * number) % 65536,
+                    "seed": self.receiver.seed + number,
+                    "seconds": None,
+                }
+            )
+            for sent in transmissions(receiver, self.hand.next_signal(PACKETS_AT_ONCE * per_packet)):
+                due = start + number * chunk_s + sent.time_s
+                if self._stop.wait(max(0.0, due - monotonic())) or not self._send(sent):
+                    return
+        self._finished.set()
+
+    def _chunks(self, chunk_s: float) -> Iterator[int]:
+        number = 0
+        while self.receiver.seconds is None or number * chunk_s < self.receiver.seconds:
+            yield number
+            number += 1
+
+
+class StoreReplaySource(TweliteSource):
+    """A simulated TWE-Lite device whose sensor strokes the recordings of a store; a `PlanFollower`."""
+
+    def __init__(self, store: Store, options: StoreReplayOptions, *, name: str) -> None:
+        self.hand = StrokeReplay(store, rate=options.rate, seed=options.seed)
+        names = tuple(name for name in options.materials.split(",") if name)
+        self._materials = self.hand.materials if names == ("all",) else names
+        self._each_s, self._turn = options.each_s, -1
+        for material in self._materials:
+            self.hand.touch(material)  # refuses unknown materials before anything is opened
+        self.hand.rest()
+        port = StoreReplayPort(options, self.hand, on_chunk=self._take_turns)
+        super().__init__(port, name=name, log=options.log, simulated=True)
+
+    def on_trial(self, trial: PlannedTake) -> None:
+        """Stroke the material of a planned take."""
+        self.hand.touch(trial.material, contactor=trial.contactor, speed_mm_s=trial.speed_mm_s)
+
+    def _take_turns(self, now_s: float) -> None:
+        turn = int(now_s / self._each_s)
+        if self._materials and turn != self._turn:
+            self._turn = turn
+            self.hand.touch(self._materials[turn % len(self._materials)])
+
+
+def _open(place: str, options: StoreReplayOptions, *, name: str) -> StoreReplaySource:
+    return StoreReplaySource(open_store(required_place(place, name, "the store")), options, name=name)
+
+
+SOURCE = SourceKind(
+    "played",
+    "recordings played by a simulated TWE-Lite receiver",
+    "played:STORE?loss=0.02",
+    StoreReplayOptions,
+    _open,
+    place_is_file=True,
+    simulated=True,
+)

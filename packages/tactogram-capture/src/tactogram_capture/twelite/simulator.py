@@ -1,0 +1,295 @@
+"""A simulated TWE-Lite sensor and receiver that prints real frames, late, lost and damaged, to a pty."""
+
+from __future__ import annotations
+
+import math
+import os
+import select
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from time import monotonic
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from tactogram_capture.source import SourceEnded, SourceLost
+from tactogram_capture.stream.byte_stream import SerialPort
+from tactogram_capture.twelite.messages import (
+    FIFO_SAMPLES,
+    MILLI_G,
+    UNITS_BY_MODE,
+    Form,
+    Mode,
+    battery_code,
+    checksum,
+)
+from tactogram.errors import DeviceError, ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.resampling import resample
+from tactogram.signal.units import STANDARD_GRAVITY
+
+_CODES: dict[Mode, int] = {"single": 0x00, "fifo": 0xFA, "low_energy": 0xFE}
+_SECONDS_AHEAD = 1.0
+
+
+class SimulatedReceiver(BaseModel):
+    """Timing, losses and damage of a simulated receiver; the defaults are a real one at 330 Hz without losses."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    rate: float = Field(default=330.0, gt=0, le=1e6)
+    """Samples per second of the sensor; real ones reach 690 over 115200 baud."""
+    loss: float = Field(default=0.0, ge=0, lt=1)
+    """Share of radio packets that do not arrive."""
+    jitter_s: float = Field(default=0.002, ge=0, le=10)
+    """Mean delay of a packet, s, distributed exponentially; later packets queue behind it."""
+    corrupt: float = Field(default=0.0, ge=0, le=1)
+    """Share of bytes that are flipped, dropped or doubled on the cable."""
+    form: Form = "hex"
+    mode: Mode = "fifo"
+    sender: str = Field(default="81013C85", pattern="^8[0-9A-F]{7}$")
+    first_sequence: int = Field(default=0, ge=0, le=65535)
+    seed: int = Field(default=0, ge=0)
+    seconds: float | None = Field(default=None, gt=0)
+    """Duration, s; None is endless, or until the end of the signal."""
+
+    @property
+    def samples_per_packet(self) -> int:
+        """Samples per radio packet."""
+        return FIFO_SAMPLES if self.mode == "fifo" else 1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Transmission:
+    """One radio packet and its fate."""
+
+    time_s: float
+    """Arrival of its last byte, s after the start."""
+    data: bytes
+    """The receiver's output; empty if the packet was lost."""
+    sequence: int
+    """Unwrapped: it continues beyond 65535."""
+    samples: NDArray[np.float32]
+    """As the sensor quantised them, float32, shape (axis, n), m/s^2."""
+    damaged: bool
+    """Whether a byte of ``data`` is wrong."""
+
+
+def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> Iterator[Transmission]:
+    """Yield the packets of a simulated sensor and receiver.
+
+    The sensor measures ``signal``: axes x, y, z, m/s^2 (else `ParameterError`), resampled to its rate; by default a
+    finger that strokes a rough surface twice a second, with gravity along z.
+    """
+    rng = np.random.default_rng(receiver.seed)
+    per_packet, period = receiver.samples_per_packet, receiver.samples_per_packet / receiver.rate
+    step = UNITS_BY_MODE[receiver.mode] * (4 if receiver.mode == "fifo" else 1)
+    now = 0.0
+    for number, x in enumerate(_packet_samples(receiver, signal, per_packet, rng)):
+        if receiver.seconds is not None and (number + 1) * period > receiver.seconds + 1e-9:
+            return
+        steps = np.clip(np.round(x / step), -4096 if receiver.mode == "fifo" else -1638, 4095)
+        counts = (steps * (4 if receiver.mode == "fifo" else 1)).astype(np.int64)
+        now = max(now, (number + 1) * period + rng.exponential(receiver.jitter_s))
+        lost = rng.random() < receiver.loss
+        sequence = receiver.first_sequence + number
+        data = b"" if lost else printed(receiver, sequence, counts, now)
+        wrong = _damaged(data, receiver.corrupt, rng) if receiver.corrupt else data
+        samples = (counts * UNITS_BY_MODE[receiver.mode]).astype(np.float32)
+        yield Transmission(now, wrong, sequence, samples, wrong != data)
+
+
+def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64], time_s: float) -> bytes:
+    """Return the bytes that a receiver prints for one packet at ``time_s`` on its clock.
+
+    ``counts`` is int64, shape (axis, n), in mg (ten-sample packets) or 10 mg.
+    """
+    sequence %= 65536
+    battery, adc1, adc2, lqi = 3330, 1399, 754, 99
+    code = _CODES[receiver.mode]
+    if receiver.form in ("hex", "binary"):
+        payload = bytearray.fromhex(f"80000000{lqi:02X}{sequence:04X}{receiver.sender}0035")
+        payload += bytes([battery_code(battery)]) + adc1.to_bytes(2, "big") + adc2.to_bytes(2, "big")
+        payload.append(code)
+        if receiver.mode == "fifo":
+            payload.append(counts.shape[1])
+        payload += counts.T.astype(">i2").tobytes()
+        if receiver.form == "hex":
+            payload.append(checksum(payload))
+            return f":{payload.hex().upper()}\r\n".encode()
+        xor = int(np.bitwise_xor.reduce(np.frombuffer(payload, np.uint8)))
+        return b"\xa5\x5a" + (0x8000 | len(payload)).to_bytes(2, "big") + bytes(payload) + bytes([xor, 0x04])
+    rows = [[f"{value:04d}" for value in column] for column in counts.T]
+    if receiver.form == "standard":
+        line = f"::rc=80000000:lq={lqi}:ct={sequence:04X}:ed={receiver.sender}:id=0"
+        line += f":ba={battery:04d}:a1={adc1:04d}:a2={adc2:04d}"
+        # The semicolon before the first z of ten is the real firmware's.
+        slip = ";" if receiver.mode == "fifo" else ":"
+        seps = [slip, *":" * (len(rows) - 1)]
+        line += "".join(f":x={x}:y={y}{sep}z={z}" for sep, (x, y, z) in zip(seps, rows, strict=True))
+        return f"{line}\r\n".encode()
+    clock = f"{int(time_s)}.{int(time_s * 100) % 100:02d}" if receiver.mode == "fifo" else f"{int(time_s)}"
+    sep, tab = (";", "") if receiver.form == "semicolon" else (",", "\t")
+    head = [
+        "", clock, f"{tab}00000000", f"{lqi:03d}", f"{sequence:03d}", f"{tab}{receiver.sender[1:]}",
+        f"{battery:04d}", f"{tab}{code:04X}", f"{tab}0000", f"{adc1:04d}", f"{adc2:04d}", "X",
+    ]  # fmt: skip
+    lines = [sep.join([*head, *rows[0], ""])]
+    lines += [sep * 12 + sep.join([*row, ""]) for row in rows[1:]]
+    return "".join(f"{line}\r\n" for line in lines).encode()
+
+
+def _packet_samples(
+    receiver: SimulatedReceiver, signal: Signal | None, per_packet: int, rng: np.random.Generator
+) -> Iterator[NDArray[np.float64]]:
+    """Yield the acceleration during each packet, float64, shape (3, per_packet), m/s^2."""
+    if signal is not None:
+        _check(signal)
+        x = resample(signal, receiver.rate).samples.astype(np.float64)
+        for start in range(0, x.shape[1] - per_packet + 1, per_packet):
+            yield x[:, start : start + per_packet]
+        return
+    count, n = 0, max(per_packet, math.ceil(receiver.rate * _SECONDS_AHEAD / per_packet) * per_packet)
+    gravity = np.array([[0.0], [0.0], [STANDARD_GRAVITY]])
+    while True:
+        times = (count + np.arange(n)) / receiver.rate
+        stroking = np.sin(2 * np.pi * 2.0 * times) ** 2
+        x = gravity + 2.0 * stroking * rng.standard_normal((3, n)) + 2 * MILLI_G * rng.standard_normal((3, n))
+        for start in range(0, n, per_packet):
+            yield x[:, start : start + per_packet]
+        count += n
+
+
+def _check(signal: Signal) -> None:
+    if len(signal.axes) != 3 or signal.unit != "m/s^2" or signal.domain != "time":
+        raise ParameterError(
+            f"a simulated sensor measures 3 axes over time in m/s^2, got {len(signal.axes)} in {signal.unit} "
+            f"over {signal.domain}"
+        )
+
+
+def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
+    """Return ``data`` with a share of its bytes flipped in a bit, dropped or doubled."""
+    hit = np.flatnonzero(rng.random(len(data)) < share)
+    if not len(hit):
+        return data
+    pieces, last = [], 0
+    for place in hit:
+        byte = data[place]
+        how = rng.integers(3)
+        pieces.append(data[last:place])
+        pieces.append(
+            bytes([byte ^ (1 << int(rng.integers(8)))]) if how == 0 else bytes([byte, byte])[: 2 * (how - 1)]
+        )
+        last = int(place) + 1
+    return b"".join([*pieces, data[last:]])
+
+
+class SimulatedPort:
+    """A pty that a simulated receiver prints to in real time; a `ByteStream` on its other end.
+
+    ``signal`` is as in `transmissions`. Unless ``paced``, packets arrive as fast as they are read.
+    """
+
+    def __init__(
+        self, receiver: SimulatedReceiver, signal: Signal | None = None, *, paced: bool = True
+    ) -> None:
+        if signal is not None:
+            # Here rather than in the printing thread, where the error would go unnoticed.
+            _check(signal)
+        self.receiver, self.paced, self._signal = receiver, paced, signal
+        self.name = "simulated:twelite"
+        self.sent = self.lost = self.damaged = 0
+        """Radio packets so far: all, the lost, and those with a wrong byte."""
+        self._stop, self._finished = threading.Event(), threading.Event()
+        self._master = self._slave = -1
+        self._thread: threading.Thread | None = None
+        self._port: SerialPort | None = None
+
+    @property
+    def path(self) -> str:
+        """The pty, which any program may open as a serial port while this one is open."""
+        return os.ttyname(self._slave)
+
+    def __enter__(self) -> Self:
+        """Create and open the pty, and begin to print.
+
+        Raises `DeviceError` on a system without pseudo-terminals (Windows).
+        """
+        try:
+            import tty  # missing on Windows
+        except ModuleNotFoundError as error:
+            raise DeviceError(
+                f"{self.name}: needs a pseudo-terminal, which this system does not have"
+            ) from error
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        self._port = SerialPort(self.path)
+        try:
+            self._port.__enter__()
+        except BaseException:
+            self._close()
+            raise
+        self._thread = threading.Thread(target=self._print, name=self.name, daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+        if self._port is not None:
+            self._port.__exit__(*error)
+        self._close()
+
+    def unplug(self) -> None:
+        """Simulate a pulled plug."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+        self._close()
+
+    def read(self, timeout_s: float) -> tuple[bytes, float] | None:
+        """Return bytes and their arrival; None if none arrived in time.
+
+        Raises `SourceEnded` at the end of the simulation, `SourceLost` if it was unplugged.
+        """
+        # Checked before reading, so that the last bytes are read before the end is raised.
+        over = self._finished.is_set()
+        if self._port is None:
+            raise SourceLost(f"{self.name}: is not open")
+        received = self._port.read(0.0 if over else timeout_s)
+        if received is None and over:
+            raise SourceEnded(f"{self.name}: the simulation ended")
+        return received
+
+    def _print(self) -> None:
+        start = monotonic()
+        for sent in transmissions(self.receiver, self._signal):
+            if self.paced and self._stop.wait(max(0.0, start + sent.time_s - monotonic())):
+                return
+            if not self._send(sent):
+                return
+        self._finished.set()
+
+    def _send(self, sent: Transmission) -> bool:
+        """Count and write a packet; return False if stopped meanwhile, since nobody may be reading."""
+        self.sent += 1
+        self.lost += not sent.data
+        self.damaged += sent.damaged
+        data = sent.data
+        while data:
+            if self._stop.is_set():
+                return False
+            if select.select([], [self._master], [], 0.02)[1]:
+                data = data[os.write(self._master, data[:1024]) :]
+        return True
+
+    def _close(self) -> None:
+        for handle in (self._master, self._slave):
+            if handle >= 0:
+                os.close(handle)
+        self._master = self._slave = -1

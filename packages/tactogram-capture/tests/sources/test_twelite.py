@@ -1,0 +1,206 @@
+"""A live receiver: on a pty, faster than any real one, unplugged, and among other sensors."""
+
+import numpy as np
+import pytest
+
+from tactogram_capture import Source, SourceEnded, SourceLost, open_source
+from tactogram_capture.stream.byte_stream import SerialPort
+from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
+from tactogram_capture.twelite.source import TRUE_STEP, TweliteSource, serial_number
+from tactogram.errors import DeviceError, ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
+
+
+def drained(source):
+    blocks = []
+    with source:
+        while True:
+            try:
+                block = source.read(1.0)
+            except SourceEnded:
+                return blocks
+            if block is not None:
+                blocks.append(block)
+
+
+def test_simulated_sensor_at_330_hz_arrives_with_its_losses_in_place():
+    receiver = SimulatedReceiver(seconds=1, loss=0.1, seed=8)
+    source = TweliteSource(SimulatedPort(receiver), name="simulated:twelite", simulated=True)
+    blocks = drained(source)
+    samples = np.concatenate([b.samples for b in blocks], axis=1)
+    sent = list(transmissions(receiver))
+
+    for block, index in zip(blocks, np.cumsum([0, *(len(b) for b in blocks)]), strict=False):
+        assert block.first_index == index
+    for one in sent:
+        piece = samples[:, 10 * one.sequence : 10 * one.sequence + 10]
+        assert np.isnan(piece).all() if not one.data else (piece == one.samples).all()
+    facts = source.facts()
+    assert facts["lost_packets"] == sum(not one.data for one in sent[: samples.shape[1] // 10]) > 0
+    assert facts["simulated"] is True
+    assert facts["rate"]["hz"] == pytest.approx(330, rel=0.02)
+
+
+@pytest.mark.parametrize("form", ["hex", "binary"])
+def test_two_hundred_times_faster_than_a_real_one_nothing_is_lost_on_the_way(form):
+    receiver = SimulatedReceiver(rate=66000, seconds=0.5, form=form, jitter_s=0.0)
+    source = TweliteSource(SimulatedPort(receiver, paced=False), name="simulated:twelite", simulated=True)
+    samples = np.concatenate([b.samples for b in drained(source)], axis=1)
+
+    assert (samples == np.concatenate([s.samples for s in transmissions(receiver)], axis=1)).all()
+    assert source.facts()["bytes_rejected"] == 0
+
+
+def test_damaged_bytes_lose_samples_and_never_change_one():
+    receiver = SimulatedReceiver(seconds=20, corrupt=0.001, seed=2, rate=330)
+    source = TweliteSource(SimulatedPort(receiver, paced=False), name="simulated:twelite", simulated=True)
+    samples = np.concatenate([b.samples for b in drained(source)], axis=1)
+    sent = list(transmissions(receiver))
+    first = next(one.sequence for one in sent if not one.damaged)
+    expected = np.concatenate([one.samples for one in sent[first:]], axis=1)[:, : samples.shape[1]]
+
+    came = np.isfinite(samples).all(axis=0)
+    assert (samples[:, came] == expected[:, came]).all()
+    damaged = sum(one.damaged for one in sent)
+    assert 0 < damaged < 0.25 * len(sent)
+    assert sum(source.facts()["rejected"].values()) >= 0.9 * damaged
+    assert source.facts()["lost"] <= 10 * damaged
+
+
+def test_a_simulated_sensor_measures_the_given_signal():
+    times = np.arange(990) / 330
+    x = np.stack([2 * np.sin(2 * np.pi * 50 * times), 0 * times, np.full_like(times, 9.81)])
+    receiver = SimulatedReceiver()
+    port = SimulatedPort(receiver, Signal(x.astype(np.float32), 330.0, "m/s^2"), paced=False)
+    source = TweliteSource(port, name="simulated:twelite", simulated=True)
+    samples = np.concatenate([b.samples for b in drained(source)], axis=1)
+
+    # Steps of 4 mg: half of one is 0.02 m/s^2.
+    assert samples == pytest.approx(x, abs=0.0197)
+
+
+def test_a_recording_in_a_file_is_measured_and_one_of_another_kind_refused(tmp_path):
+    x = np.random.default_rng(0).standard_normal((3, 660)).astype(np.float32)
+    write_signal(tmp_path / "felt.csv", Signal(x, 330.0, "m/s^2"))
+    write_signal(tmp_path / "force.csv", Signal(x[:1], 330.0, "N"))
+    blocks = drained(open_source(f"simulated:twelite?file={tmp_path / 'felt.csv'}&paced=false"))
+
+    assert np.concatenate([b.samples for b in blocks], axis=1) == pytest.approx(x, abs=0.0197)
+    with pytest.raises(ParameterError, match=r"3 axes over time in m/s\^2, got 1 in N over time"):
+        open_source(f"simulated:twelite?file={tmp_path / 'force.csv'}")
+
+
+def test_a_pulled_plug_is_reported_in_one_line():
+    port = SimulatedPort(SimulatedReceiver())
+    with TweliteSource(port, name="simulated:twelite") as source:
+        assert source.read(1.0) is not None
+        port.unplug()
+        with pytest.raises(SourceLost, match="disappeared while it was read") as caught:
+            source.read(0.05)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_wanted_sensor_is_read_and_the_others_counted():
+    wanted, other = (
+        b"".join(s.data for s in transmissions(SimulatedReceiver(seconds=0.2, sender=sender)))
+        for sender in ("81000002", "81000001")
+    )
+    stream = Bytes(other + wanted)
+    source = TweliteSource(stream, name="x", sender="1000002")
+    blocks = drained(source)
+
+    assert sum(len(b) for b in blocks) == 60
+    assert source.facts()["sender"] == "81000002"
+    assert source.facts()["others"] == {"81000001": 60}
+
+
+class Bytes:
+    """A stream of the given bytes, a few at a time."""
+
+    def __init__(self, data):
+        self.name, self.data = "bytes", data
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def read(self, timeout_s):
+        if not self.data:
+            raise SourceEnded("bytes: is over")
+        piece, self.data = self.data[:7], self.data[7:]
+        return piece, 1.0
+
+
+def test_the_first_sensor_received_is_read_by_default():
+    data = b"".join(s.data for s in transmissions(SimulatedReceiver(seconds=0.1, sender="81000007")))
+    source = TweliteSource(Bytes(data), name="x")
+    drained(source)
+
+    assert source.facts()["sender"] == "81000007"
+
+
+def test_full_scale_follows_the_scale():
+    """The sensor has 4095 steps, whatever their scale."""
+    for scale in (1.0, TRUE_STEP, 0.9):
+        largest = 4095 * 4e-3 * 9.80665 * scale
+        full_scale = TweliteSource(Bytes([]), name="x", scale=scale).full_scale
+        assert 0.95 * largest < full_scale <= 1.001 * largest
+
+
+def test_the_scale_of_the_data_sheet_can_be_chosen():
+    data = b"".join(s.data for s in transmissions(SimulatedReceiver(seconds=0.1)))
+    plain = np.concatenate([b.samples for b in drained(TweliteSource(Bytes(data), name="x"))], axis=1)
+    scaled = drained(TweliteSource(Bytes(data), name="x", scale=TRUE_STEP))
+
+    assert np.concatenate([b.samples for b in scaled], axis=1) == pytest.approx(plain * 0.9765625)
+
+
+@pytest.mark.parametrize(("text", "number"), [("1013C85", "81013C85"), ("81013c85", "81013C85")])
+def test_serial_numbers_are_accepted_as_printed_and_as_sent(text, number):
+    assert serial_number(text) == number
+
+
+@pytest.mark.parametrize("text", ["", "13C85", "91013C85", "hello"])
+def test_an_invalid_serial_number_is_refused(text):
+    with pytest.raises(ParameterError, match="7 hex digits"):
+        serial_number(text)
+
+
+def test_a_missing_port_is_reported_in_one_line():
+    with pytest.raises(DeviceError, match="/dev/tactogram-none") as caught, SerialPort("/dev/tactogram-none"):
+        pass
+    assert "\n" not in str(caught.value)
+
+
+def test_a_port_that_another_program_reads_is_refused():
+    with SimulatedPort(SimulatedReceiver()) as port:
+        with pytest.raises(DeviceError, match="exclusively lock"), SerialPort(port.path):
+            pass
+        assert port.read(1.0) is not None
+
+
+def test_a_port_may_be_a_url_of_pyserial():
+    with SerialPort("loop://") as port:
+        port._port.write(b"12")
+        data, _ = port.read(1.0)
+        assert data in (b"1", b"12")
+
+
+def test_a_receiver_is_a_source():
+    assert isinstance(open_source("simulated:twelite"), Source)
+
+
+def test_a_read_without_data_returns_none_in_time():
+    with open_source("simulated:twelite?loss=0.999999") as source:
+        assert source.read(0.05) is None
+
+
+def test_a_log_that_cannot_be_written_stops_before_the_port_is_opened(tmp_path):
+    (tmp_path / "there.log").touch()
+    port = SimulatedPort(SimulatedReceiver())
+    with pytest.raises(Exception, match="must not exist yet"):
+        TweliteSource(port, name="x", log=tmp_path / "there.log").__enter__()
+    assert port.sent == 0

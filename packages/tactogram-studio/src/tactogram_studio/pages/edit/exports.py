@@ -1,0 +1,152 @@
+"""Haptic files of the page Edit: written or uploaded, read back, and ready to be felt."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError
+from tactogram.rendering.effects import Effect, mixed
+from tactogram.rendering.files import (
+    DocumentHeader,
+    HapticFile,
+    haptic_format,
+    read_haptic,
+    to_one_axis,
+    write_haptic,
+)
+from tactogram.rendering.files.analysis import events_of
+from tactogram.rendering.files.catalogue import file_name
+from tactogram.signal import Signal
+from tactogram_studio.workspace.dated_folders import DatedFolders
+from tactogram_studio.workspace.uploads import check_upload
+from tactogram.text_files import read_json
+
+FACTS = "facts.json"
+MOST_FILES = 40
+"""Older files are deleted."""
+PATTERN = "vibration"
+"""The format of what a browser does to a phone's motor."""
+
+
+@dataclass(frozen=True)
+class WrittenFile:
+    """A haptic file in a folder named ``id``; ``told`` says what it keeps and loses, a sentence each."""
+
+    id: str
+    path: Path
+    format: str
+    title: str
+    simulated: bool
+    told: tuple[str, ...]
+
+    def signal(self) -> Signal:
+        """Return what the file encodes, as a signal of one axis."""
+        return to_one_axis(read_haptic(self.path, format=self.format).signal)[0]
+
+    def pattern(self) -> list[int]:
+        """Return what `navigator.vibrate` can do of the file: on, off, on … in ms; of a pattern that is all."""
+        if self.format == PATTERN:
+            document = read_json(self.path)
+            return list(document if isinstance(document, list) else document["pattern"])
+        file = read_haptic(self.path, format=self.format)
+        # Level is nothing to a motor that is on or off.
+        events = file.events or events_of(to_one_axis(file.signal)[0])
+        return list(haptic_format(PATTERN).encode(events, DocumentHeader())["pattern"])
+
+
+@dataclass(frozen=True)
+class WrittenFiles:
+    """The files in ``folder``."""
+
+    folder: Path
+
+    @property
+    def _folders(self) -> DatedFolders:
+        return DatedFolders(self.folder)
+
+    def write(self, effect: Effect, format: str) -> WrittenFile:
+        """Write an effect; errors as of `mixed` and `write_haptic`, and no file then."""
+        events = mixed(effect)
+        stem = re.sub(r"[^A-Za-z0-9_-]+", "-", effect.title)[:40].strip("-") or "effect"
+
+        def write(part: Path) -> dict[str, Any]:
+            path = part / file_name(stem, format)
+            metadata = {"simulated": True} if effect.simulated else {}
+            written = write_haptic(path, events, format=format, metadata=metadata)
+            return {
+                "file": path.name,
+                "format": format,
+                "title": effect.title,
+                "simulated": effect.simulated,
+                "told": _told(written),
+            }
+
+        return self._add(write)
+
+    def upload(self, name: str, data: bytes) -> tuple[WrittenFile, HapticFile]:
+        """Store an uploaded haptic file, and return it with its content; `DataError` if it is not valid."""
+        safe = check_upload(name, data, kind="haptic")
+        read: list[HapticFile] = []
+
+        def write(part: Path) -> dict[str, Any]:
+            (part / safe).write_bytes(data)
+            try:
+                file = read_haptic(part / safe)
+            except DataError as error:
+                raise DataError(str(error).replace(f"{part}/", "")) from None
+            read.append(file)
+            return {
+                "file": safe,
+                "format": file.facts["format"],
+                "title": Path(safe).stem,
+                "simulated": bool(file.metadata.get("simulated")),
+                "told": [],
+            }
+
+        return self._add(write), read[0]
+
+    def get(self, identifier: str) -> WrittenFile:
+        """Return a file by its id; `DataError` if there is none."""
+        folder = self._folders.find(identifier)
+        if folder is None:
+            raise DataError(
+                f"no file {identifier[:40]!r}: it was deleted to make room for newer ones; write it again"
+            )
+        facts = read_json(folder / FACTS)
+        try:
+            return WrittenFile(
+                identifier,
+                folder / Path(facts["file"]).name,
+                str(facts["format"]),
+                str(facts["title"]),
+                bool(facts["simulated"]),
+                tuple(map(str, facts["told"])),
+            )
+        except (KeyError, TypeError):
+            raise DataError(f"{folder / FACTS}: damaged; write the file again") from None
+
+    def _add(self, write: Callable[[Path], dict[str, Any]]) -> WrittenFile:
+        def write_all(part: Path) -> None:
+            facts = write(part)
+            (part / FACTS).write_text(json.dumps(facts, ensure_ascii=False), encoding="utf-8")
+
+        identifier = self._folders.add(write_all)
+        for old in self._folders.names()[MOST_FILES:]:
+            self._folders.remove(old)
+        return self.get(identifier)
+
+
+def _told(written: dict[str, Any]) -> list[str]:
+    """Return what a file keeps and loses, the verdict, and how it was scaled."""
+    told = [*written["told"], f"Verdict: {written['verdict']}."]
+    if written["full_scale"] != 1:
+        told.append(
+            f"The strongest moment is {written['full_scale']:.3g}, more than the file's 1: everything is written "
+            f"{1 / written['full_scale']:.2f} times as strong. Lower a gain to decide yourself."
+        )
+    return told

@@ -1,0 +1,127 @@
+"""Card of the effect's files: a download with what it loses, how it plays, and a QR code for a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import ui
+
+from tactogram.rendering.effects import Effect
+from tactogram.rendering.effects.mixing import signal_of
+from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
+from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
+from tactogram_studio.pages.edit.feel import feel_path
+from tactogram_studio.pages.edit.sources_view import EFFECT
+from tactogram_study.participants.tickets import SessionKeys
+from tactogram_studio.server.qr_code import svg_qr_code
+from tactogram_studio.signals.view import SignalEntry, signal_cards
+
+MOST_SHOWN = 24
+"""Entries of a pattern that are written out."""
+VIBRATES = (
+    "A phone's browser can only switch the motor on and off, here for {pattern} ms; strength and frequency are in the "
+    "sound."
+)
+NOT_REACHABLE = (
+    "To feel it on a phone, stop the studio and start it for the local network: tactogram studio --host 0.0.0.0. A QR "
+    "code appears here then."
+)
+
+
+class FilesCard:
+    """Card that writes ``effect()`` and shows the last file; ``state`` holds the browser's format."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        files: WrittenFiles,
+        keys: SessionKeys,
+        state: dict[str, Any],
+        effect: Callable[[], Effect],
+    ) -> None:
+        self.studio, self.files, self.keys, self.state, self.effect = studio, files, keys, state, effect
+        self.file: WrittenFile | None = None
+        self._written: Effect | None = None
+        self._pattern: list[int] = []
+        with ui.element("section").classes("card w-full edit-card").props('aria-label="File"'):
+            heading("File")
+            titles = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
+            with ui.row().classes("items-center gap-4"):
+                last = str(state.get("format", "ahap"))
+                self._format = ui.select(titles, label="Format", value=last if last in titles else "ahap")
+                self._format.classes("w-72")
+                self._button = ui.button("Download", icon="download", on_click=self._write)
+                ui.button("Keep", icon="push_pin", on_click=self._keep).props("outline")
+            self._result()
+
+    def show(self, file: WrittenFile) -> None:
+        """Show how a file plays that was not written here."""
+        self._written = None
+        self._show(file, file.pattern())
+
+    def _show(self, file: WrittenFile, pattern: list[int]) -> None:
+        self.file, self._pattern = file, pattern
+        self._result.refresh()
+
+    @report_errors
+    async def _write(self) -> None:
+        effect, name = self.effect(), str(self._format.value)
+        with busy("writing and reading back", button=self._button):
+            file = await in_background(self.files.write, effect, name)
+            pattern = await in_background(file.pattern)
+        self.state["format"], self._written = name, effect
+        self._show(file, pattern)
+        ui.download(f"/edit/file/{file.id}/{file.path.name}", file.path.name)
+
+    @report_errors
+    async def _keep(self) -> None:
+        effect = self.effect()
+        signal = await in_background(signal_of, effect)
+        facts = {"simulated": effect.simulated, EFFECT: effect.to_json()}
+        kept = await in_background(lambda: self.studio.shelf.keep(signal, title=effect.title, facts=facts))
+        ui.notify(f"{kept.title} is kept: it is on the pages Send and Make, and opens here with its tracks.")
+
+    @ui.refreshable_method
+    def _result(self) -> None:
+        file = self.file
+        if file is None:
+            hint("What the file keeps and loses, and how it plays, will appear here.")
+            return
+        with ui.row().classes("items-center gap-2"):
+            ui.link(file.path.name, f"/edit/file/{file.id}/{file.path.name}").props("download")
+            hint(haptic_format(file.format).title)
+            if file.simulated:
+                ui.label("from a simulated signal").classes("simulated")
+        for sentence in file.told:
+            ui.label(sentence)
+        plays = SignalEntry(file.signal(), "As the file plays it", file.simulated, key="2")
+        entries = [plays]
+        if self._written is not None:
+            entries = [
+                SignalEntry(signal_of(self._written), "As drawn", self._written.simulated, key="1"),
+                plays,
+            ]
+        with ui.element("div").classes("edit-plays"):
+            signal_cards(entries, same_gain=True, small=True)
+        self._phone(file)
+
+    def _phone(self, file: WrittenFile) -> None:
+        ui.label("On a phone").classes("font-bold mt-2").props('role="heading" aria-level="3"')
+        shown = ", ".join(map(str, self._pattern[:MOST_SHOWN]))
+        more = " …" if len(self._pattern) > MOST_SHOWN else ""
+        hint(VIBRATES.format(pattern=shown + more))
+        path = feel_path(file, self.keys)
+        if not self.studio.roots:
+            hint(NOT_REACHABLE)
+            ui.link("Open the phone's page here", path, new_tab=True)
+            return
+        address = f"{self.studio.roots[0]}{path}"
+        image = ui.element("img").classes("edit-qr")
+        image.props.update(src=svg_qr_code(address), alt="QR code: the phone's page of this file")
+        ui.link(address, address, new_tab=True).classes("break-all")
+        hint(
+            "The address leads to this file only, without the studio's token, until 40 newer files are written."
+        )

@@ -1,0 +1,160 @@
+"""The page Edit: haptic effects on a timeline, from ready ones, results and files, to files that are felt."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import Response
+from fastapi.responses import FileResponse
+from nicegui import app, ui
+
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.rendering.effects import Effect, Track
+from tactogram.rendering.effects.mixing import signal_of
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import confirm, page, report_errors, route
+from tactogram_studio.pages.edit.editor import Editor
+from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
+from tactogram_studio.pages.edit.feel import add_feel_routes
+from tactogram_studio.pages.edit.files_view import FilesCard
+from tactogram_studio.pages.edit.saved import SavedEffects
+from tactogram_studio.pages.edit.sources_view import draw_sources
+from tactogram_studio.pages.edit.timeline_view import Timeline
+from tactogram_study.participants.tickets import SessionKeys, load_keys
+from tactogram_studio.signals.sound import NORMAL_PEAK, sound_of
+from tactogram_studio.signals.view import load_player
+
+STATE = "edit"
+"""Key of the page's settings in the browser's storage."""
+
+
+def add(studio: Studio) -> None:
+    """Register the page, its sound, its files and the phones' pages."""
+    folder = studio.workspace.studio_folder
+    saved, files = SavedEffects(folder / "effects"), WrittenFiles(folder / "effect-files")
+    (folder / "state").mkdir(parents=True, exist_ok=True)
+    keys = load_keys(folder / "state")
+    add_feel_routes(files, keys)
+
+    @app.get("/edit/sound/{identifier}.wav")
+    def sound(identifier: str) -> Response:
+        try:
+            clip = sound_of(signal_of(saved.get(identifier)), gain=NORMAL_PEAK)
+        except TactogramError as error:
+            return Response(str(error), status_code=404, media_type="text/plain")
+        headers = {"X-Gain": f"{clip.gain:.6g}", "X-Limited": f"{clip.limited:.6g}", "X-Own-Level": "0"}
+        return Response(clip.wav, media_type="audio/wav", headers=headers)
+
+    @app.get("/edit/file/{identifier}/{name}")
+    def file(identifier: str, name: str) -> Response:
+        try:
+            written = files.get(identifier)
+            if name != written.path.name:
+                raise DataError(f"no file {name[:60]!r}")
+        except TactogramError as error:
+            return Response(str(error), status_code=404, media_type="text/plain")
+        return FileResponse(written.path, media_type="application/octet-stream", filename=name)
+
+    @route("/edit")
+    def show(effect: str = "", of: str = "") -> None:
+        ui.add_head_html('<link rel="stylesheet" href="/static/edit.css">')
+        load_player()
+        with page("Edit", wide=True):
+            EditPage(studio, saved, files, keys, effect, of)
+        ui.add_body_html('<script type="module" src="/static/edit.js"></script>')
+
+
+class EditPage:
+    """One browser tab with an effect, the last one by default; ``of`` names a signal to add, as on the page Send."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        saved: SavedEffects,
+        files: WrittenFiles,
+        keys: SessionKeys,
+        effect: str,
+        of: str,
+    ) -> None:
+        self.studio, self.saved = studio, saved
+        self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.id = effect or str(self.state.get("effect", ""))
+        try:
+            self.editor = Editor(saved.get(self.id) if self.id else Effect())
+        except DataError as error:
+            self.id, self.editor = "", Editor(Effect())
+            if effect:
+                ui.label(str(error)).props('role="alert"')
+        self.editor.cursor = round(self.editor.effect.seconds, 2)
+        self._changes, self._title = 0, self.editor.effect.title
+        self._effect_card()
+        with ui.element("div").classes("edit"):
+            with ui.column().classes("items-stretch gap-4"):
+                draw_sources(studio, files, self._insert, of=of, audition=self._audition)
+            with ui.column().classes("items-stretch gap-4 edit-main"):
+                self.timeline = Timeline(self.editor, self._changed, self._sound)
+                self.files = FilesCard(studio, files, keys, self.state, lambda: self.editor.effect)
+
+    @ui.refreshable_method
+    def _effect_card(self) -> None:
+        with (
+            ui.element("section").classes("card w-full").props('aria-label="Effect"'),
+            ui.row().classes("items-center gap-4 w-full"),
+        ):
+            title = (
+                ui.input("Title", value=self.editor.effect.title).props("dense maxlength=120").classes("w-64")
+            )
+            title.on("change", report_errors(lambda: self._rename(str(title.value))))
+            titles = self.saved.titles()
+            if titles:
+                select = ui.select(
+                    titles, label="Saved effects", value=self.id if self.id in titles else None
+                )
+                select.props("dense").classes("w-64")
+                select.on_value_change(lambda: self._open(str(select.value)))
+            ui.button("New", icon="add", on_click=lambda: self._open("")).props("flat dense")
+            if self.id:
+                ui.button("Delete", on_click=report_errors(self._delete)).props("flat dense color=negative")
+            if self.editor.effect.simulated:
+                ui.label("simulated").classes("simulated")
+
+    def _audition(self, file: WrittenFile) -> None:
+        self.files.show(file)
+
+    def _insert(self, tracks: tuple[Track, ...], simulated: bool) -> None:
+        if not self.editor.effect.tracks and self.editor.effect.title == Effect().title:
+            self.editor.effect = self.editor.effect.changed(title=tracks[0].title)
+        self.timeline.do(lambda: self.editor.insert(tracks, simulated=simulated))
+
+    def _rename(self, title: str) -> None:
+        title = " ".join(title.split())
+        if not title:
+            raise ParameterError("an effect needs a title")
+        self.timeline.do(
+            lambda: self.editor.change(self.editor.effect.changed(title=title[:120]), step="title")
+        )
+
+    def _open(self, identifier: str) -> None:
+        self.state["effect"] = identifier
+        ui.navigate.to(f"/edit?effect={identifier}" if identifier else "/edit")
+
+    async def _delete(self) -> None:
+        if await confirm(f"Delete {self.editor.effect.title}? This cannot be undone.", "Delete"):
+            self.saved.remove(self.id)
+            self._open("")
+
+    def _changed(self) -> None:
+        """Save the effect, as a new one the first time."""
+        self._changes += 1
+        new, title = not self.id, self._title
+        if new:
+            self.id = self.saved.add(self.editor.effect)
+            self.state["effect"] = self.id
+        else:
+            self.saved.save(self.id, self.editor.effect)
+        if new or title != self.editor.effect.title:
+            self._effect_card.refresh()
+
+    def _sound(self) -> str:
+        """Return the address of the effect's sound, another after each change."""
+        return f"/edit/sound/{self.id}.wav?n={self._changes}" if self.id else ""

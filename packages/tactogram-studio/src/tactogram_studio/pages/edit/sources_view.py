@@ -1,0 +1,94 @@
+"""Cards to begin from: ready effects, kept results, and haptic files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from nicegui import events, ui
+
+from tactogram.errors import DataError
+from tactogram.rendering.effects import Track, ready_effects, track_of, track_of_signal
+from tactogram.rendering.effects.effect import effect_from_json
+from tactogram.rendering.files import to_one_axis
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import heading, hint, in_background, report_errors, upload
+from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
+from tactogram_studio.pages.send.sources import SignalSources
+
+MOST_BYTES = 32 * 2**20
+EFFECT = "effect"
+"""Fact of a kept result that holds the effect it was made of."""
+Insert = Callable[[tuple[Track, ...], bool], None]
+
+
+def draw_sources(
+    studio: Studio,
+    files: WrittenFiles,
+    insert: Insert,
+    *,
+    of: str,
+    audition: Callable[[WrittenFile], None],
+) -> None:
+    """Draw the cards; ``insert`` adds tracks at the cursor, ``audition`` shows a file.
+
+    ``of`` is the id of a signal to begin with, or empty.
+    """
+    sources = SignalSources(studio.workspace, studio.shelf)
+
+    @report_errors
+    async def add_signal(identifier: str) -> None:
+        tracks, simulated = await in_background(tracks_from, studio, sources, identifier)
+        insert(tracks, simulated)
+
+    @report_errors
+    async def opened(event: events.UploadEventArguments) -> None:
+        data = await event.file.read()
+        file, content = await in_background(files.upload, event.file.name, data)
+        audition(file)  # also of one that is too long to be edited
+        if content.events is None:
+            track = await in_background(track_of_signal, to_one_axis(content.signal)[0], file.title)
+        else:
+            track = await in_background(track_of, content.events, file.title)
+        insert((track,), file.simulated)
+
+    with ui.element("section").classes("card w-full edit-card").props('aria-label="Ready effects"'):
+        heading("Ready effects")
+        hint("Each becomes a track at the cursor.")
+        with ui.element("div").classes("edit-ready"):
+            for title, ready in ready_effects().items():
+                button = ui.button(title, on_click=partial(insert, (ready.track,), False))
+                button.props("outline dense").tooltip(ready.about)
+    with ui.element("section").classes("card w-full edit-card").props('aria-label="Results and files"'):
+        heading("Results and files")
+        kept = sources.kept()
+        if kept:
+            select = (
+                ui.select(kept, label="Kept result", with_input=len(kept) > 12)
+                .props("dense")
+                .classes("w-full")
+            )
+            select.on_value_change(lambda: add_signal(str(select.value)) if select.value else None)
+        else:
+            hint("No kept results yet: generate one on the page Make and keep it.")
+        upload(
+            "A haptic file: AHAP, .haptic, HJIF, JSON",
+            max_file_size=MOST_BYTES,
+            on_upload=opened,
+            on_rejected=lambda: ui.notify("The file must have at most 32 MiB.", type="negative"),
+        ).classes("w-full")
+    if of:
+        ui.timer(0.05, partial(add_signal, of), once=True)
+
+
+def tracks_from(studio: Studio, sources: SignalSources, identifier: str) -> tuple[tuple[Track, ...], bool]:
+    """Return a signal of the workspace as tracks, those of a kept effect as they were, and whether it is simulated."""
+    if identifier.startswith("kept:"):
+        facts = studio.shelf.get(identifier.removeprefix("kept:")).facts
+        if isinstance(text := facts.get(EFFECT), str):
+            effect = effect_from_json(text, where="the kept result's effect")
+            if not effect.tracks:
+                raise DataError("the kept result's effect is empty")
+            return effect.tracks, effect.simulated
+    selected = sources.select(identifier)
+    return (track_of_signal(selected.signal(), selected.title),), selected.simulated

@@ -1,0 +1,179 @@
+"""Materials of the page Make's form: a slider each, a description, and a map with a point to drag."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from nicegui import ui
+from numpy.typing import NDArray
+
+from tactogram.errors import TactogramError
+from tactogram_studio.layout import attribute, hint, in_background, report_errors
+from tactogram_studio.pages.make.map_view import map_html
+from tactogram_studio.pages.make.material_map import point_of, weights_at
+
+if TYPE_CHECKING:
+    from tactogram_studio.pages.make.page import MakePage
+
+MOST_SLIDERS = 12
+"""Number of materials up to which each has a slider from the start."""
+STEP = 0.01
+
+
+def draw_mix(page: MakePage) -> None:
+    """Draw the weights of the materials, and their map."""
+    _Mix(page).draw()
+
+
+class _Mix:
+    """Sliders and map, kept in step with each other."""
+
+    def __init__(self, page: MakePage) -> None:
+        self.page, self.state = page, page.state
+        self.materials = page.state.form.materials if page.state.form else ()
+        self.sliders: dict[str, ui.slider] = {}
+        self.shares: dict[str, ui.label] = {}
+        self.places: NDArray[np.float64] | None = None
+        self.setting = False
+
+    def draw(self) -> None:
+        weights, materials = self.state.request.weights, self.materials
+        switch = ui.switch("Weights sum to 1", value=self.state.request.to_one).props("dense")
+        switch.on_value_change(report_errors(self._set_sum))
+        few = len(materials) <= MOST_SLIDERS
+        shown = [name for name in materials if few or weights.get(name, 0) > 0]
+        with ui.element("div").classes("sliders"):
+            for name in shown:
+                ui.label(name).classes("name")
+                slider = ui.slider(min=0, max=1, step=STEP, value=min(1.0, weights.get(name, 0.0)))
+                slider.on_value_change(report_errors(lambda event, name=name: self._slide(name, event.value)))
+                slider.props(f'aria-label="Weight of {attribute(name)}" data-material="{attribute(name)}"')
+                self.sliders[name] = slider.on("change", report_errors(self._finish_slide))
+                self.shares[name] = ui.label("").classes("share")
+        self._show_shares()
+        if len(shown) < len(materials):
+            names = [name for name in materials if name not in shown]
+            select = ui.select(names, label=f"Add a material ({len(names)} more)", with_input=True)
+            select.on_value_change(report_errors(self._add_material))
+            select.classes("w-full").props("outlined dense options-dense")
+        if len(materials) > 1:
+            self._draw_map()
+
+    def _show_shares(self) -> None:
+        request = self.state.request
+        for name, label in self.shares.items():
+            value = request.mix.get(name, 0.0)
+            label.text = f"{100 * value:.0f} %" if request.to_one else f"{value:.2f}"
+
+    def _set_sum(self, event: Any) -> None:
+        self.state.set(to_one=bool(event.value))
+        self._show_shares()
+        self.page.committed()
+
+    def _slide(self, name: str, value: float | None) -> None:
+        if not self.setting:
+            self.state.set(weights={**self.state.request.weights, name: round(float(value or 0), 4)})
+            self._show_shares()
+
+    def _finish_slide(self) -> None:
+        if self.places is not None:
+            x, y = point_of(self.state.request.weights, self.materials, self.places)
+            ui.run_javascript(f"window.tactogramMake?.point({x:.4f}, {y:.4f})")
+        self.page.committed()
+
+    def _add_material(self, event: Any) -> None:
+        if event.value:
+            self.state.set(weights={**self.state.request.weights, event.value: 0.5})
+            self.page.committed(redraw=True)
+
+    # -- the map -----------------------------------------------------------------------------------------
+
+    def _draw_map(self) -> None:
+        """Draw the map once it is computed."""
+        self.place = ui.element("div").classes("w-full map-place")
+        with self.place, ui.row().classes("items-center"):
+            ui.spinner(size="sm")
+            hint("Computing the map of materials.")
+        self.place.on(
+            "make-map", report_errors(self._drag), js_handler="(event) => emit(event.detail)", throttle=0.05
+        )
+        ui.timer(0.01, report_errors(self._fill_map), once=True)
+
+    async def _fill_map(self) -> None:
+        run = self.state.run
+        if run is None:
+            return
+        try:
+            places = await in_background(self.state.runs.places, run)
+        except TactogramError as error:
+            self.place.clear()
+            with self.place:
+                hint(f"No map: {error}")
+            return
+        self.places = places
+        if self.place.is_deleted:
+            return
+        self.place.clear()
+        with self.place:
+            point = point_of(self.state.request.weights, self.materials, places)
+            ui.html(map_html(self.materials, places, point), sanitize=False)
+            hint(
+                "Materials with similar spectra are close together. Drag the point, or move it with the arrow keys, "
+                "to mix the three nearest materials."
+            )
+
+    def _drag(self, event: Any) -> None:
+        if self.places is None:
+            return
+        point = [min(1.0, max(0.0, float(event.args[key]))) for key in ("x", "y")]
+        shares = (round(float(share), 3) for share in weights_at(point, self.places))
+        weights = {name: share for name, share in zip(self.materials, shares, strict=True) if share}
+        self.state.set(weights=weights)
+        redraw = len(self.materials) > MOST_SLIDERS
+        last = bool(event.args["last"])
+        if not (last and redraw):
+            self._move_sliders(weights)
+        if last:
+            self.page.committed(redraw=redraw)
+
+    def _move_sliders(self, weights: Mapping[str, float]) -> None:
+        self.setting = True
+        for name, slider in self.sliders.items():
+            slider.value = weights.get(name, 0.0)
+        self.setting = False
+        self._show_shares()
+
+
+def draw_text(page: MakePage) -> None:
+    """Draw the field of a description in English."""
+    state = page.state
+
+    async def describe(text: str) -> None:
+        found = await in_background(state.runs.described, state.request, text) if text.strip() else None
+        state.set(**({"text": found.text, "weights": found.weights} if found else {"text": ""}))
+        page.committed(redraw=True)
+
+    text = ui.input("Describe it in English, and press Enter", value=state.request.text)
+    text.classes("w-full").props(
+        'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
+    )
+    text.on("keydown.enter", report_errors(lambda: describe(text.value or "")))
+    text.on("clear", report_errors(lambda: describe("")))
+    if state.request.text:
+        hint("In place of the materials, with the photograph if there is one; clear it to use these.")
+
+
+def draw_material(page: MakePage) -> None:
+    """Draw the choice of the one material that a photograph shows."""
+
+    def choose(event: Any) -> None:
+        page.state.set(weights={event.value: 1.0} if event.value else {})
+        page.committed()
+
+    materials = page.state.form.materials if page.state.form else ()
+    options = {"": "determined from the photograph", **{name: name for name in materials}}
+    select = ui.select(options, value=next(iter(page.state.request.mix), ""), label="Material")
+    select.on_value_change(report_errors(choose))
+    select.classes("w-full").props("outlined dense options-dense")

@@ -1,0 +1,269 @@
+"""The page Make: a form for a run, and its results to see, play, keep and compare."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import threading
+import time
+from typing import Any
+
+from fastapi import Response
+from fastapi.responses import FileResponse
+from nicegui import app, ui
+
+from tactogram.errors import DataError, FailedTrainingError, TactogramError
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import heading, hint, page, report_errors, route
+from tactogram_studio.pages.make.form import GenerationRequest
+from tactogram_studio.pages.make.form_view import draw_form
+from tactogram_studio.pages.make.results_view import draw_results
+from tactogram_studio.pages.make.runs import RunCatalogue
+from tactogram_studio.pages.make.state import MakePageState
+from tactogram_studio.signals import view as signal_view
+from tactogram_studio.workspace.shelf import KeptResult, ResultArchive
+
+HEAD = '<link rel="stylesheet" href="/static/make.css"><script type="module" src="/static/make.js"></script>'
+
+
+def add(studio: Studio) -> None:
+    """Register the page, and the routes of its images."""
+    runs = RunCatalogue(studio.workspace)
+    signal_view.add_routes()
+    _add_routes(studio)
+
+    @route("/make")
+    def show(run: str = "", generate: bool = False) -> None:
+        storage = app.storage.user.setdefault("make", {})
+        state = MakePageState(studio.workspace, studio.shelf, runs, storage)
+        if run and run != state.request.run:
+            state.choose(run)
+        with page("Make", wide=True):
+            ui.add_head_html(HEAD)
+            signal_view.load_player()
+            drawn = MakePage(studio, state)
+            drawn.draw()
+            if generate and state.run is not None:
+                ui.run_javascript("history.replaceState(null, '', '/make')")  # a reload generates nothing
+                ui.timer(0.05, report_errors(drawn.generate), once=True)
+
+
+class MakePage:
+    """One browser's page; ``failure`` says why the last generation gave nothing."""
+
+    def __init__(self, studio: Studio, state: MakePageState) -> None:
+        self.studio, self.state = studio, state
+        self.failure = ""
+        self._cancelled, self._ended = threading.Event(), asyncio.Event()
+        self._started: float | None = None
+        self._number = 0
+
+    def draw(self) -> None:
+        """Draw the page or, without any run, the progress of the example surfaces."""
+        if self.state.run is None:
+            self._draw_starter()
+            return
+        with ui.element("div").classes("grid-2 make"):
+            with ui.element("div").classes("make-form"):
+                self.form()
+                self._draw_buttons()
+                self.command()
+            with ui.element("div").classes("make-results"):
+                self.results()
+        self.announcement = ui.label().classes("sr-only").props('role="status"')
+        ui.keyboard(self._key, ignore=["input", "select", "textarea"])
+
+    @ui.refreshable_method
+    def form(self) -> None:
+        """Draw the form."""
+        draw_form(self)
+
+    @ui.refreshable_method
+    def results(self) -> None:
+        """Draw the results."""
+        draw_results(self)
+
+    @ui.refreshable_method
+    def command(self) -> None:
+        """Draw the equivalent command."""
+        try:
+            text = self.state.command()
+        except TactogramError as error:
+            text = f"({error})"
+
+        def copy() -> None:
+            ui.clipboard.write(text)
+            ui.notify("Copied.")
+
+        with ui.element("details").classes("command"):
+            with ui.element("summary"):
+                ui.label("Equivalent command").classes("in-line small")
+            hint("Run it in the workspace folder:")
+            with ui.row().classes("w-full items-start no-wrap gap-2"):
+                ui.element("pre").classes("grow").props('tabindex="0"')._text = text
+                ui.button("Copy", on_click=copy).props("flat dense no-caps")
+
+    # -- the form's state --------------------------------------------------------------------------------
+
+    def committed(self, *, redraw: bool = False) -> None:
+        """Make changes of the form an undoable step, and update what depends on it."""
+        if self.state.commit() or redraw:
+            self.command.refresh()
+            self._enable_undo()
+        if redraw:
+            self.form.refresh()
+
+    def _enable_undo(self) -> None:
+        self.undo_button.set_enabled(bool(self.state.history.past))
+        self.redo_button.set_enabled(bool(self.state.history.future))
+
+    def undo(self) -> None:
+        """Undo the last change of the form."""
+        self.state.undo()
+        self.committed(redraw=True)
+
+    def redo(self) -> None:
+        """Redo the last undone change."""
+        self.state.redo()
+        self.committed(redraw=True)
+
+    def _key(self, event: Any) -> None:
+        if not (event.action.keydown and event.modifiers.ctrl):
+            return
+        name = str(event.key.name).lower()
+        try:
+            if name == "z" and not event.modifiers.shift:
+                self.undo()
+            elif name in ("y", "z"):
+                self.redo()
+        except TactogramError as error:
+            ui.notify(str(error))
+
+    # -- generating --------------------------------------------------------------------------------------
+
+    def _draw_buttons(self) -> None:
+        with ui.row().classes("w-full items-center gap-2 make-buttons"):
+            self.button = ui.button("Generate", on_click=report_errors(self.generate))
+            self.button.props("no-caps unelevated")
+            seed = ui.button("New seed", on_click=report_errors(self.generate_with_new_seed))
+            seed.props("no-caps outline").tooltip("Choose another random seed, and generate")
+            self.undo_button = ui.button(icon="undo", on_click=report_errors(self.undo)).props("flat dense")
+            self.undo_button.props(
+                'aria-label="Undo the last change of the form" aria-keyshortcuts="Control+Z"'
+            )
+            self.redo_button = ui.button(icon="redo", on_click=report_errors(self.redo)).props("flat dense")
+            self.redo_button.props('aria-label="Redo" aria-keyshortcuts="Control+Y"')
+        self._enable_undo()
+        with ui.row().classes("w-full items-center gap-2") as self.progress:
+            ui.spinner()
+            self.progress_text = ui.label("").props('role="status"')
+            ui.button("Cancel", on_click=self.cancel).props("no-caps flat dense")
+        self.progress.set_visibility(False)
+        ui.timer(0.2, self._show_progress)
+
+    def _show_progress(self) -> None:
+        if self._started is None:
+            return
+        seconds, count = time.monotonic() - self._started, self.state.request.count
+        self.progress.set_visibility(seconds > 0.3)
+        part = f"{self._number} of {count}, " if count > 1 else ""
+        self.progress_text.text = f"Generating: {part}{seconds:.0f} s"
+
+    async def generate_with_new_seed(self) -> None:
+        """Choose a random seed, and generate."""
+        self.state.set(seed=secrets.randbelow(10_000))
+        self.committed(redraw=True)
+        await self.generate()
+
+    async def generate(self) -> None:
+        """Generate what the form requests in a thread, and show it."""
+        if self._started is not None:
+            return
+        self.committed()
+        self._started, self._number, self.failure = time.monotonic(), 1, ""
+        self.button.disable()
+        # New events for each generation: the thread of a cancelled one may still be running.
+        self._cancelled, self._ended = threading.Event(), asyncio.Event()
+        work = asyncio.create_task(asyncio.to_thread(self._generate, self.state.request, self._cancelled))
+        stop = asyncio.create_task(self._ended.wait())
+        try:
+            await asyncio.wait({work, stop}, return_when=asyncio.FIRST_COMPLETED)
+            if not work.done():  # the thread ends after its current result, and stores nothing
+                work.add_done_callback(lambda task: task.cancelled() or task.exception())
+                ui.notify("Cancelled; nothing was saved.")
+                return
+            self.state.show(work.result())
+        except FailedTrainingError as error:
+            self.failure = f"{error}"
+        finally:
+            stop.cancel()
+            self._started = None
+            self.button.enable()
+            self.progress.set_visibility(False)
+        self.results.refresh()
+        result = self.state.current_result()
+        self.announcement.text = f"{result.title} is generated." if result and not self.failure else ""
+        ui.run_javascript("window.tactogramMake.showResults()")
+
+    def cancel(self) -> None:
+        """End the generation without storing its results."""
+        self._cancelled.set()
+        self._ended.set()
+
+    def _generate(self, request: GenerationRequest, cancelled: threading.Event) -> list[KeptResult]:
+        """Generate and store all results; store none if cancelled."""
+        run = self.state.run
+        if run is None:
+            raise DataError("There is no run to generate from.")
+
+        def proceed(number: int) -> bool:
+            if not cancelled.is_set():
+                self._number = number
+            return not cancelled.is_set()
+
+        results = self.state.runs.generate(request, proceed=proceed)
+        if cancelled.is_set():
+            return []
+        said = self.state.runs.said(request)
+        return [self.state.store_result(request, run, number, made, said) for number, made in results]
+
+    def _draw_starter(self) -> None:
+        """Draw the progress of the example surfaces, and reload the page when they are ready."""
+        starter = self.studio.starter
+        starter.make()
+        with ui.element("section").classes("card").props('aria-live="polite"'):
+            heading("There is no finished run in this workspace yet.")
+            progress = ui.label("")
+
+        def update() -> None:
+            if starter.state == "ready":
+                ui.navigate.reload()
+            elif starter.state == "failed":
+                progress.text = f"{starter.line}."
+            else:
+                progress.text = f"Preparing example surfaces (simulated): {starter.line}"
+
+        ui.timer(0.5, update)
+
+
+def _add_routes(studio: Studio) -> None:
+    """Register the routes of photographs and of results that are images."""
+    archives = {"made": ResultArchive(studio.workspace.studio_folder / "made"), "kept": studio.shelf}
+
+    @app.get("/make/image/{where}/{id}")
+    def image(where: str, id: str) -> Response:
+        try:
+            result = archives[where].get(id)
+        except (KeyError, TactogramError):
+            return Response("no such image", status_code=404, media_type="text/plain")
+        if not result.is_image:
+            return Response("a signal, not an image", status_code=404, media_type="text/plain")
+        return FileResponse(result.file, media_type="image/png")
+
+    @app.get("/make/photo/{name}")
+    def photograph(name: str) -> Response:
+        folder = (studio.workspace.studio_folder / "photos").resolve()
+        path = (folder / name).resolve()
+        if path.parent != folder or path.suffix != ".png" or not path.is_file():
+            return Response("no such photograph", status_code=404, media_type="text/plain")
+        return FileResponse(path, media_type="image/png")

@@ -1,0 +1,356 @@
+"""Page of an uploaded recording: read it, compare it, and add it to a store."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from nicegui import app, events, ui
+
+from tactogram.datasets import Store
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.signal import Signal
+from tactogram.signal.io import READABLE, SignalFile, read_file
+from tactogram.signal.io.files import USUAL
+from tactogram_studio.layout import (
+    NumberField,
+    busy,
+    heading,
+    hint,
+    in_background,
+    page,
+    report_errors,
+    route,
+    upload,
+)
+from tactogram_studio.pages.materials.media import HEAD, MaterialsContext, address
+from tactogram_studio.pages.materials.neighbours import draw_similar
+from tactogram_studio.signals.view import add_routes, signal_card
+from tactogram_studio.workspace.uploads import save_upload
+from tactogram.workflows.data.stores import add_signal
+
+FIELDS = {
+    "unit": "Unit",
+    "rate": "Rate, Hz",
+    "axes": "Axes or columns",
+    "time": "Time stamps",
+    "part": "Part",
+    "sheet": "Sheet",
+}
+"""What the page asks of a file that does not state it, by the argument of `read_file`."""
+PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
+
+
+def add(context: MaterialsContext) -> None:
+    """Register ``/materials/drop``."""
+    add_routes()
+
+    @route("/materials/drop")
+    async def show(
+        file: str = "",
+        set: str = "",
+        unit: str = "",
+        rate: str = "",
+        axes: str = "",
+        time: str = "",
+        part: str = "",
+        sheet: str = "",
+    ) -> None:
+        given = {"unit": unit, "rate": rate, "axes": axes, "time": time, "part": part, "sheet": sheet}
+        ui.add_head_html(HEAD)
+        with page("Materials"):
+            ui.link("All stores", "/materials").classes("small")
+            uploaded = _UploadedFile(context, file, set, given)
+            uploaded.draw_upload()
+            if file:
+                with uploaded.analysis:
+                    await uploaded.draw_file()
+
+
+class _UploadedFile:
+    """An uploaded file, stored in the workspace until it is removed; its settings are part of the page's address."""
+
+    def __init__(self, context: MaterialsContext, file: str, set_name: str, given: Mapping[str, str]) -> None:
+        self.context, self.file = context, file
+        numbers = {name: _positive(given[name]) for name in ("rate", "part")}
+        self.query = {"file": file, "set": set_name, **given, **numbers}
+        workspace = context.studio.workspace
+        self.folder = workspace.studio_folder / "dropped"
+        self.sets = [workspace.name_of(path) for path in workspace.stores()]
+        self.chosen_set = set_name if set_name in self.sets else ""
+        self.set = self.chosen_set or next(iter(self.sets), "")
+
+    @property
+    def path(self) -> Path:
+        path = self.context.studio.workspace.inside(self.folder / self.file)
+        if path.parent != self.folder or not path.is_file():
+            raise ParameterError(f"{self.file[:100]}: no longer available; upload it again")
+        return path
+
+    @property
+    def reading(self) -> dict[str, Any]:
+        """Arguments of `read_file` that the file itself may lack."""
+        texts = {name: self.query[name].strip() for name in FIELDS}
+        axes = tuple(name.strip() for name in texts["axes"].split(",") if name.strip())
+        found: dict[str, Any] = {name: text or None for name, text in texts.items()}
+        return found | {
+            "rate": float(texts["rate"]) if texts["rate"] else None,
+            "part": int(float(texts["part"])) if texts["part"] else None,
+            "axes": axes or None,
+        }
+
+    def go(self, **changes: Any) -> None:
+        ui.navigate.to(address("drop", **(self.query | {"set": self.set} | changes)))
+
+    def _message(self, error: Exception) -> str:
+        return in_words_of_the_page(str(error).replace(f"{self.folder}/", ""))
+
+    def draw_upload(self) -> None:
+        async def take(event: events.UploadEventArguments) -> None:
+            data = await event.file.read()
+            try:
+                with busy(f"Reading {event.file.name}"):
+                    saved = await in_background(store_signal, self.folder, event.file.name, data)
+            except (TactogramError, OSError) as error:
+                self._draw_failure(event.file.name, error)
+                return
+            ui.navigate.to(address("drop", file=saved.name, set=self.chosen_set))
+
+        with ui.element("section").classes("card w-full"):
+            heading("Upload a recording")
+            hint(f"Supported files: {USUAL}. The recording stays on this machine.")
+            field = upload("Drop a file here, or choose one", on_upload=report_errors(take))
+            field.props(f'accept="{",".join(READABLE)}"').classes("w-full")
+            field.on("rejected", lambda: ui.notify(f"Expected one of {USUAL}.", type="negative"))
+        self.analysis = ui.column().classes("w-full gap-4 items-stretch")
+
+    def _draw_failure(self, name: str, error: Exception) -> None:
+        """Replace what is shown of an earlier file by the reason why a later one could not be read."""
+        self.analysis.clear()
+        ui.navigate.history.replace(address("drop", set=self.chosen_set))
+        with self.analysis, ui.element("section").classes("card w-full"):
+            heading(name)
+            ui.label(self._message(error)).classes("text-negative").props('role="alert"')
+
+    async def draw_file(self) -> None:
+        try:
+            read = await in_background(lambda: read_file(self.path, **self.reading))
+        except (TactogramError, OSError, ValueError) as error:
+            with ui.element("section").classes("card w-full"):
+                heading(self.file)
+                ui.label(self._message(error)).classes("text-negative").props('role="alert"')
+                self._draw_reading()
+            return
+        signal = read.signal
+        with ui.element("section").classes("card w-full"):
+            heading(self.file)
+            self._draw_facts(read)
+            self._draw_reading(closed=True)
+        self.set = self.chosen_set or self._matching_set(signal)
+        simulated = str(read.metadata.get("simulated", "")).lower() == "true"
+        signal_card(signal, title=self.file, simulated=simulated)
+        if not self.sets:
+            ui.label("There is no store to compare it with, or to add it to.")
+            ui.link("Simulate or import one", "/materials")
+            return
+        with ui.element("section").classes("card w-full"):
+            sets = ui.select(self.sets, label="Store to compare with and add to", value=self.set)
+            sets.classes("w-full max-w-lg").on_value_change(lambda event: self.go(set=event.value))
+        stream = matching_stream(self.context.store(self.set), signal)
+        draw_similar(self.context, signal, set_name=self.set, stream=stream)
+        _AddForm(self, simulated, stream).draw()
+
+    def _draw_facts(self, read: SignalFile) -> None:
+        signal = read.signal
+        over, per = ("s", "Hz") if signal.domain == "time" else ("mm", "per mm")
+        ui.label(
+            f"{signal.extent:.3g} {over} at {signal.rate:g} {per}, in {signal.unit}, axes {', '.join(signal.axes)}"
+        )
+        if read.timing is not None and not read.timing.even:
+            hint("Its uneven time stamps were converted to even spacing.")
+        others = [f"{name} ({', '.join(other.axes)}, {other.unit})" for name, other in read.others.items()]
+        for note in (*read.notes, *([f"also holds {', '.join(others)}"] if others else [])):
+            hint(f"{in_words_of_the_page(note)}.")
+
+    def _matching_set(self, signal: Signal) -> str:
+        """Return the first store with a stream of the signal's unit and domain, else the first."""
+        for name in self.sets:
+            with suppress(TactogramError, OSError):
+                if matching_stream(self.context.store(name), signal):
+                    return name
+        return next(iter(self.sets), "")
+
+    def _draw_reading(self, *, closed: bool = False) -> None:
+        """Draw the fields for what many files lack, or leave open."""
+        expansion = ui.expansion("Unit, rate, axes …", value=not closed).classes("w-full").props("dense")
+        examples = {"unit": "m/s^2, g, N", "axes": "x,y,z", "time": "ticks [us], or none"}
+        with expansion, ui.row().classes("items-end gap-3"):
+            fields = {
+                name: ui.input(title, value=self.query[name], placeholder=examples.get(name, "")).classes(
+                    "w-36"
+                )
+                for name, title in FIELDS.items()
+            }
+
+            def again() -> None:
+                self.go(**{name: field.value or "" for name, field in fields.items()})
+
+            ui.button("Read again", on_click=again).props("outline")
+            ui.button("Remove", on_click=report_errors(self._remove)).props("flat color=negative")
+
+    def _remove(self) -> None:
+        self.path.unlink(missing_ok=True)
+        ui.navigate.to(address("drop", set=self.set))
+
+
+class _AddForm:
+    """Form that adds the uploaded recording to a store; its entries survive a reload."""
+
+    def __init__(self, uploaded: _UploadedFile, simulated: bool, stream: str) -> None:
+        self.uploaded = uploaded
+        self.store = uploaded.context.store(uploaded.set)
+        self.simulated = simulated
+        self.values: dict[str, Any] = app.storage.user.setdefault("drop", {}).setdefault(uploaded.file, {})
+        self.values.setdefault("simulated", simulated)
+        if self.values.get("stream") not in self.store.streams:
+            self.values["stream"] = stream or next(iter(self.store.streams))
+
+    def draw(self) -> None:
+        values = self.values
+        materials = sorted({info.material for info in self.store.index if info.material})
+        with ui.element("section").classes("card w-full").props('aria-label="Add to the store"'):
+            heading(f"Add to {self.uploaded.set}")
+            with ui.row().classes("items-end gap-3"):
+                ui.input("Material", autocomplete=materials).bind_value(values, "material").classes("w-56")
+                if len(self.store.streams) > 1:
+                    streams = ui.select(list(self.store.streams), label="Stream")
+                    streams.bind_value(values, "stream").classes("w-40")
+                NumberField("Speed, mm/s").bind_value(values, "speed_mm_s").classes("w-32")
+                NumberField("Force, N").bind_value(values, "force_n").classes("w-32")
+                for name in ("contactor", "session", "subject"):
+                    ui.input(name.capitalize()).bind_value(values, name).classes("w-32")
+            hint("Enter a code as the subject, never a name.")
+            photograph = upload("Photograph (optional)", on_upload=report_errors(self._take_photograph))
+            photograph.props(f'accept="{PICTURES}"').classes("w-full max-w-lg")
+            self.photograph = ui.label().classes("small")
+            self._show_photograph()
+            box = ui.checkbox("Simulated, or generated by a model").bind_value(values, "simulated")
+            box.set_enabled(not self.simulated)
+            self.warning = ui.label().classes("small")
+            self.agreed = ui.checkbox("Mix measured and simulated recordings").bind_value(values, "agreed")
+            self.problem = ui.label().classes("text-negative").props('role="alert"')
+            self.button = ui.button("Add", on_click=report_errors(self._add))
+            self.done = ui.column().classes("gap-1").props('role="status"')
+        self._warn()
+        ui.timer(0.5, self._warn)
+
+    def _warn(self) -> None:
+        every = all(info.simulated for info in self.store.index)
+        self.warning.text = mixing_warning(self.store.simulated, every, bool(self.values["simulated"]))
+        self.agreed.visible = bool(self.warning.text)
+
+    def _show_photograph(self) -> None:
+        name = self.values.get("photograph")
+        self.photograph.text = f"photograph: {name}" if name else ""
+
+    async def _take_photograph(self, event: events.UploadEventArguments) -> None:
+        data = await event.file.read()
+        saved = await in_background(save_upload, self.uploaded.folder, event.file.name, data, kind="image")
+        self.values["photograph"] = saved.name
+        self._show_photograph()
+
+    async def _add(self) -> None:
+        self.problem.text = ""
+        try:
+            if not (self.values.get("material") or "").strip():
+                raise ParameterError("Material: enter the material that was touched")
+            if self.agreed.visible and not self.values.get("agreed"):
+                raise ParameterError(
+                    "Measured and simulated recordings would be mixed: tick the box above to allow it"
+                )
+            with busy("Adding the recording", button=self.button):
+                report = await in_background(self._added)
+        except (TactogramError, OSError) as error:
+            self.problem.text = self.uploaded._message(error)
+            return
+        self.done.clear()
+        with self.done:
+            if report["added"]:
+                ui.label(f"Added: {self.uploaded.set} now has {report['recordings']:,} recordings.")
+                ui.label(
+                    f"Its sha256 changed from {report['sha256_before'][:12]}… to {report['sha256'][:12]}…. New "
+                    "trainings use the recording; existing runs refer to their own recordings as before."
+                ).classes("small")
+            else:
+                ui.label("The store already has a recording with the same samples; nothing was changed.")
+            query = {"set": self.uploaded.set, "id": report["id"], "stream": self.values["stream"]}
+            ui.link("Show the recording", address("recording", **query))
+
+    def _added(self) -> dict[str, Any]:
+        """Add the recording and return the report of `add_signal`."""
+        values, workspace = self.values, self.uploaded.context.studio.workspace
+        photograph = values.get("photograph")
+        texts, numbers = ("contactor", "session", "subject"), ("speed_mm_s", "force_n")
+        conditions: dict[str, Any] = {name: (values.get(name) or "").strip() or None for name in texts}
+        conditions |= {name: None if values.get(name) is None else float(values[name]) for name in numbers}
+        return add_signal(
+            workspace.inside(self.uploaded.set),
+            self.uploaded.path,
+            material=values["material"].strip(),
+            stream=values["stream"] if len(self.store.streams) > 1 else None,
+            photograph=workspace.inside(self.uploaded.folder / photograph) if photograph else None,
+            simulated=bool(values["simulated"]),
+            **self.uploaded.reading,
+            **conditions,
+        )
+
+
+def _positive(text: str) -> str:
+    """Return ``text`` if it is a positive number, else an empty text: addresses can be edited by hand."""
+    with suppress(ValueError):
+        return text if float(text) > 0 else ""
+    return ""
+
+
+def in_words_of_the_page(text: str) -> str:
+    """Return an error or note on reading in which arguments are the fields of this page."""
+    return re.sub(r"`(\w+)=([^`]+)`", lambda found: f"{FIELDS.get(found[1], found[1])}: {found[2]}", text)
+
+
+def store_signal(folder: Path, name: str, data: bytes) -> Path:
+    """Store an uploaded signal under a safe, unused name; its errors may name arguments, which the page asks for."""
+    try:
+        return save_upload(folder, name, data, kind="signal")
+    except TactogramError as error:
+        if "`" not in str(error):
+            raise
+        return save_upload(folder, name, data, kind="signal", read=False)
+
+
+def matching_stream(store: Store, signal: Signal) -> str:
+    """Return the first stream of a store with the unit and domain of a signal; empty if there is none."""
+    for name, facts in store.streams.items():
+        if (facts.unit, facts.domain) == (signal.unit, signal.domain):
+            return name
+    return ""
+
+
+def mixing_warning(any_simulated: bool, all_simulated: bool, adding_simulated: bool) -> str:
+    """Return the consequences of mixing measured and simulated recordings; empty if nothing would be mixed.
+
+    The first two parameters refer to the store, the last to the recording.
+    """
+    if adding_simulated and not any_simulated:
+        return (
+            "This store contains measured recordings only. With this recording, the store, every run trained on "
+            "it and all their results are marked as simulated, permanently."
+        )
+    if not adding_simulated and all_simulated:
+        return (
+            "This store is simulated. A measured recording is marked as measured, but runs and results of the data "
+            "set stay marked as simulated."
+        )
+    return ""

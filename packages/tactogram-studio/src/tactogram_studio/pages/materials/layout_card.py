@@ -1,0 +1,188 @@
+"""Card of files with the same columns: what each column is read as, and the first file as it would be imported."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from nicegui import ui
+
+from tactogram.datasets import Recording
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
+from tactogram_studio.layout import NumberField, attribute, heading, hint
+from tactogram_studio.pages.materials.columns import ROLES, TIME_UNITS, UNITS, ColumnChoices
+from tactogram_studio.pages.materials.recordings import trace_svg
+
+ROLE_NAMES = {UNCLEAR: "choose", IGNORED: "not read", RATE: "sampling rate"}
+
+
+class LayoutCard:
+    """A layout of a preview; ``changed`` is called with the mapping of its columns whenever the user changes it."""
+
+    def __init__(
+        self,
+        number: int,
+        key: str,
+        facts: Mapping[str, Any],
+        layouts: Sequence[TableLayout],
+        changed: Callable[[Sequence[TableLayout]], Awaitable[None]] | None,
+    ) -> None:
+        self.number, self.key, self.facts, self._changed = number, key, facts, changed
+        self.choices = ColumnChoices.of(facts["columns"], layouts)
+        self._lists: list[tuple[ui.select, ui.select]] = []
+        self._shown = ""
+
+    @property
+    def example(self) -> str:
+        """Name of the first file."""
+        return str(self.facts["example"])
+
+    def draw(self) -> None:
+        """Draw the card without its picture."""
+        with ui.element("section").classes("card w-full layout").props(f'aria-label="Layout {self.number}"'):
+            with ui.element("div"):
+                heading(f"Layout {self.number}")
+                self._counts = ui.label().style("overflow-wrap: anywhere")
+                if self.choices.headings and self._changed is not None and not self.facts["tables"]:
+                    self._draw_columns()
+                self._timing = hint("")
+                self._problem = ui.label().classes("text-negative").props('role="alert"')
+            self._picture = ui.column().classes("w-full gap-2 items-stretch")
+        self.update(self.facts)
+
+    def update(self, facts: Mapping[str, Any]) -> None:
+        """Show another preview of the same files."""
+        self.facts = facts
+        files = f"{facts['files']} file{'s' * (facts['files'] != 1)}"
+        skipped = f", {facts['skipped']} of them would be skipped" if facts["skipped"] else ""
+        self._counts.text = f"{files}{skipped}, e.g. {facts['example']}"
+        self._timing.text = timing_text(facts)
+
+    def show(self, recording: Recording | str) -> None:
+        """Show the first file as it would be imported, or why it cannot be read."""
+        shown = recording if isinstance(recording, str) else recording.id
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._picture.clear()
+        with self._picture:
+            if isinstance(recording, str):
+                ui.label(recording).classes("text-negative").style("overflow-wrap: anywhere")
+                return
+            for stream, signal in recording.streams.items():
+                _draw_signal(f"{self.example}: {stream}", signal)
+
+    def _draw_columns(self) -> None:
+        with ui.element("div").classes("columns").props('role="group" aria-label="Columns"'):
+            for place, name in enumerate(self.choices.headings):
+                ui.label(name).style("overflow-wrap: anywhere")
+                role = ui.select(self._roles_of(place), value=self.choices.roles[place])
+                role.props(f'dense options-dense aria-label="{attribute(name)}: read as"')
+                unit = ui.select(self._units_of(place), value=self.choices.units[place])
+                unit.props(f'dense options-dense aria-label="{attribute(name)}: unit"')
+                role.on_value_change(partial(self._set_role, place))
+                unit.on_value_change(partial(self._set_unit, place))
+                self._lists.append((role, unit))
+        rate = NumberField("Rate, Hz", value=self.choices.rate, placeholder="as the files say")
+        rate.props("dense debounce=700").classes("w-44").on_value_change(self._set_rate)
+        self._show_choices()
+
+    def _roles_of(self, place: int) -> dict[str, str]:
+        roles = dict.fromkeys([*ROLES, *self.choices.roles])
+        wanted = [role for role in roles if role not in (RATE, UNCLEAR) or self.choices.roles[place] == role]
+        return {role: ROLE_NAMES.get(role, role) for role in wanted}
+
+    def _units_of(self, place: int) -> dict[str, str]:
+        timed, stated = self.choices.roles[place] == TIME, self.choices.stated_unit(place)
+        usual = TIME_UNITS if timed else UNITS
+        none = "as stated, or s" if timed else "no unit stated"
+        units = dict.fromkeys([*([] if stated else [""]), *usual, stated, self.choices.units[place]])
+        return {unit: unit or none for unit in units if unit or not stated}
+
+    async def _set_role(self, place: int, event: Any) -> None:
+        if event.value != self.choices.roles[place]:
+            await self._change(self.choices.with_role(place, event.value))
+
+    async def _set_unit(self, place: int, event: Any) -> None:
+        if event.value != self.choices.units[place]:
+            await self._change(self.choices.with_unit(place, event.value))
+
+    async def _set_rate(self, event: Any) -> None:
+        value = None if event.value is None else float(event.value)
+        if value != self.choices.rate:
+            await self._change(replace(self.choices, rate=value))
+
+    async def _change(self, choices: ColumnChoices) -> None:
+        self.choices = choices
+        try:
+            layouts = choices.layouts()
+        except ParameterError as error:
+            self._problem.text = str(error)
+            self._show_choices()
+            return
+        self._problem.text = ""
+        read = tuple(IGNORED if role == UNCLEAR else role for role in choices.roles)
+        self.choices = replace(choices, roles=read)
+        self._show_choices()
+        if self._changed is not None:
+            await self._changed(layouts)
+
+    def _show_choices(self) -> None:
+        """Show roles and units as they are now: a unit may follow from another."""
+        for place, (role, unit) in enumerate(self._lists):
+            role.set_options(self._roles_of(place), value=self.choices.roles[place])
+            unit.set_options(self._units_of(place), value=self.choices.units[place])
+            unit.set_enabled(self.choices.roles[place] not in (IGNORED, UNCLEAR, RATE, *LABELS))
+
+
+def headings_of(facts: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the headings of a layout of a preview; none of sounds."""
+    return tuple(column["heading"] for column in facts["columns"])
+
+
+def by_key(layouts: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
+    """Return the layouts of a preview by their headings, or by their first file where these do not distinguish them."""
+    found: dict[str, Mapping[str, Any]] = {}
+    for facts in layouts:
+        headings = repr(headings_of(facts))
+        found[facts["example"] if headings in found or not facts["columns"] else headings] = facts
+    return found
+
+
+def _draw_signal(title: str, signal: Signal) -> None:
+    over, per = ("s", "Hz") if signal.domain == "time" else ("mm", "per mm")
+    ui.label(title).style("overflow-wrap: anywhere")
+    hint(f"{signal.extent:.4g} {over} at {signal.rate:.6g} {per}")
+    for axis, samples in zip(signal.axes, signal.samples, strict=True):
+        low, high = (f"{value:.4g}" for value in (samples.min(), samples.max()))
+        text = f"{axis}: {low} to {high} {'' if signal.unit == '1' else signal.unit}".strip()
+        picture = trace_svg(replace(signal, samples=samples[None], axes=(axis,)))
+        source = f"data:image/svg+xml;base64,{b64encode(picture).decode()}"
+        hint(text)
+        ui.element("img").classes("trace").props(f'src="{source}" alt="Waveform of {attribute(text)}"')
+
+
+def timing_text(facts: Mapping[str, Any]) -> str:
+    """Return streams, rates and durations of a layout in a line; empty if no file can be read."""
+    if not facts["seconds"]:
+        return ""
+    parts = [
+        f"{name}: {', '.join(stream['axes'])} in {'no unit' if stream['unit'] == '1' else stream['unit']}"
+        for name, stream in facts["streams"].items()
+    ]
+    parts.append(f"{', '.join(f'{rate:.7g}' for rate in facts['rates_hz'])} Hz")
+    if facts["estimated_rates_hz"] and facts["jitter_s"] > 1e-7:
+        low, high = facts["estimated_rates_hz"]
+        span = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+        parts.append(f"time stamps: {span} Hz, jitter up to {1e3 * facts['jitter_s']:.3g} ms")
+    short, long = facts["seconds"]
+    parts.append(f"{short:.4g} s" if short == long else f"{short:.4g} to {long:.4g} s")
+    if facts["interpolated"]:
+        gap = 1e3 * facts["largest_gap_s"]
+        parts.append(f"{facts['interpolated']} samples interpolated, longest gap {gap:.3g} ms")
+    return " · ".join(parts)

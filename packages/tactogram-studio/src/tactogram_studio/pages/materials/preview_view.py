@@ -1,0 +1,205 @@
+"""Preview of an import on its page: the layouts with their pictures, and the files that would be skipped."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+
+from tactogram.datasets import Recording
+from tactogram.datasets.kinds import in_one_line
+from tactogram.datasets.mapping import layouts_by_columns
+from tactogram.datasets.preview import preview_dataset, preview_file
+from tactogram.errors import TactogramError
+from tactogram.signal.io.layout import TableLayout
+from tactogram_studio.layout import heading, hint, in_background, report_errors
+from tactogram_studio.pages.materials.layout_card import LayoutCard, by_key, headings_of
+
+if TYPE_CHECKING:
+    from tactogram_studio.pages.materials.import_page import ImportPage
+
+MOST_LAYOUTS = 30
+MOST_SHOWN = 200
+"""Kinds of skipped files, and materials, that the page lists."""
+REMEDIES = (
+    (r"; give the rate in Hz, e\.g\. `rate=1000`", "; choose the column of the time, or fill in 'Rate, Hz'"),
+    (
+        r"must be in a folder named after its material, .* with `path=[^`]+`",
+        "is in no folder; choose 'the file name' in 'Material named by', or the column of the material",
+    ),
+    (r": say its unit, `time=[^`]+`, or the rate.*", "; choose its unit, or fill in 'Rate, Hz'"),
+    (r"which array\? choose of (.+)", r"has several arrays (\1); choose what each is"),
+    (
+        r"which sheet\? choose of (.+?), e\.g\. `[^`]*`",
+        r"has several sheets (\1); save the one to read as a file of its own",
+    ),
+    (
+        r"; choose those of one(?: as axes|, e\.g\. `axes=[^`]+`)",
+        "; choose 'not read' for those of another unit",
+    ),
+    (r"choose the columns to read", "correct it, or choose 'not read' for its column"),
+    (
+        r"; leave the rate out, then resample",
+        "; empty 'Rate, Hz', and remove rate=… from 'What no file says'",
+    ),
+    (r"; leave the unit out", "; remove unit=… from 'What no file says'"),
+    (r"; give the rate instead", "; choose 'not read' for the time, and fill in 'Rate, Hz'"),
+    (r"omit (it|them|the column) from (?:the|a) mapping", "choose 'not read' for the column"),
+    (r"`((?:path|unit)=[^`]+)`", r"\1 in 'What no file says'"),
+)
+"""What readers advise, and what this page offers instead."""
+
+
+class _SupersededError(Exception):
+    """Raised within a preview whose result is no longer wanted."""
+
+
+def in_words_of_the_page(text: str, folder: Path) -> str:
+    """Return the reason why a file is skipped, with the remedy that this page offers."""
+    text = text.replace(f"{folder}/", "")
+    for pattern, remedy in REMEDIES:
+        text = re.sub(pattern, remedy, text)
+    return text
+
+
+class PreviewView:
+    """Preview of the folder of a page, read again whenever its settings change."""
+
+    def __init__(self, importing: ImportPage) -> None:
+        self.page = importing
+        self.facts: dict[str, Any] = {}
+        self._generation = 0
+        self._cards: list[LayoutCard] = []
+        self._progress = (0, 1)
+
+    def draw_summary(self) -> None:
+        """Draw the place of progress, summary and errors."""
+        self._bar = ui.linear_progress(value=0, show_value=False, size="6px")
+        self._bar.props('aria-label="Progress of the preview"')
+        self._summary = ui.column().classes("gap-1").props('role="status"')
+        self.problem = ui.label().classes("text-negative").props('role="alert"')
+
+    def draw(self) -> None:
+        """Draw the places of layouts and skipped files, and begin to read."""
+        self._place = ui.column().classes("w-full gap-4 items-stretch")
+        self._skipped = ui.column().classes("w-full gap-4 items-stretch")
+        ui.timer(0.3, self._show_progress)
+        ui.timer(0, report_errors(self.refresh), once=True)
+
+    async def refresh(self, first: LayoutCard | None = None) -> None:
+        """Read the files, and show how, with the picture of one card before; a later call supersedes this one."""
+        self._generation += 1
+        mine, page = self._generation, self.page
+        self.problem.text = ""
+
+        def report(done: int, total: int) -> None:
+            if mine != self._generation:
+                raise _SupersededError
+            self._progress = (done, total)
+
+        try:
+            path, options, kind = page.path, page.options(), page.values["set"]
+            self._bar.visible = True
+            if first is not None:
+                first.show(await in_background(self._example, first.example, options))
+            facts = await in_background(
+                preview_dataset, kind, path, options=options, workers=1, progress=report
+            )
+            names = [layout["example"] for layout in facts["layouts"][:MOST_LAYOUTS]]
+            examples = await in_background(lambda: {name: self._example(name, options) for name in names})
+        except _SupersededError:
+            return
+        except (TactogramError, OSError, ValueError) as error:
+            if mine == self._generation:
+                self._bar.visible = False
+                self.problem.text = in_words_of_the_page(str(error), page.path)
+            return
+        if mine == self._generation and not self._place.is_deleted:
+            self._bar.visible = False
+            self.facts = facts
+            self._show(examples)
+
+    def _example(self, name: str, options: Mapping[str, Any]) -> Recording | str:
+        """Return a file as it would be imported, or why it cannot be."""
+        try:
+            return preview_file(self.page.values["set"], self.page.path, name, options=options)
+        except TactogramError as error:
+            return in_words_of_the_page(str(error), self.page.path)
+
+    async def _map(self, number: int, layouts: Sequence[TableLayout]) -> None:
+        self.page.map_columns(layouts)
+        await self.refresh(self._cards[number])
+
+    def _show_progress(self) -> None:
+        done, total = self._progress
+        self._bar.value = done / max(1, total)
+
+    def _show(self, examples: Mapping[str, Recording | str]) -> None:
+        """Show the preview; cards whose files are still there stay, so that the keyboard's focus stays."""
+        facts, mapped = self.facts, layouts_by_columns(self.page.layouts)
+        self._show_summary()
+        drawn = [card.key for card in self._cards]
+        layouts = by_key(facts["layouts"][:MOST_LAYOUTS])
+        if {*drawn} != {*layouts}:
+            self._place.clear()
+            self._cards = [
+                LayoutCard(
+                    number + 1,
+                    key,
+                    each,
+                    mapped.get(headings_of(each), []),
+                    report_errors(partial(self._map, number)) if self.page.is_folder else None,
+                )
+                for number, (key, each) in enumerate(layouts.items())
+            ]
+            with self._place:
+                for card in self._cards:
+                    card.draw()
+                if (more := len(facts["layouts"]) - len(layouts)) > 0:
+                    hint(f"… and {more} more layouts, of fewer files; a mapping can describe them, too")
+        for card in self._cards:
+            card.update(layouts[card.key])
+            card.show(examples[card.example])
+        self._show_skipped()
+
+    def _show_summary(self) -> None:
+        facts = self.facts
+        materials: dict[str, int] = {}
+        for layout in facts["layouts"]:
+            for name, count in layout["materials"].items():
+                materials[name] = materials.get(name, 0) + count
+        counted = f"{sum(materials.values())} recordings of {len(materials)} materials would be imported"
+        counted += f" from {facts['files']} files; {facts['skipped_files']} would be skipped"
+        counted += f"; {facts['photographs']} photographs" if facts["photographs"] else ""
+        counted += f"; {facts['duplicates']} files repeat another" if facts["duplicates"] else ""
+        self._summary.clear()
+        with self._summary:
+            ui.label(f"{counted}.")
+            listed = [f"{name} ({count})" for name, count in [*materials.items()][:MOST_SHOWN]]
+            hint(", ".join(listed)).style("overflow-wrap: anywhere")
+            if facts["question"]:
+                ui.label(in_words_of_the_page(facts["question"], self.page.path)).classes("text-negative")
+            elif facts["proposed_path"]:
+                hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
+            for note in facts["notes"]:
+                hint(in_words_of_the_page(in_one_line(note), self.page.path))
+            for stream, rates in facts["several_rates_hz"].items():
+                found = ", ".join(f"{rate:.7g}" for rate in rates)
+                hint(f"{stream}: {found} Hz; a training needs one rate: enter it for each layout, or there.")
+
+    def _show_skipped(self) -> None:
+        problems, path = self.facts["problems"], self.page.path
+        self._skipped.clear()
+        if not problems:
+            return
+        with self._skipped, ui.element("section").classes("card w-full").props('aria-label="Skipped files"'):
+            heading(f"Skipped ({len(self.facts['skipped'])})")
+            with ui.element("ul").classes("skipped"):
+                for kind in problems[:MOST_SHOWN]:
+                    ui.element("li")._text = in_words_of_the_page(in_one_line(kind), path)
+            if len(problems) > MOST_SHOWN:
+                hint(f"… and {len(problems) - MOST_SHOWN} more kinds")

@@ -1,0 +1,245 @@
+"""Reports of a workspace, published figures next to ours, and experiments, as escaped HTML."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from tactogram.errors import DataError, ParameterError
+from tactogram_benchmark.experiments.catalogue import BENCHMARKS, PUBLISHED, experiments, result_files
+from tactogram_studio.workspace.folder import RUN, SESSION, Workspace
+from tactogram.text_files import read_json
+
+Kind = Literal["report", "numbers", "figure", "text"]
+
+KINDS: Mapping[str, Kind] = {
+    ".html": "report",
+    ".json": "numbers",
+    ".png": "figure",
+    ".svg": "figure",
+    ".txt": "text",
+}
+NUMBERS = ("evaluation.json", "crossval.json", "analysis.json", "result.json", "mixing.json")
+TEXTS = ("analysis.txt",)
+MOST_BYTES = 50_000_000
+MOST_LISTED = 400
+COMMANDS = {PUBLISHED: "tactogram reproduce", BENCHMARKS / "experiments": "python -m benchmarks"}
+"""Folders of experiments, and the command that runs one."""
+
+
+@dataclass(frozen=True)
+class ReportFile:
+    """A file of a run, session or analysis (``folder``); both paths are relative to the workspace.
+
+    ``simulated`` refers to the reported data; ``changed`` is in seconds since 1970.
+    """
+
+    path: str
+    kind: Kind
+    folder: str
+    simulated: bool
+    changed: float
+
+
+def report_files(workspace: Workspace) -> list[ReportFile]:
+    """Return the files of all reports, newest folder first; reports before numbers before figures."""
+    hidden = [workspace.studio_folder / name for name in ("kept", "sent", "state", "uploads")]
+    files: list[ReportFile] = []
+    simulated: dict[Path, bool | None] = {}
+    for path in workspace.files(*KINDS):
+        kind = KINDS[path.suffix.lower()]
+        if any(path.is_relative_to(folder) for folder in hidden):
+            continue
+        if (kind == "numbers" and path.name not in NUMBERS) or (kind == "text" and path.name not in TEXTS):
+            continue
+        folder = path.parent.parent if path.parent.name == "figures" else path.parent
+        if folder not in simulated:
+            simulated[folder] = is_simulated(folder) if _has_results(folder) else None
+        is_folder_simulated = simulated[folder]
+        if is_folder_simulated is None:
+            continue
+        try:
+            changed = path.stat().st_mtime
+        except OSError:  # just deleted
+            continue
+        name = workspace.name_of(folder) if folder != workspace.folder else "."
+        files.append(ReportFile(workspace.name_of(path), kind, name, is_folder_simulated, changed))
+    newest: dict[str, float] = {}
+    for file in files:
+        newest[file.folder] = max(newest.get(file.folder, 0.0), file.changed)
+    order = list(dict.fromkeys(KINDS.values()))
+    files.sort(key=lambda file: (-newest[file.folder], file.folder, order.index(file.kind), file.path))
+    return files[:MOST_LISTED]
+
+
+def _has_results(folder: Path) -> bool:
+    """Return whether a folder is a run, session or analysis, or holds a report; figures alone do not count."""
+    return any((folder / name).is_file() for name in (RUN, SESSION, "report.html", *NUMBERS))
+
+
+def in_scheme(report: bytes, scheme: Literal["light", "dark"]) -> bytes:
+    """Return a report as HTML that is light or dark, whatever the system is."""
+    media = b"@media all" if scheme == "dark" else b"@media not all"
+    return report.replace(b"@media (prefers-color-scheme: dark)", media).replace(
+        b"color-scheme: light dark", f"color-scheme: {scheme}".encode()
+    )
+
+
+def is_simulated(folder: Path) -> bool:
+    """Return whether a run's data or the numbers in a folder are marked as simulated."""
+    for name in ("data.json", *NUMBERS):
+        with suppress(DataError):
+            if marked_simulated(read_json(folder / name)):
+                return True
+    return False
+
+
+def marked_simulated(values: Any) -> bool:
+    """Return whether a result marks its data, devices or participants as simulated."""
+    if not isinstance(values, Mapping):
+        return False
+    if values.get("simulated") or "simulated" in str(values.get("name", "")):
+        return True
+    data = values.get("data")
+    return marked_simulated(data) if isinstance(data, Mapping) else "simulated" in str(data or "")
+
+
+def readable_file(workspace: Workspace, name: str) -> Path:
+    """Return a file to show.
+
+    Raises `DataError` or `ParameterError` if it is outside the workspace, missing, of another kind, or too large.
+    """
+    path = workspace.inside(name)
+    if path.suffix.lower() not in KINDS or path.is_relative_to(workspace.studio_folder / "state"):
+        raise ParameterError(f"{name[:200]}: only {', '.join(KINDS)} files can be shown here")
+    if not path.is_file():
+        raise DataError(f"{name[:200]}: no such file in the workspace")
+    if path.stat().st_size > MOST_BYTES:
+        raise DataError(f"{name[:200]}: larger than {MOST_BYTES // 10**6} MB; open it with another program")
+    return path
+
+
+def matching(words: str, texts: Iterable[str]) -> bool:
+    """Return whether the texts contain every word, ignoring case."""
+    whole = " ".join(texts).lower()
+    return all(word in whole for word in words.lower().split())
+
+
+COLUMNS = {
+    "Model": "text",
+    "Result": "text",
+    "Published": "",
+    "Ours": "",
+    "Difference": "",
+    "Seeds": "",
+    "Data and split": "text wide",
+    "Reason for the difference": "text wide",
+}
+"""Headings of the published figures, and the CSS class of each column."""
+
+
+def published_html(rows: Sequence[Mapping[str, Any]], words: str = "") -> tuple[str, int]:
+    """Return the rows of `tactogram.workflows.table.table` that contain all ``words`` as a table, and their number."""
+    shown = [row for row in rows if matching(words, (str(value) for value in row.values()))]
+    head = "".join(f'<th scope="col" class="{kind}">{name}</th>' for name, kind in COLUMNS.items())
+    body = "".join(_published_row(row) for row in shown)
+    return (
+        '<div class="scrolled" tabindex="0" role="region" aria-label="Published and ours, table">'
+        '<table class="numbers published"><caption class="sr-only">Published figures next to ours</caption>'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    ), len(shown)
+
+
+def _published_row(row: Mapping[str, Any]) -> str:
+    text = {name: html.escape(str(row[name])) for name in ("model", "what", "where", "data", "split", "note")}
+    published, ours, sd = row["published"], row["ours"], row["sd"]
+    badge = ' <span class="simulated">simulated</span>' if "simulated" in text["data"].lower() else ""
+    cells = (
+        text["model"],
+        text["what"],
+        _number(published) + _second_line(text["where"]),
+        _number(ours) + (f" ± {sd:g}" if ours is not None and sd is not None else ""),
+        "" if published is None or ours is None else f"{ours - published:+.3g}",
+        str(row["seeds"]) if ours is not None else "",
+        (text["data"] or "not measured") + badge + _second_line(text["split"]),
+        f'<span class="small">{text["note"]}</span>' if text["note"] else "",
+    )
+    kinds = COLUMNS.values()
+    return (
+        "<tr>"
+        + "".join(f'<td class="{k}">{cell}</td>' for k, cell in zip(kinds, cells, strict=True))
+        + "</tr>"
+    )
+
+
+def _second_line(text: str) -> str:
+    return f'<br><span class="quiet small">{text}</span>' if text else ""
+
+
+def _number(value: float | None) -> str:
+    return "none" if value is None else f"{value:g}"
+
+
+def numbers_html(values: Any) -> str:
+    """Return JSON values as nested tables of names and values."""
+    if isinstance(values, Mapping):
+        rows = "".join(
+            f'<tr><th scope="row" class="text">{html.escape(str(key)).replace("_", " ")}</th>'
+            f'<td class="text">{numbers_html(value)}</td></tr>'
+            for key, value in values.items()
+        )
+        return f'<table class="numbers">{rows}</table>'
+    if isinstance(values, list):
+        if len(values) > 30:
+            shown = ", ".join(_plain(v) for v in values[:10])
+            return html.escape(f"{shown} … ({len(values)} in all)")
+        if all(not isinstance(v, Mapping | list) for v in values):
+            return html.escape(", ".join(_plain(v) for v in values))
+        return "".join(f"<div>{numbers_html(v)}</div>" for v in values)
+    return html.escape(_plain(values))
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.5g}"
+    if isinstance(value, Mapping | list):
+        return json.dumps(value, ensure_ascii=False)[:200]
+    return "none" if value is None else str(value)[:4000]
+
+
+@dataclass(frozen=True)
+class ExperimentEntry:
+    """An experiment with its result files, committed (``NAME.json``) or of the workspace (``result.json``)."""
+
+    name: str
+    title: str
+    command: str
+    results: tuple[Path, ...]
+
+
+def experiments_with_results(workspace: Workspace) -> list[ExperimentEntry]:
+    """Return the experiments behind published tables and, in a source checkout, our own."""
+    entries = []
+    for folder, command in COMMANDS.items():
+        for name, title in experiments(folder).items():
+            results = result_files(name, workspace.folder / "runs")
+            entries.append(ExperimentEntry(name, title, f"{command} {name}", results))
+    return entries
+
+
+def read_result(path: Path) -> dict[str, Any]:
+    """Return the values of a JSON file of results; raise `DataError` if it is unreadable."""
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise DataError(f"{path.name}: not readable: {error}") from error
+    if not isinstance(values, dict):
+        raise DataError(f"{path.name}: expected a table of results")
+    return values

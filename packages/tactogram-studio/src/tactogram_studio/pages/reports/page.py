@@ -1,0 +1,213 @@
+"""The page Reports: reports of runs and studies, published figures next to ours, and experiments."""
+
+from __future__ import annotations
+
+import html
+from itertools import groupby
+from pathlib import Path
+from typing import Any, Literal
+from urllib.parse import quote
+
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
+from nicegui import app, ui
+
+from tactogram.errors import TactogramError
+from tactogram_benchmark.experiments.catalogue import data_text
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import heading, hint, page, report_errors, route
+from tactogram_studio.pages.reports.catalogue import (
+    ReportFile,
+    experiments_with_results,
+    in_scheme,
+    marked_simulated,
+    matching,
+    numbers_html,
+    published_html,
+    read_result,
+    readable_file,
+    report_files,
+)
+from tactogram_studio.server.guard import REPORT_POLICY
+from tactogram.workflows.table import table
+
+TABS = {"reports": "Reports", "published": "Published and ours", "experiments": "Experiments"}
+
+
+def add(studio: Studio) -> None:
+    """Register the page, and the route of its files, which a content policy keeps from running scripts."""
+
+    @app.get("/reports/file/{name:path}")
+    def file(name: str, scheme: Literal["light", "dark"] | None = None) -> Any:
+        try:
+            path = readable_file(studio.workspace, name)
+        except TactogramError as error:
+            return JSONResponse({"error": str(error)}, status_code=404)
+        headers = {"Content-Security-Policy": REPORT_POLICY}
+        if scheme and path.suffix == ".html":
+            return HTMLResponse(in_scheme(path.read_bytes(), scheme), headers=headers)
+        return FileResponse(path, headers=headers)
+
+    @route("/reports")
+    def show(of: str = "", tab: str = "reports") -> None:
+        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
+        ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
+        with page("Reports", wide=True) as dark:
+            with ui.tabs().classes("w-full") as tabs:
+                panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
+            first = panels.get(tab, panels["reports"])
+            with ui.tab_panels(tabs, value=first).classes("w-full bg-transparent"):
+                with ui.tab_panel(panels["reports"]).classes("p-0"):
+                    ReportsPanel(studio, of, dark)
+                with ui.tab_panel(panels["published"]).classes("p-0"):
+                    PublishedPanel()
+                with ui.tab_panel(panels["experiments"]).classes("p-0"):
+                    _draw_experiments(studio)
+
+
+class ReportsPanel:
+    """List of report files on the left, the selected one on the right, light or ``dark`` as the page."""
+
+    def __init__(self, studio: Studio, path: str, dark: ui.dark_mode) -> None:
+        self.studio, self.dark = studio, dark
+        dark.on_value_change(lambda _: self._reader.refresh(""))
+        self.files = report_files(studio.workspace)
+        self.selected = next((file for file in self.files if file.path == path), None)
+        if self.selected is None and self.files and not path:
+            self.selected = self.files[0]
+        with ui.element("div").classes("reader mt-4"):
+            with ui.element("section").classes("card").props('aria-label="Reports"'):
+                self._words = ui.input("Search", on_change=lambda _: self._list.refresh()).classes("w-full")
+                self._words.props('clearable type="search"')
+                self._list()
+            with ui.element("section").classes("card").props('aria-label="Reader"'):
+                self._reader(path)
+
+    @ui.refreshable_method
+    def _list(self) -> None:
+        words = str(self._words.value or "")
+        shown = [file for file in self.files if matching(words, (file.path, _keywords(file)))]
+        if not self.files:
+            ui.label("No reports yet. To write one, evaluate a run on the page Train.").classes("quiet")
+        elif not shown:
+            ui.label("No report matches.").classes("quiet")
+        for folder, group in groupby(shown, key=lambda file: file.folder):
+            files = list(group)
+            with ui.element("div").classes("mt-3"):
+                with ui.row().classes("items-center gap-2"):
+                    ui.label("this folder" if folder == "." else folder).classes("font-bold")
+                    if files[0].simulated:
+                        ui.label("simulated").classes("simulated")
+                with ui.column().classes("gap-0 items-start"):
+                    for file in files:
+                        button = ui.button(
+                            file.path.removeprefix(f"{folder}/"), on_click=lambda file=file: self._open(file)
+                        ).props("flat dense no-caps")
+                        if file == self.selected:
+                            button.props('aria-current="true"').classes("reading")
+
+    def _open(self, file: ReportFile) -> None:
+        self.selected = file
+        self._list.refresh()
+        self._reader.refresh("")
+
+    @ui.refreshable_method
+    @report_errors
+    def _reader(self, path: str) -> None:
+        file = self.selected
+        if file is None:
+            text = (
+                f"{path}: no such report in this workspace." if path else "Select a report to read it here."
+            )
+            ui.label(text).classes("quiet")
+            return
+        address = f"/reports/file/{quote(file.path)}"
+        with ui.row().classes("items-center justify-between w-full"):
+            with ui.row().classes("items-center gap-2"):
+                heading(file.path)
+                if file.simulated:
+                    ui.label("simulated data").classes("simulated")
+            ui.link("Open in a new tab", address, new_tab=True)
+        title = html.escape(f"{file.kind} {file.path}", quote=True)
+        if file.kind == "report":
+            # Browsers do not pass the page's choice on to a frame.
+            scheme = {True: "?scheme=dark", False: "?scheme=light"}.get(self.dark.value, "")
+            markup = f'<iframe class="report" sandbox src="{address}{scheme}" title="{title}"></iframe>'
+            ui.html(markup, sanitize=False).classes("w-full")
+        elif file.kind == "figure":
+            ui.html(f'<img class="figure" src="{address}" alt="{title}">', sanitize=False).classes("w-full")
+        else:
+            whole = readable_file(self.studio.workspace, file.path)
+            if file.kind == "text":
+                ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
+            else:
+                ui.html(numbers_html(read_result(whole)), sanitize=False).classes("w-full scrolled")
+
+
+def _keywords(file: ReportFile) -> str:
+    return f"{file.kind} {'simulated' if file.simulated else ''}"
+
+
+class PublishedPanel:
+    """Published results of every model next to ours."""
+
+    def __init__(self) -> None:
+        self.rows = table()
+        with ui.element("section").classes("card w-full mt-4").props('aria-label="Published and ours"'):
+            heading("Published figures next to ours")
+            hint(
+                "Unless stated otherwise, ours were measured on other data: before you compare, read the data, the "
+                "split and the reason for the difference. The command tactogram table prints the same table."
+            )
+            self._words = ui.input("Search", placeholder="model, measure, data …").classes("w-80")
+            self._words.props('clearable type="search" debounce="200"')
+            self._words.on_value_change(lambda _: self._table.refresh())
+            self._table()
+
+    @ui.refreshable_method
+    def _table(self) -> None:
+        text, count = published_html(self.rows, str(self._words.value or ""))
+        hint(f"{count} of {len(self.rows)} figures").props('role="status"')
+        ui.html(text, sanitize=False).classes("w-full")
+
+
+def _draw_experiments(studio: Studio) -> None:
+    """Draw the experiments, those with results first."""
+    entries = sorted(experiments_with_results(studio.workspace), key=lambda entry: not entry.results)
+    with ui.column().classes("w-full gap-4 mt-4"):
+        for entry in entries:
+            with ui.element("section").classes("card w-full").props(f'aria-label="{entry.name}"'):
+                heading(entry.name)
+                ui.label(entry.title)
+                ui.label(entry.command).classes("code")
+                for path in entry.results:
+                    _draw_result(path)
+                if not entry.results:
+                    hint("No result yet: run the command above.")
+
+
+def _draw_result(path: Path) -> None:
+    try:
+        values = read_result(path)
+    except TactogramError as error:
+        ui.label(str(error)).classes("text-negative")
+        return
+    with ui.row().classes("items-center gap-2"):
+        origin = "shipped with the source" if path.name != "result.json" else "of this workspace"
+        ui.label(f"Result, {origin}").classes("font-bold")
+        header = values.get("header") or {}
+        ui.label(", ".join(filter(None, (str(header.get("finished", ""))[:10], data_text(header)))))
+        if marked_simulated(values):
+            ui.label("simulated").classes("simulated")
+    text = str(values.pop("text", ""))
+    if text:
+        ui.html(f'<pre class="code table">{html.escape(text)}</pre>', sanitize=False).classes("w-full")
+    expansion = ui.expansion("All values").classes("w-full")
+    with expansion:
+        place = ui.column().classes("w-full scrolled")
+
+    def fill() -> None:  # only when opened: results can be long
+        if expansion.value and not place.default_slot.children:
+            with place:
+                ui.html(numbers_html(values), sanitize=False)
+
+    expansion.on_value_change(fill)

@@ -1,0 +1,151 @@
+"""Card that plays a drive on a connected device: starts weak, is turned up while it plays, stops with a fade."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Any
+
+from nicegui import ui
+
+from tactogram.rendering.displays.catalogue import open_display
+from tactogram.signal.io import read_signal
+from tactogram_studio.layout import heading, hint, in_background, report_errors
+from tactogram_studio.pages.send.cards import command_line
+from tactogram_studio.pages.send.sending import DriveRequest, SendResult, SendService
+from tactogram_studio.pages.send.speaker import Speaker, recently_played
+from tactogram.workflows.rendering.playback import CAREFUL, NULL, outputs
+
+BUFFERED = "digilent"
+"""Devices that play from their own buffer, which this page cannot fade out."""
+
+
+class DeviceCard:
+    """Card below a fit report; ``state`` holds the browser's last output."""
+
+    def __init__(self, service: SendService, speaker: Speaker, state: dict[str, Any]) -> None:
+        self.service, self.speaker, self.state = service, speaker, state
+        self.result: SendResult | None = None
+        self._outputs: list[dict[str, Any]] = []
+
+    def draw(self, result: SendResult, unit: str) -> None:
+        """Draw the card for a result whose drive is in ``unit``."""
+        self.result = result
+        with ui.element("section").classes("card w-full").props('aria-label="Play on a device"'):
+            heading("Play on a device")
+            hint(
+                "Playback starts at a quarter of the drive with a fade-in; turn it up while it plays. It never exceeds "
+                "the drive above."
+            )
+            self._devices(unit)
+
+    @ui.refreshable_method
+    def _devices(self, unit: str) -> None:
+        if not self._outputs:
+            with ui.row().classes("items-center"):
+                ui.spinner(size="sm")
+                hint("Looking for outputs …")
+            ui.timer(0.05, self._look, once=True)
+            return
+        present = [output for output in self._outputs if output["missing"] is None]
+        playable = {o["device"]: o["title"] for o in present if not o["device"].startswith(BUFFERED)}
+        if playable:
+            self._player(playable, unit)
+        for output in self._outputs:
+            if output["missing"] is not None:
+                hint(f"{output['title']}: {output['missing']}")
+            elif output["device"].startswith(BUFFERED):
+                hint(f"{output['title']}: play the drive with the command below.")
+        if self.result is not None and isinstance(self.result.request, DriveRequest):
+            display = self.result.request.display
+            command_line([_play_command(display, output["device"]) for output in present])
+        self._log()
+
+    def _player(self, playable: dict[str, str], unit: str) -> None:
+        last = self.state.get("output", NULL)
+        first = last if last in playable else next(iter(playable))
+        self._output = ui.select(playable, label="Output", value=first).classes("w-full")
+        self._strength = ui.slider(min=0, max=1, step=0.01, value=CAREFUL).props(
+            'label aria-label="Strength: share of the drive"'
+        )
+        self._strength.on_value_change(self._set_strength)
+        ui.label().bind_text_from(
+            self._strength, "value", lambda share: f"Strength: {100 * share:.0f} % of the drive"
+        ).classes("small")
+        with ui.row().classes("items-end gap-4"):
+            self._loop = ui.number("Repeat for, s (empty: once)", min=0).classes("w-64")
+            self._full_scale = ui.number("Volts at the card's full scale", min=0).classes("w-64")
+            self._full_scale.set_visibility(unit == "V")
+        with ui.row().classes("items-center gap-2 mt-2"):
+            self._play_button = ui.button("Play", icon="play_arrow", on_click=self._play)
+            self._stop_button = ui.button("Stop", icon="stop", color="negative", on_click=self._stop)
+            self._status = ui.label().props('role="status"')
+        ui.timer(0.2, self._update)
+
+    async def _look(self) -> None:
+        self._outputs = await in_background(outputs)
+        self._devices.refresh()
+
+    @report_errors
+    async def _play(self) -> None:
+        result = self.result
+        if result is None or not isinstance(result.request, DriveRequest):
+            return
+        device = str(self._output.value)
+        drive = await in_background(read_signal, result.folder / "drive.npz")
+        self.speaker.play(
+            drive,
+            open_display(self.service.display_file(result.request.display)),
+            title=result.title,
+            device=device,
+            strength=float(self._strength.value),
+            loop_s=self._loop.value or None,
+            full_scale=self._full_scale.value or None,
+        )
+        self.state["output"] = device
+        self._update()
+
+    @report_errors
+    async def _stop(self) -> None:
+        await in_background(self.speaker.stop)
+        self._update()
+
+    def _set_strength(self) -> None:
+        playing = self.speaker.playing
+        if playing is not None and self.speaker.busy:
+            playing.strength = float(self._strength.value)
+
+    def _update(self) -> None:
+        playing, busy = self.speaker.playing, self.speaker.busy
+        self._play_button.set_enabled(not busy)
+        self._stop_button.set_enabled(busy)
+        if playing is None:
+            text = ""
+        elif busy:
+            text = f"{self.speaker.title}: {playing.seconds:.1f} of {playing.total_s:.1f} s"
+        elif playing.state == "failed":
+            text = str(playing.error)
+        else:
+            text = f"{self.speaker.title}: {playing.state} after {playing.seconds:.1f} s"
+        if text != self._status.text:
+            self._status.text = text
+            if not busy:
+                self._log.refresh()
+
+    @ui.refreshable_method
+    def _log(self) -> None:
+        entries = recently_played(self.speaker.folder)
+        if not entries:
+            return
+        with ui.expansion("Recently played").classes("w-full"):
+            for entry in entries:
+                hint(
+                    f"{entry['time'][:19].replace('T', ' ')}: {entry['title']} on {entry['device']} at "
+                    f"{100 * entry['strength']:.0f} %, {entry['seconds']:.1f} s, {entry['state']}, "
+                    f"drive {entry['sha256'][:12]}"
+                )
+
+
+def _play_command(display: str, device: str) -> str:
+    words = ["tactogram", "play", "drive.npz", "--display", display, "--device", device]
+    words += [] if device.startswith(BUFFERED) else ["--strength", f"{CAREFUL:g}"]
+    return shlex.join(words)

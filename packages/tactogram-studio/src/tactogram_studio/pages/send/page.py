@@ -1,0 +1,221 @@
+"""The page Send: renders a signal for a display or as haptic files, and plays it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fastapi.responses import FileResponse, JSONResponse
+from nicegui import app, ui
+from nicegui.events import UploadEventArguments
+
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.signal.io import write_signal
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import confirm, heading, in_background, page, report_errors, route, upload
+from tactogram_studio.pages.send.display import DisplayCards
+from tactogram_studio.pages.send.files import FileCards
+from tactogram_studio.pages.send.sending import SendService
+from tactogram_studio.pages.send.sources import SelectedSignal
+from tactogram_studio.pages.send.speaker import Speaker
+from tactogram_studio.signals.view import add_routes, placeholder, signal_card
+from tactogram_studio.workspace.shelf_view import ask_title
+from tactogram_studio.workspace.uploads import read_uploaded_signal, safe_name
+
+STATE = "send"
+"""Key of the page's settings in the browser's storage."""
+GROUPS = {
+    "kept": ("Kept results", "Result", "No kept results yet: generate one on the page Make and keep it."),
+    "file": ("Files: outputs of runs, uploads and others", "File", "No signal files in this workspace."),
+    "recording": ("Recordings", "Store", "No store in this workspace yet."),
+}
+"""Title, label and text of an empty list, by kind of source."""
+MOST_BYTES = 256 * 2**20
+
+
+def add(studio: Studio) -> None:
+    """Register the page and the route of its results."""
+    service, speaker = SendService(studio.workspace, studio.shelf), Speaker(studio.workspace.studio_folder)
+    add_routes()
+    app.on_shutdown(speaker.stop)
+
+    @app.get("/send/result/{identifier}/{name}")
+    def result(identifier: str, name: str) -> Any:
+        try:
+            path = _result_file(service, identifier, name)
+        except TactogramError as error:
+            return JSONResponse({"error": str(error)}, status_code=404)
+        return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
+
+    @route("/send")
+    def show(of: str = "", tab: str = "") -> None:
+        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
+        with page("Send"):
+            SendPage(studio, service, speaker, of, tab)
+
+
+def _result_file(service: SendService, identifier: str, name: str) -> Path:
+    result = service.get(identifier)
+    files = result.facts.get("files", {}).values()
+    names = {facts["file"] for facts in files if "file" in facts} | {result.facts.get("zip")}
+    if name in names or (name in ("drive.report.json", "drive.report.png") and "report" in result.facts):
+        return result.folder / name
+    suffix = f".{name.removeprefix('drive.')}" if name.startswith("drive.") else name
+    return service.drive_file(result, suffix)
+
+
+class SendPage:
+    """One browser tab, opened with the signal ``of`` and the ``tab`` display or file, or the last ones."""
+
+    def __init__(self, studio: Studio, service: SendService, speaker: Speaker, of: str, tab: str) -> None:
+        self.studio, self.sources = studio, service.sources
+        self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.state["tab"] = tab or self.state.get("tab", "display")
+        self.selected: SelectedSignal | None = None
+        of = of or str(self.state.get("of", ""))
+        self._reading = bool(of)
+        self.state["of"] = of
+        with ui.element("div").classes("grid-2"):
+            with ui.column().classes("items-stretch gap-4"):
+                self._source_card(of)
+            with ui.column().classes("items-stretch gap-4"):
+                self._signal()
+        with ui.tabs().classes("w-full") as tabs:
+            display_tab = ui.tab("display", label="To a display")
+            file_tab = ui.tab("file", label="To a haptic file")
+        at = file_tab if self.state["tab"] == "file" else display_tab
+        panels = ui.tab_panels(tabs, value=at, on_change=lambda event: self.state.update(tab=event.value))
+        with panels.classes("w-full bg-transparent").props("keep-alive"):
+            with ui.tab_panel(display_tab).classes("p-0"):
+                self.display = DisplayCards(service, speaker, self.state, self._required)
+            with ui.tab_panel(file_tab).classes("p-0"):
+                self.files = FileCards(service, self.state, self._required)
+        if of:
+            ui.timer(0.05, lambda: self._select(of), once=True)
+
+    def _required(self) -> SelectedSignal:
+        if self.selected is None:
+            raise ParameterError("Choose a signal to send first.")
+        return self.selected
+
+    def _source_card(self, of: str) -> None:
+        with ui.element("section").classes("card w-full").props('aria-label="Signal to send"'):
+            heading("Signal to send")
+            kind = of.partition(":")[0]
+            if kind not in GROUPS:
+                kind = "kept" if self.sources.kept() else "file" if self.sources.files() else "recording"
+            titles = {name: title for name, (title, _, _) in GROUPS.items()}
+            self._group = ui.select(titles, label="From", value=kind, on_change=self._listed.refresh).classes(
+                "w-full"
+            )
+            self._listed()
+            with ui.expansion("Upload a file").classes("w-full"):
+                self._unit = ui.input("Unit, if not in the file").props('hint="m/s^2, g, N, 1 …"')
+                self._rate = ui.number("Rate in Hz, if not in the file")
+                upload(
+                    "WAV, FLAC, CSV, NPZ, Excel",
+                    max_file_size=MOST_BYTES,
+                    on_upload=self._uploaded,
+                    on_rejected=lambda: ui.notify("The file must have at most 256 MiB.", type="negative"),
+                ).classes("w-full")
+
+    @ui.refreshable_method
+    def _listed(self) -> None:
+        kind = str(self._group.value)
+        _, label, empty = GROUPS[kind]
+        lists = {"kept": self.sources.kept, "file": self.sources.files, "recording": self.sources.stores}
+        options = lists[kind]()
+        if not options:
+            ui.label(empty).classes("quiet")
+        elif kind == "recording":
+            last = str(self.state.get("of", "")).removeprefix("recording:").partition("#")[0]
+            first = last if last in options else next(iter(options))
+            store = ui.select(options, label=label, value=first).classes("w-full")
+            place = ui.column().classes("w-full")
+            store.on_value_change(lambda: self._recordings(place, str(store.value)))
+            self._recordings(place, first)
+        else:
+            self._signal_select(options, label)
+
+    def _recordings(self, place: ui.column, store: str) -> None:
+        place.clear()
+        with place:
+            self._signal_select(self.sources.recordings(store), "Recording")
+
+    def _signal_select(self, options: dict[str, str], label: str) -> None:
+        last = self.state.get("of")
+        field = ui.select(
+            options, label=label, value=last if last in options else None, with_input=len(options) > 12
+        ).classes("w-full")
+        field.on_value_change(lambda: self._select(str(field.value)) if field.value else None)
+
+    @report_errors
+    async def _uploaded(self, event: UploadEventArguments) -> None:
+        options = {"unit": (self._unit.value or "").strip() or None, "rate": self._rate.value or None}
+        data = await event.file.read()
+        name = event.file.name
+
+        def store() -> str:
+            given = {key: value for key, value in options.items() if value is not None}
+            signal = read_uploaded_signal(name, data, **given)
+            folder = self.studio.workspace.studio_folder / "uploads"
+            folder.mkdir(parents=True, exist_ok=True)
+            stem, count = Path(safe_name(name)).stem, 1
+            while (path := folder / f"{stem}{'' if count == 1 else f'-{count}'}.npz").exists():
+                count += 1
+            write_signal(path, signal, metadata={"uploaded": name})
+            return f"file:{self.studio.workspace.name_of(path)}"
+
+        of = await in_background(store)
+        self._group.value = "file"
+        self.state["of"] = of
+        self._listed.refresh()
+        await self._select(of)
+
+    @report_errors
+    async def _select(self, of: str) -> None:
+        try:
+            self.selected = await in_background(self.sources.select, of)
+            self.signal = await in_background(self.selected.signal)
+            self.state["of"] = of
+        finally:
+            self._reading = False
+            self._signal.refresh()
+        self.display.set_signal(self.signal)
+        self.files.set_signal(self.signal)
+
+    @ui.refreshable_method
+    def _signal(self) -> None:
+        if self.selected is None:
+            with ui.element("section").classes("card w-full").props('aria-label="The signal"'):
+                if self._reading:
+                    placeholder("Reading …", small=True)
+                else:
+                    ui.label("Choose a kept result, a file or a recording.").classes("quiet")
+            return
+        with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
+            title, simulated = self.selected.title, self.selected.simulated
+            top = signal_card(self.signal, title=title, simulated=simulated, small=True)
+            if self.selected.id.startswith("kept:"):
+                with top, ui.element("div").classes("done"):
+                    ui.button("Rename", on_click=self._rename).props("flat dense")
+                    ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
+
+    @report_errors
+    async def _rename(self) -> None:
+        selected = self._required()
+        title = await ask_title(selected.title)
+        if title is not None:
+            self.studio.shelf.rename(selected.id.removeprefix("kept:"), title)
+            self._listed.refresh()
+            await self._select(selected.id)
+
+    @report_errors
+    async def _remove(self) -> None:
+        selected = self._required()
+        text = f"Delete {selected.title} from the kept results? This cannot be undone."
+        if await confirm(text, "Delete"):
+            self.studio.shelf.remove(selected.id.removeprefix("kept:"))
+            self.selected, self.state["of"] = None, ""
+            self._listed.refresh()
+            self._signal.refresh()

@@ -1,0 +1,241 @@
+"""Send service: renders signals of the workspace for a display or as haptic files, with reports.
+
+The work is done by the functions behind the command line, in a folder under ``studio/sent`` that also holds the
+request: a reload finds the result, and the same command makes the same file.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.recipe import parse_changes
+from tactogram.rendering.displays.catalogue import shipped
+from tactogram.rendering.files.catalogue import file_name, haptic_formats
+from tactogram_studio.pages.send.losses import zip_files
+from tactogram_studio.pages.send.sources import SelectedSignal, SignalSources
+from tactogram_studio.workspace.dated_folders import DatedFolders
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.shelf import ResultArchive
+from tactogram.text_files import displayable, read_json
+from tactogram.workflows.data.convert import check, convert
+from tactogram.workflows.rendering.render import render
+
+MOST_RESULTS = 40
+"""Older results are deleted."""
+DRIVE_SUFFIXES = (".wav", ".csv", ".npz")
+REQUEST, FACTS, ZIP = "order.json", "found.json", "all-formats.zip"
+
+
+@dataclass(frozen=True)
+class DriveRequest:
+    """Request to render the signal ``of`` for a display; see `tactogram.workflows.rendering.render.render`."""
+
+    of: str
+    display: str
+    level: str
+    how: str = ""
+    speed_mm_s: float | None = None
+    calibration: str = ""
+    person: str = ""
+    changes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FileRequest:
+    """Request to store the signal ``of`` as a haptic file; see `tactogram.workflows.data.convert.convert`.
+
+    Without a format, all of them.
+    """
+
+    of: str
+    format: str = ""
+    axis: str = ""
+    full_scale: float | None = None
+    play_at: float | None = None
+
+
+@dataclass(frozen=True)
+class SendResult:
+    """A drive or haptic files in a folder named ``id``.
+
+    ``facts`` are JSON values of `render` or `convert`, and ``commands``, the equivalent command lines.
+    """
+
+    id: str
+    folder: Path
+    request: DriveRequest | FileRequest
+    title: str
+    facts: Mapping[str, Any]
+
+
+class SendService:
+    """Makes and finds results."""
+
+    def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
+        self.workspace = workspace
+        self.sources = SignalSources(workspace, shelf)
+        self.folder = workspace.studio_folder / "sent"
+        self._folders = DatedFolders(self.folder)
+
+    def calibrations(self) -> dict[str, str]:
+        """Return the files that `tactogram calibrate` wrote, by path relative to the workspace."""
+        names = [
+            self.workspace.name_of(path)
+            for path, values in self.workspace.toml_files()
+            if "calibration" in values
+        ]
+        return dict(zip(names, names, strict=True))
+
+    def displays(self) -> dict[str, str]:
+        """Return the titles of the workspace's own displays, by path relative to the workspace."""
+        return {
+            self.workspace.name_of(path): str(values.get("title", displayable(path.stem)))
+            for path, values in self.workspace.toml_files()
+            if "family" in values and "channels" in values
+        }
+
+    def display_file(self, name: str) -> str:
+        """Return the argument of `open_display`: a shipped name, or the full path of a display in the workspace."""
+        return name if name in shipped() else str(self.workspace.inside(name))
+
+    def drive(self, request: DriveRequest) -> SendResult:
+        """Render a signal for a display, with report and figure; errors as of `render`, and no result then."""
+        selected = self.sources.select(request.of)
+
+        def make(folder: Path) -> dict[str, Any]:
+            rendered = render(
+                selected.file, out=folder / "drive.npz", report_figure=True, **self._render_options(request)
+            )
+            return {"report": rendered["report"], "text": rendered["text"]}
+
+        return self._made(request, selected, make, [self._render_command(request, selected)])
+
+    def _render_options(self, request: DriveRequest) -> dict[str, Any]:
+        return {
+            "display": self.display_file(request.display),
+            "level": request.level,
+            "how": request.how or None,
+            "speed_mm_s": request.speed_mm_s,
+            "changes": parse_changes(list(request.changes)),
+            "calibration": self.workspace.inside(request.calibration) if request.calibration else None,
+            "person": request.person or None,
+        }
+
+    def drive_file(self, result: SendResult, suffix: str) -> Path:
+        """Return the drive in a format, rendering it again on first use."""
+        if suffix not in DRIVE_SUFFIXES or not isinstance(result.request, DriveRequest):
+            raise ParameterError(
+                f"the format of a drive must be one of {', '.join(DRIVE_SUFFIXES)}, got {suffix[:20]!r}"
+            )
+        path = result.folder / f"drive{suffix}"
+        if not path.is_file():
+            selected = self.sources.select(result.request.of)
+            render(selected.file, out=path, **self._render_options(result.request))
+        return path
+
+    def file(self, request: FileRequest) -> SendResult:
+        """Write a signal as one haptic file, or all formats that can store it, checked and with their losses.
+
+        Raises `TactogramError` if the requested format cannot store it; there is no result then.
+        """
+        selected = self.sources.select(request.of)
+        formats = haptic_formats()
+        if request.format and request.format not in formats:
+            raise ParameterError(f"format must be one of {', '.join(formats)}, got {request.format[:40]!r}")
+        names = [request.format] if request.format else list(formats)
+        title = Path(selected.title).stem if request.of.startswith("file:") else selected.title
+        stem = re.sub(r"[^A-Za-z0-9_-]+", "-", title)[:40].strip("-") or "touch"
+
+        def make(folder: Path) -> dict[str, Any]:
+            files: dict[str, Any] = {}
+            for name in names:
+                path = folder / file_name(stem, name)
+                try:
+                    facts = convert(
+                        selected.file,
+                        path,
+                        format=name,
+                        axis=request.axis or None,
+                        full_scale=request.full_scale,
+                        play_at=request.play_at,
+                    )
+                    problems = check(path, format=name)["problems"]
+                except TactogramError as error:
+                    if request.format:
+                        raise
+                    files[name] = {"refused": str(error)}
+                else:
+                    files[name] = {"file": path.name, "written": facts["written"], "problems": problems}
+            if not request.format:
+                zip_files(folder, ZIP, files, simulated=selected.simulated)
+            return {"files": files, "zip": None if request.format else ZIP}
+
+        commands = [self._convert_command(request, selected, name, file_name(stem, name)) for name in names]
+        return self._made(request, selected, make, commands)
+
+    def get(self, identifier: str) -> SendResult:
+        """Return a result by its id; `DataError` if there is none, or its files are damaged."""
+        folder = self._folders.find(identifier)
+        if folder is None:
+            raise DataError(
+                f"no result {identifier[:40]!r}: it was deleted to make room for newer ones; make it again"
+            )
+        values, facts = read_json(folder / REQUEST), read_json(folder / FACTS)
+        try:
+            title, kind = values.pop("title"), values.pop("kind")
+            request: DriveRequest | FileRequest
+            if kind == "drive":
+                request = DriveRequest(**{**values, "changes": tuple(values["changes"])})
+            else:
+                request = FileRequest(**values)
+        except (AttributeError, KeyError, TypeError):
+            raise DataError(f"{folder / REQUEST}: damaged; make the result again") from None
+        return SendResult(identifier, folder, request, title, facts)
+
+    def _made(
+        self,
+        request: DriveRequest | FileRequest,
+        selected: SelectedSignal,
+        make: Callable[[Path], dict[str, Any]],
+        commands: list[str],
+    ) -> SendResult:
+        kind = "drive" if isinstance(request, DriveRequest) else "file"
+        values = {"kind": kind, "title": selected.title, **asdict(request)}
+
+        def write(part: Path) -> None:
+            facts = make(part) | {"commands": commands, "simulated": selected.simulated}
+            (part / REQUEST).write_text(json.dumps(values, ensure_ascii=False), encoding="utf-8")
+            (part / FACTS).write_text(json.dumps(facts, ensure_ascii=False), encoding="utf-8")
+
+        identifier = self._folders.add(write)
+        for old in self._folders.names()[MOST_RESULTS:]:
+            self._folders.remove(old)
+        return self.get(identifier)
+
+    def _render_command(self, request: DriveRequest, selected: SelectedSignal) -> str:
+        words = ["tactogram", "render", self._argument(selected.file), "--display", request.display]
+        words += ["--level", request.level]
+        words += ["--as", request.how] if request.how else []
+        words += ["--speed", f"{request.speed_mm_s:g}"] if request.speed_mm_s is not None else []
+        words += ["--calibration", request.calibration] if request.calibration else []
+        words += ["--person", request.person] if request.person else []
+        for change in request.changes:
+            words += ["--set", change]
+        return shlex.join([*words, "--out", "drive.wav", "--figure"])
+
+    def _convert_command(self, request: FileRequest, selected: SelectedSignal, name: str, target: str) -> str:
+        words = ["tactogram", "convert", self._argument(selected.file), target, "--format", name]
+        words += ["--axis", request.axis] if request.axis else []
+        words += ["--full-scale", f"{request.full_scale:g}"] if request.full_scale is not None else []
+        words += ["--play-at", f"{request.play_at:g}"] if request.play_at is not None else []
+        return shlex.join(words)
+
+    def _argument(self, path: Path) -> str:
+        return self.workspace.name_of(path) if path.is_relative_to(self.workspace.folder) else str(path)

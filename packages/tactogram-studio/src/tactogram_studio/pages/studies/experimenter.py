@@ -1,0 +1,340 @@
+"""The experimenter's page of a session: progress, joining, notes, end, export and analysis."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from nicegui import app, ui
+from starlette.requests import Request
+from starlette.responses import FileResponse, PlainTextResponse, Response
+
+from tactogram.errors import TactogramError
+from tactogram.recipe import parse_changes
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import busy, confirm, heading, hint, in_background, page, report_errors, route
+from tactogram_studio.pages.studies.catalogue import split_commas
+from tactogram_studio.pages.studies.experiment_view import (
+    ParticipantRow,
+    SessionView,
+    address_of,
+    answers_rows,
+    folder_of,
+    peeking_text,
+    report_of,
+    view_of,
+)
+from tactogram_studio.pages.studies.joining import JoinCard
+from tactogram_studio.server.guard import REPORT_POLICY
+from tactogram_study.session.states import NOT_BEGUN, status_label
+from tactogram_study.workflows.export import export_zip
+from tactogram_study.workflows.simulation import simulate_session
+from tactogram_study.workflows.stimuli import limited_lines
+
+if TYPE_CHECKING:
+    from tactogram_study.participants.sessions import OpenSession
+
+UPDATE_S = 2.0
+COLUMNS = ("participant", "trial", "question", "answer", "at (UTC)")
+ALL = {"": "the whole study"}
+
+
+def add(studio: Studio) -> None:
+    """Register the page and its report."""
+
+    @route("/experiment/{session}")
+    async def show(session: str, request: Request) -> None:
+        opened: OpenSession | None = None
+        message = ""
+        try:
+            opened = studio.sessions.open(Path(folder_of(session)))
+        except TactogramError as error:
+            message = str(error)
+        title = "Experiment" if opened is None else opened.study.title.in_english()
+        with page(title, navigation=not studio.study_only):
+            ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
+            if opened is None:
+                ui.label(message).classes("text-negative").props('role="alert"')
+                return
+            await ExperimenterPage(studio, opened, session, str(request.base_url).rstrip("/")).draw()
+
+    @app.get("/experiment/{session}/report.html")
+    def report(session: str) -> Response:
+        try:
+            path = report_of(studio.workspace.inside(folder_of(session)))
+        except TactogramError as error:
+            return PlainTextResponse(str(error), status_code=404)
+        if not path.is_file():
+            return PlainTextResponse("no analysis yet; analyse the answers first", status_code=404)
+        return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
+
+
+class ExperimenterPage:
+    """One tab of a session, whose ``name`` is that of the address; ``server`` is the beginning of the tab's address."""
+
+    def __init__(self, studio: Studio, session: OpenSession, name: str, server: str) -> None:
+        self.studio, self.session, self.store = studio, session, session.store
+        self.name, self.server = name, server
+        self.folder = self.store.path.parent
+        self.view: SessionView | None = None
+        self.rows: dict[str, _RowView] = {}
+        self.updating = asyncio.Lock()
+
+    async def draw(self) -> None:
+        """Draw the page, and keep it up to date."""
+        self._about()
+        with ui.element("div").classes("grid-people"):
+            with ui.column().classes("w-full gap-4"):
+                self._participants()
+                self._latest_answers()
+            with ui.column().classes("w-full gap-4"):
+                self.joining = JoinCard(self.session, self.server, self.studio.roots, self.update)
+                self._notes()
+        self._results()
+        await self.update()
+        made, stimuli = self.session.study.made_stimuli, self.session.stimuli
+        self.simulated_stimuli.set_visibility(
+            await in_background(lambda: any(map(stimuli.is_simulated, made)))
+        )
+        limited = await in_background(stimuli.limited)
+        with self.card:
+            for line in limited_lines(limited):
+                hint(f"{line[:1].upper()}{line[1:]}.")
+        ui.timer(UPDATE_S, self.update, immediate=False)
+
+    async def update(self) -> None:
+        """Show the present state; updates run one after the other, so that none shows an older state."""
+        async with self.updating:
+            self._show(await in_background(view_of, self.store))
+
+    def _show(self, view: SessionView) -> None:
+        before, self.view = self.view, view
+        self.summary.text = view.summary()
+        # People and simulated participants are kept apart.
+        self.joining.card.set_visibility(not view.simulated)
+        self.ended.set_visibility(view.ended is not None)
+        self.end_button.text = "Continue the study" if view.ended else "End the study"
+        self._update_rows(view)
+        if before is None or view.latest != before.latest:
+            self.answers.rows = [
+                {"key": key, **dict(zip(COLUMNS, row, strict=True))}
+                for key, row in enumerate(answers_rows(view.latest))
+            ]
+            self.answers.update()
+        if before is None or view.notes != before.notes:
+            self._list_notes(view)
+        options = ALL | {row.code: row.code for row in view.rows}
+        if self.about.options != options:
+            self.about.set_options(options, value=self.about.value if self.about.value in options else "")
+
+    def _about(self) -> None:
+        study = self.session.study
+        practice = f", {study.practice.trials} of practice" if study.practice else ""
+        with ui.element("section").classes("card w-full stack") as self.card:
+            with ui.row().classes("items-center justify-between w-full"):
+                self.summary = heading("").props('aria-live="polite"')
+                self.end_button = ui.button("End the study", on_click=report_errors(self._end))
+                self.end_button.props("outline")
+            hint(
+                f"{study.design.kind}, up to {study.trials} trials{practice}; {study.display}, level {study.level}; "
+                f"folder {self.studio.workspace.name_of(self.folder)}"
+            )
+            self.simulated_stimuli = ui.label("simulated stimuli").classes("simulated")
+            self.simulated_stimuli.set_visibility(False)
+            self.ended = ui.label("Ended: nobody can join, and unfinished participants cannot continue.")
+            self.ended.classes("text-negative")
+            for name, reason in self.session.failures.items():
+                text = f"{name or 'A stimulus'} cannot be played: {reason}"
+                ui.label(text).classes("text-negative").props('role="alert"')
+
+    def _participants(self) -> None:
+        with ui.element("section").classes("card w-full stack overflow-x-auto"):
+            heading("Participants")
+            with ui.element("table").classes("people"):
+                with ui.element("thead"), ui.element("tr"):
+                    for name in ("Code", "Status", "Progress", "Last answer", "Device", "Actions"):
+                        ui.element("th").props('scope="col"')._text = name
+                self.body = ui.element("tbody")
+            self.nobody = ui.label("No participants yet.").classes("quiet")
+
+    def _latest_answers(self) -> None:
+        columns = [{"name": name, "label": name, "field": name, "align": "left"} for name in COLUMNS]
+        section = ui.element("section").classes("card w-full stack")
+        with section, ui.expansion("Latest answers").classes("w-full"):
+            hint("Without conditions and correct answers, so that nothing here reveals the result.")
+            table = ui.table(columns=columns, rows=[], row_key="key").classes("w-full")
+            self.answers = table.props("flat dense hide-pagination")
+
+    def _notes(self) -> None:
+        with ui.element("section").classes("card w-full stack"):
+            heading("Notes")
+            hint("Stored with the answers and exported. Do not write names.")
+            self.about = ui.select(ALL, value="", label="About").props("dense").classes("w-full")
+            self.text = ui.textarea("Note").props("dense autogrow maxlength=4000").classes("w-full")
+            ui.button("Add note", on_click=report_errors(self._note)).props("outline")
+            self.notes = ui.column().classes("w-full gap-1")
+
+    def _results(self) -> None:
+        with ui.element("section").classes("card w-full stack"):
+            heading("Answers")
+            with ui.row().classes("items-center"):
+                for kind, name in (("tables", "tables"), ("bids", "BIDS")):
+                    button = ui.button(f"Download {name} (ZIP)").props("outline")
+                    button.on_click(lambda e, kind=kind: self._download(kind, e.sender))
+                ui.button("Analyse", on_click=lambda e: self._analyse(e.sender))
+            self.report = ui.column()
+            if report_of(self.folder).is_file():
+                self._report_link("Open the last report")
+            with ui.expansion("Simulated participants").classes("w-full"):
+                hint(
+                    "Programs that take this study like people, in a separate folder: to test the study and its power. "
+                    "They say nothing about touch."
+                )
+                with ui.row().classes("items-end"):
+                    self.count = ui.number("How many", value=20, min=1, max=1000, precision=0).props("dense")
+                    self.effect = ui.input("True effect").props('dense placeholder="none, or d_prime=1"')
+                    ui.button("Simulate", on_click=lambda e: self._simulate(e.sender)).props("outline")
+
+    def _update_rows(self, view: SessionView) -> None:
+        """Add and delete rows, and leave the others in place: a hand may be on one."""
+        for code in self.rows.keys() - {row.code for row in view.rows}:
+            self.rows.pop(code).row.delete()
+        for place, row in enumerate(view.rows):
+            if row.code not in self.rows:
+                with self.body:
+                    self.rows[row.code] = _RowView(row, self)
+                self.rows[row.code].row.move(target_index=place)
+            self.rows[row.code].update(row)
+        self.nobody.set_visibility(not view.rows)
+
+    def _list_notes(self, view: SessionView) -> None:
+        self.notes.clear()
+        with self.notes:
+            for note in reversed(view.notes):
+                about = note["participant"] or "the study"
+                ui.label(f"{note['at'][:16].replace('T', ' ')} UTC, {about}: {note['text']}").classes(
+                    "small whitespace-pre-wrap"
+                )
+
+    async def _note(self) -> None:
+        # Emptied at once: the next note may be written while this one is stored.
+        text, self.text.value = self.text.value or "", ""
+        try:
+            await in_background(self.store.note, text, code=self.about.value or None)
+        except Exception:
+            self.text.value = self.text.value or text
+            raise
+        await self.update()
+
+    async def _end(self) -> None:
+        if await in_background(lambda: self.store.ended):
+            await in_background(self.store.reopen_study)
+        else:
+            left = self.view.unfinished if self.view else 0
+            who = f" {left} participants who have not finished can no longer answer." if left else ""
+            question = f"End the study?{who} Answers so far are kept, and the study can be continued."
+            if not await confirm(question, "End the study"):
+                return
+            await in_background(self.store.end)
+        await self.update()
+
+    @report_errors
+    async def _download(self, kind: Any, button: ui.button) -> None:
+        with busy("packing the answers", button=button):
+            name, packed = await in_background(export_zip, self.folder, kind=kind)
+        ui.download.content(packed, name, "application/zip")
+
+    @report_errors
+    async def _analyse(self, button: ui.button) -> None:
+        view = await in_background(view_of, self.store)
+        warning = peeking_text(view)
+        if warning and not await confirm(warning, "Look anyway"):
+            return
+        from tactogram_study.workflows.analysis import analyse_study
+
+        with busy("analysing the answers", button=button):
+            await in_background(analyse_study, self.folder, report_of(self.folder).parent)
+        if warning:
+            await in_background(self.store.note, f"Analysis viewed before the end: {view.summary()}")
+        self._report_link("Open the new report")
+        await self.update()
+
+    def _report_link(self, text: str) -> None:
+        self.report.clear()
+        with self.report:
+            ui.link(text, f"/experiment/{self.name}/report.html", new_tab=True)
+
+    @report_errors
+    async def _simulate(self, button: ui.button) -> None:
+        effect = parse_changes(split_commas(self.effect.value))
+        count = int(self.count.value or 0)
+        with busy("simulating participants", button=button):
+            made = await in_background(simulate_session, self.folder, participants=count, effect=effect)
+        name = self.studio.workspace.name_of(Path(made["folder"]))
+        with self.report:
+            ui.link(f"{count} simulated participants finished: open their session", address_of(name))
+
+
+class _RowView:
+    """One participant's row; its cells are updated in place, for fingers and screen readers."""
+
+    def __init__(self, row: ParticipantRow, page: ExperimenterPage) -> None:
+        self.code, self.page = row.code, page
+        with ui.element("tr") as self.row:
+            with ui.element("th").props('scope="row"'):
+                ui.label(row.code)
+                if row.simulated:
+                    ui.label("simulated").classes("simulated")
+            self.status = _cell()
+            with ui.element("td"):
+                self.place = ui.label()
+                self.bar = ui.linear_progress(0, show_value=False, size="4px")
+                self.bar.props(f'aria-label="Trials of {row.code}"')
+            self.since = _cell()
+            self.device = _cell("small quiet")
+            with ui.element("td"), ui.row().classes("gap-1 no-wrap items-center"):
+                address = page.joining.local_address(row.code)
+                ui.link("pages", address, new_tab=True).props(f'aria-label="Pages of {row.code}"')
+                if not page.joining.loopback:
+                    self._button("QR code", lambda: page.joining.show_qr_code(row.code))
+                self.abort = self._button("Abort", self._abort)
+                self._button("Withdraw", self._withdraw)
+
+    def update(self, row: ParticipantRow) -> None:
+        self.status.text = status_label(row.status)
+        self.place.text = row.place
+        self.bar.value = row.share
+        self.since.text = row.since
+        add, remove = ("text-negative", "") if row.quiet else ("", "text-negative")
+        self.since.classes(add=add, remove=remove)
+        self.device.text = row.device
+        self.abort.text = "Reopen" if row.status == "aborted" else "Abort"
+        self.abort.set_visibility(row.status in ("aborted", "active", NOT_BEGUN))
+
+    def _button(self, text: str, handler: Callable[[], Any]) -> ui.button:
+        button = ui.button(text, on_click=report_errors(handler)).props("flat dense no-caps")
+        # Named by the code, since every row has the same buttons; the text of Abort changes.
+        return button if text == "Abort" else button.props(f'aria-label="{text} {self.code}"')
+
+    async def _abort(self) -> None:
+        if self.abort.text == "Reopen":
+            await in_background(self.page.store.reopen, self.code)
+        elif await confirm(f"End the session of {self.code} now? It can be reopened.", "Abort"):
+            await in_background(self.page.store.abort, self.code)
+        await self.page.update()
+
+    async def _withdraw(self) -> None:
+        question = (
+            f"Delete all data of {self.code}? This cannot be undone. Earlier exports and analyses still contain them: "
+            "delete those, and export again."
+        )
+        if await confirm(question, f"Delete {self.code}"):
+            await in_background(self.page.store.withdraw, self.code)
+        await self.page.update()
+
+
+def _cell(classes: str = "") -> ui.label:
+    with ui.element("td"):
+        return ui.label().classes(classes)

@@ -1,0 +1,198 @@
+"""The page Touch: a texture under the hand, played in the browser's audio thread."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, cast
+from urllib.parse import quote
+
+from fastapi import Request
+from fastapi.responses import JSONResponse, Response
+from nicegui import app, events, ui
+
+from tactogram import models
+from tactogram.errors import ParameterError, TactogramError
+from tactogram.signal.io import READABLE
+from tactogram_studio.context import Studio
+from tactogram_studio.layout import busy, in_background, page, report_errors, route, upload
+from tactogram_studio.pages.touch.offers import TextureOrigin, texture_choices
+from tactogram_studio.pages.touch.pictures import picture_of
+from tactogram_studio.pages.touch.shared_page import shared_page
+from tactogram_studio.pages.touch.sources import TextureLayout, TextureRequest, TouchSources
+from tactogram_studio.workspace.uploads import save_upload
+from tactogram.text_files import read_json
+
+MARKUP = Path(__file__).parents[2] / "static" / "touch.html"
+UPLOADED = "uploads"
+"""Folder of the workspace for dropped files."""
+LARGEST_UPLOAD = 100_000_000
+_CLONING = threading.Lock()
+"""Pages may choose one material at the same time."""
+
+
+def add(studio: Studio) -> None:
+    """Register ``/touch`` and the routes of its script: offers, tables and pictures."""
+    sources = TouchSources(studio.workspace, studio.shelf)
+    _add_routes(studio, sources)
+
+    @route("/touch")
+    def show() -> None:
+        ui.add_head_html('<link rel="stylesheet" href="/static/touch.css">')
+        with page("Touch", wide=True):
+            ui.html(MARKUP.read_text(encoding="utf-8"), sanitize=False).classes("w-full")
+            _naming(studio)
+            _dropping(studio)
+        ui.add_body_html('<script type="module" src="/static/touch.js"></script>')
+
+
+def parse_request(query: Any) -> TextureRequest:
+    """Return the request of an address; `ParameterError` if a value is invalid."""
+    return TextureRequest(
+        where=cast(TextureOrigin, query.get("where", "")),
+        of=query.get("of", ""),
+        material=query.get("material", ""),
+        speed_mm_s=_number(query, "speed") if "speed" in query else None,
+        lay=cast(TextureLayout, query.get("lay", "auto")),
+        axes=query.get("axes", "dft321"),
+        seed=int(_number(query, "seed")) if "seed" in query else 0,
+        rate=_number(query, "rate") if "rate" in query else 48_000.0,
+    )
+
+
+def _number(query: Any, name: str) -> float:
+    try:
+        value = float(query[name])
+    except ValueError:
+        value = float("nan")
+    if not abs(value) < 1e9:
+        raise ParameterError(f"{name} must be a number, got {query[name][:40]!r}")
+    return value
+
+
+def _add_routes(studio: Studio, sources: TouchSources) -> None:
+    @app.get("/touch/offers")
+    async def offers() -> Response:
+        choices = [
+            asdict(choice) for choice in await in_background(texture_choices, studio.workspace, studio.shelf)
+        ]
+        return JSONResponse({"offers": choices, "waiting": "" if choices else _waiting(studio)})
+
+    @app.get("/touch/table")
+    async def table(request: Request) -> Response:
+        def made() -> Response:
+            packed = sources.table(parse_request(request.query_params)).packed()
+            return Response(packed, media_type="application/octet-stream")
+
+        return await in_background(_response, made)
+
+    @app.get("/touch/shared")
+    async def shared(rows: str) -> Response:
+        def made() -> Response:
+            page = shared_page(rows, sources)
+            headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(page.file_name)}"}
+            return Response(page.html, media_type="text/html", headers=headers)
+
+        return await in_background(_response, made)
+
+    @app.get("/touch/picture")
+    async def picture(request: Request) -> Response:
+        def made() -> Response:
+            shown = picture_of(sources, parse_request(request.query_params))
+            return Response(shown.png, media_type="image/png", headers=shown.headers())
+
+        return await in_background(_response, made)
+
+
+def _response(made: Callable[[], Response]) -> Response:
+    try:
+        return made()
+    except (TactogramError, OSError) as error:
+        return JSONResponse({"error": str(error)}, status_code=400)
+
+
+def _waiting(studio: Studio) -> str:
+    """Return why there is nothing to feel yet."""
+    match studio.starter.state:
+        case "making":
+            return "Example surfaces are being simulated; this takes some seconds."
+        case "failed":
+            return f"{studio.starter.line}. Drop a recording below, or train a run on the page Train."
+    return "Nothing to feel yet: drop a recording below, or train a run on the page Train."
+
+
+def _dropping(studio: Studio) -> None:
+    """Draw the field for recordings, which are stored in the workspace, cloned if that is wanted, and selected."""
+
+    async def received(event: events.UploadEventArguments) -> None:
+        data = await event.file.read()
+        folder = studio.workspace.inside(UPLOADED)
+        path = await in_background(save_upload, folder, event.file.name, data, kind="signal")
+        if not cloned.value:
+            _choose("file", studio.workspace.name_of(path))
+            ui.notify(f"{path.name} is stored in the workspace and selected.")
+            return
+        with busy(f"Cloning {path.stem} …"):
+            out = studio.workspace.inside(f"clones/{path.name}")
+            run = await in_background(_clone, out, [path], speed=speed.value)
+        _choose("run", studio.workspace.name_of(run), path.stem)
+        ui.notify(f"{path.stem} is cloned and selected: it follows speed and force.")
+
+    with ui.expansion("Feel a recording of your own").classes("w-full card"):
+        cloned = ui.switch("Clone it, for any speed and force", value=True)
+        speed = ui.number("Recorded at, mm/s", min=1, max=2000).props("outlined dense clearable")
+        speed.classes("w-48").bind_visibility_from(cloned, "value")
+        ui.label(
+            "A clone is generated by texture_flow from the one stroke, in about ten seconds. Otherwise a signal over "
+            "time is laid out along the finger's path at its recording's speed, and one over displacement as it is."
+        ).classes("quiet")
+        upload(
+            "Drop a recording",
+            max_file_size=LARGEST_UPLOAD,
+            on_upload=report_errors(received),
+        ).props(f'accept="{",".join(READABLE)}"').classes("w-full")
+
+
+def _naming(studio: Studio) -> None:
+    """Draw the choice of a material that texture_flow comes with, which is cloned at its first use and selected."""
+
+    async def chosen(event: events.ValueChangeEventArguments[Any]) -> None:
+        name = str(event.value)
+        folder = studio.workspace.inside(f"clones/{name}")
+        with busy(f"Making {name} …"):
+            await in_background(_clone_material, folder, name)
+        _choose("run", studio.workspace.name_of(folder), name)
+        ui.notify(f"{name} is selected: it follows speed and force.")
+
+    run = models.shipped_run("texture_flow")
+    names = read_json(run / "model.json")["kind"]["materials"] if run else []
+    with ui.expansion("Feel an everyday material").classes("w-full card"):
+        select = ui.select(names, label=f"One of {len(names)} materials", with_input=True)
+        select.classes("w-full").props('outlined dense options-dense data-everyday="1"')
+        select.on_value_change(report_errors(chosen))
+        ui.label(
+            "Generated by texture_flow at several speeds and forces, in about ten seconds; a simulation."
+        ).classes("quiet")
+
+
+def _choose(*names: str) -> None:
+    ui.run_javascript(f"window.tactogramTouch.rows.choose({', '.join(map(json.dumps, names))})")
+
+
+def _clone(out: Path, recordings: Sequence[Path] = (), **given: Any) -> Path:
+    from tactogram.workflows.generation.clone import clone
+
+    return clone(recordings, out=out, **given).folder
+
+
+def _clone_material(out: Path, name: str) -> None:
+    """Clone a material, unless it is there; what an interrupted attempt left is removed."""
+    with _CLONING:
+        if not (out / "model.json").is_file():
+            for folder in (out, out.with_name(f"{out.name}-strokes")):
+                shutil.rmtree(folder, ignore_errors=True)
+            _clone(out, materials=[name])

@@ -1,0 +1,295 @@
+"""Texture sources of the page Touch: materials of runs, kept results and files, found and loaded."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+
+import numpy as np
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.model import TextureMapModel
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_metadata, read_signal
+from tactogram.signal.io.files import READABLE, USUAL
+from tactogram.signal.modulated_noise import ModulatedNoise
+from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
+from tactogram.signal.synthesis import synthesise
+from tactogram.signal.texture_map import NoiseMap, TextureMap
+from tactogram_studio.pages.touch.offers import SUPPORTED, TextureOrigin
+from tactogram_studio.pages.touch.tables import (
+    ASSUMED_SPEED_MM_S,
+    TouchTexture,
+    table_of_map,
+    table_of_signal,
+)
+from tactogram_studio.workspace.folder import STORE, Workspace
+from tactogram_studio.workspace.shelf import ResultArchive
+from tactogram.text_files import read_json
+from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
+
+if TYPE_CHECKING:
+    from tactogram.workflows.training.loaded_run import LoadedRun
+
+T = TypeVar("T")
+TextureLayout = Literal["auto", "table", "path", "x", "y"]
+
+LAID_S = 6.0
+"""Length of a generated texture, s; longer than the ear remembers a loop of noise."""
+LARGEST_FILE = 200_000_000
+MOST_TABLES, MOST_RUNS = 64, 3
+"""In the cache."""
+RATES = (8000.0, 192_000.0)
+
+
+@dataclass(frozen=True)
+class TextureRequest:
+    """Request for a texture; `ParameterError` if a value is out of range.
+
+    ``of`` is the folder of a run or a file, relative to the workspace, or the id of a kept result; ``material`` one of
+    a run. ``speed_mm_s`` is the speed of a recording over time, or of a generated signal; ``lay`` whether the texture
+    follows speed and force (table) or the position of the finger; ``rate`` that of the browser's audio, Hz.
+    """
+
+    where: TextureOrigin
+    of: str
+    material: str = ""
+    speed_mm_s: float | None = None
+    lay: TextureLayout = "auto"
+    axes: str = "dft321"
+    seed: int = 0
+    rate: float = 48_000.0
+
+    def __post_init__(self) -> None:
+        if self.where not in get_args(TextureOrigin):
+            raise ParameterError(
+                f"where must be one of {', '.join(get_args(TextureOrigin))}, got {self.where[:40]!r}"
+            )
+        if self.lay not in get_args(TextureLayout):
+            raise ParameterError(
+                f"lay must be one of {', '.join(get_args(TextureLayout))}, got {self.lay[:40]!r}"
+            )
+        if not RATES[0] <= self.rate <= RATES[1]:
+            raise ParameterError(f"rate must be {RATES[0]:g} to {RATES[1]:g} Hz, got {self.rate:g}")
+        if self.speed_mm_s is not None and not 1 <= self.speed_mm_s <= 2000:
+            raise ParameterError(f"speed must be 1 to 2000 mm/s, got {self.speed_mm_s:g}")
+        if not 0 <= self.seed < 2**31:
+            raise ParameterError(f"seed must be 0 to {2**31 - 1}, got {self.seed}")
+        if not self.of or len(self.of) > 1000 or len(self.material) > 200 or len(self.axes) > 40:
+            raise ParameterError("choose a texture: a run, a kept result or a file")
+
+
+class TouchSources:
+    """Textures of a workspace and their tables, cached."""
+
+    def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
+        self._workspace, self._shelf = workspace, shelf
+        self._tables = _ValueCache(MOST_TABLES)
+        self._runs = _ValueCache(MOST_RUNS)
+
+    def table(self, request: TextureRequest) -> TouchTexture:
+        """Return the table of a texture; `TactogramError` if it does not exist in the workspace, or cannot be felt."""
+        path = self._place(request)
+        return self._tables.get((request, _stamp(path)), lambda: self._made(request, path))
+
+    def signal(self, request: TextureRequest) -> tuple[Signal, float | None]:
+        """Return some seconds of a texture and the speed of their recording or generation; errors as of `table`."""
+        path = self._place(request)
+        if request.where == "run":
+            run = self._loaded(path)
+            surface = _map_of(run, request.material)
+            return _generated(run, request) if surface is None else self._laid(surface, request)
+        return self._recorded(request, path)
+
+    def photograph(self, request: TextureRequest) -> tuple[Image, bool] | None:
+        """Return a picture of a run's material from its data, and whether it is simulated; None if there is none."""
+        if request.where != "run":
+            return None
+        from tactogram.datasets import open_store
+
+        store_path = self._store_of(self._place(request))
+        if store_path is None:
+            return None
+        store = open_store(store_path)
+        for key in store.photographs_of(request.material):
+            return store.photograph(key), store.simulated
+        for info in store.index:
+            if info.material == request.material and (image := store.image(info.id)) is not None:
+                return image, store.simulated
+        return None
+
+    def _place(self, request: TextureRequest) -> Path:
+        if request.where == "kept":
+            return self._shelf.get(request.of).folder
+        path = self._workspace.inside(request.of)
+        if request.where == "file" and not path.is_file():
+            raise DataError(f"{request.of}: no such file in the workspace")
+        if request.where == "run" and not path.is_dir():
+            raise DataError(f"{request.of}: no such run in the workspace")
+        return path
+
+    def _store_of(self, run: Path) -> Path | None:
+        """Return the store that a run was trained on, if the workspace has it, moved or not."""
+        try:
+            data = read_json(run / "data.json")
+            wanted = self._workspace.folder / str(data["path"])
+            if wanted.resolve().is_relative_to(self._workspace.folder) and (wanted / STORE).is_file():
+                return wanted
+            return next((path for path in self._workspace.stores() if _hash_of(path) == data["sha256"]), None)
+        except (DataError, KeyError, TypeError):
+            return None
+
+    def _made(self, request: TextureRequest, path: Path) -> TouchTexture:
+        if request.where == "run":
+            run = self._loaded(path)
+            surface = _map_of(run, request.material)
+            if surface is not None and _by_table(surface, request):
+                return table_of_map(
+                    request.material, surface, rate=request.rate, axes=request.axes, simulated=run.simulated
+                )
+            simulated, name = run.simulated, request.material
+        else:
+            name = self._shelf.get(request.of).title if request.where == "kept" else path.stem
+            facts = self._facts(request, path)
+            simulated, limited = bool(facts.get("simulated", False)), facts.get("limited", ())
+        signal, speed = self.signal(request)
+        if request.where == "run":
+            from tactogram.workflows.generation.generate import limits
+
+            limited = map(str, limits(run, {"material": request.material, "speed_mm_s": speed}))
+        return table_of_signal(
+            name,
+            signal,
+            rate=request.rate,
+            speed_mm_s=speed,
+            along=request.lay if request.lay in ("x", "y") else "path",
+            axes=request.axes if len(signal.axes) > 1 else signal.axes[0],
+            simulated=simulated,
+            limited=limited,
+        )
+
+    def _loaded(self, path: Path) -> LoadedRun:
+        def load() -> LoadedRun:
+            from tactogram.workflows.training.loaded_run import load_run
+
+            return load_run(path)
+
+        return self._runs.get((path, _stamp(path)), load)
+
+    def _laid(self, surface: TextureMap | NoiseMap, request: TextureRequest) -> tuple[Signal, float | None]:
+        """Return some seconds of models over speed and force, and their speed."""
+        table = texture_of_map("", surface, TextureSettings(request.rate, 1, request.axes)).table
+        own = float(np.median(table.grid.speeds)) if surface.has_conditions[0] else ASSUMED_SPEED_MM_S
+        speed = own if request.speed_mm_s is None else request.speed_mm_s
+        model = table.at(speed, float(np.median(table.grid.forces)))
+        from tactogram.training.seeds import surface_seed
+
+        seed = surface_seed(request.seed, {"material": request.material})
+        if isinstance(model, ModulatedNoise):
+            return synthesise_modulated_noise(model, LAID_S, seed=seed), speed
+        return synthesise(model, LAID_S, seed=seed), speed
+
+    def _recorded(self, request: TextureRequest, path: Path) -> tuple[Signal, float | None]:
+        if request.where == "kept":
+            signal = self._shelf.get(request.of).signal()
+        elif not path.name.lower().endswith(READABLE):
+            raise ParameterError(f"{request.of}: expected a file of {USUAL}, got {path.suffix!r}")
+        elif path.stat().st_size > LARGEST_FILE:
+            raise ParameterError(f"{request.of}: larger than {LARGEST_FILE // 1_000_000} MB; cut it first")
+        else:
+            signal = read_signal(path)
+        return signal, request.speed_mm_s or _speed_in(self._facts(request, path))
+
+    def _facts(self, request: TextureRequest, path: Path) -> dict[str, Any]:
+        if request.where == "kept":
+            return dict(self._shelf.get(request.of).facts)
+        return read_metadata(path) if path.name.lower().endswith(READABLE) else {}
+
+
+class _ValueCache:
+    """The last ``most`` values; concurrent calls for one key make its value once."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self._kept = most, OrderedDict[Any, Any]()
+        self._lock, self._making = threading.Lock(), OrderedDict[Any, threading.Lock]()
+
+    def get(self, key: Any, make: Callable[[], T]) -> T:
+        with self._lock:
+            one = self._making.setdefault(key, threading.Lock())
+        with one:
+            with self._lock:
+                if key in self._kept:
+                    self._kept.move_to_end(key)
+                    found: T = self._kept[key]
+                    return found
+            made = make()
+            with self._lock:
+                self._kept[key] = made
+                while len(self._kept) > self._most:
+                    gone, _ = self._kept.popitem(last=False)
+                    self._making.pop(gone, None)
+            return made
+
+
+def _map_of(run: LoadedRun, material: str) -> TextureMap | NoiseMap | None:
+    """Return a material's models over speed and force; None if the run has no such models."""
+    if material not in run.kind.materials:
+        raise ParameterError(
+            f"{run.run.name} has no material {material[:60]!r}; it has {', '.join(run.kind.materials)}"
+        )
+    if not isinstance(run.model, TextureMapModel):
+        return None
+    return run.model.maps[run.kind.materials.index(material)]
+
+
+def _by_table(surface: TextureMap | NoiseMap, request: TextureRequest) -> bool:
+    """Return whether models follow speed and force: by default if they know more than one speed."""
+    if request.lay != "auto":
+        return request.lay == "table"
+    known = surface.has_conditions[0]
+    return len(np.unique(surface.conditions[:, 0])) > 1 if known else request.speed_mm_s is None
+
+
+def _generated(run: LoadedRun, request: TextureRequest) -> tuple[Signal, float | None]:
+    from tactogram.workflows.generation.generate import generate
+
+    if lacking := set(run.facts.needs) - SUPPORTED:
+        raise ParameterError(
+            f"{run.run.name} needs {', '.join(sorted(lacking))}: generate a result on the page Make and keep it"
+        )
+    condition: dict[str, Any] = {"material": {request.material: 1.0}}
+    if "speed_mm_s" in run.facts.conditions:
+        condition["speed_mm_s"] = request.speed_mm_s or ASSUMED_SPEED_MM_S
+    seconds = LAID_S if run.kind.domain == "time" else None
+    made = next(iter(generate(run, condition, seconds=seconds, seed=request.seed)))
+    if not isinstance(made, Signal):
+        raise ParameterError(f"{run.run.name}: {run.facts.name} generates images, which cannot be felt")
+    return made, condition.get("speed_mm_s", request.speed_mm_s)
+
+
+def _speed_in(facts: dict[str, Any]) -> float | None:
+    """Return the speed in the facts of a file or a kept result."""
+    condition = facts.get("condition")
+    for values in (facts, condition if isinstance(condition, dict) else {}):
+        value = values.get("speed_mm_s")
+        if isinstance(value, int | float) and math.isfinite(value) and value > 0:
+            return float(value)
+    return None
+
+
+def _stamp(path: Path) -> tuple[int, ...]:
+    """Return a key that changes with a run, a kept result or a file."""
+    inner = [path, path / "model.safetensors", path / "facts.json"]
+    return tuple(file.stat().st_mtime_ns for file in inner if file.exists())
+
+
+def _hash_of(store: Path) -> str:
+    try:
+        return str(read_json(store / STORE).get("sha256", ""))
+    except (DataError, AttributeError):
+        return ""

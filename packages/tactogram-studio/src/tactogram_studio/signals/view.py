@@ -1,0 +1,250 @@
+"""Signal cards of all pages: waveform, spectrogram, level, spectrum with the detection threshold, and sound.
+
+The browser fetches pictures and sounds under ``/signals/KEY/…``, where KEY follows from the samples.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from fastapi import Response
+from nicegui import app, ui
+
+from tactogram.errors import TactogramError
+from tactogram.signal import Signal
+from tactogram_studio.layout import attribute, heading, hint, in_background, report_errors
+from tactogram_studio.signals.pictures import (
+    card_height,
+    spectrogram_png,
+    spectrum_options,
+    waveform_height,
+    waveform_options,
+)
+from tactogram_studio.signals.registry import SHOWN, ShownSignal, Source
+from tactogram_studio.signals.sound import NORMAL_PEAK, PLAYBACK_MM_S, common_gain, sound_of
+from tactogram_studio.signals.traits import SharedScales, SignalTraits, scales_of, unit_of
+
+HEAD = '<link rel="stylesheet" href="/static/signals.css"><script type="module" src="/static/player.js"></script>'
+USUAL_AXES = 3
+CACHED = {"Cache-Control": "private, max-age=3600"}
+"""Pictures and sounds follow from the samples in their key: browsers may cache them."""
+
+
+@cache
+def add_routes() -> None:
+    """Register the routes of pictures and sounds, once."""
+
+    @app.get("/signals/{key}/sound.wav")
+    def sound(key: str, gain: float | None = None) -> Response:
+        try:
+            clip = sound_of(SHOWN.get(key).signal, gain=gain)
+        except TactogramError as error:
+            return Response(str(error), status_code=404, media_type="text/plain")
+        headers = {
+            "X-Gain": f"{clip.gain:.6g}",
+            "X-Limited": f"{clip.limited:.6g}",
+            "X-Own-Level": str(int(clip.normalised)),
+        }
+        return Response(clip.wav, media_type="audio/wav", headers=headers | CACHED)
+
+    @app.get("/signals/{key}/spectrogram.png")
+    def spectrogram(key: str, peak: float, extent: float, top_db: float, top_hz: float) -> Response:
+        try:
+            traits = SHOWN.get(key).traits
+        except TactogramError as error:
+            return Response(str(error), status_code=404, media_type="text/plain")
+        if not (extent > 0 and top_hz > 0 and math.isfinite(extent + top_hz + top_db + peak)):
+            return Response("extent and top_hz must be > 0", status_code=400, media_type="text/plain")
+        png = spectrogram_png(traits, scales=SharedScales(peak, extent, top_db, top_hz))
+        return Response(png, media_type="image/png", headers=CACHED)
+
+
+@dataclass(frozen=True)
+class SignalEntry:
+    """A signal, or a file that is read once, to show; the ``key`` (``1`` to ``9``) plays it, or switches to it."""
+
+    source: Source
+    title: str
+    simulated: bool = False
+    key: str = ""
+
+
+def signal_card(source: Source, *, title: str, simulated: bool = False, small: bool = False) -> ui.row:
+    """Draw a signal and return its title row, where more buttons can go; see `signal_cards`."""
+    [top] = signal_cards([SignalEntry(source, title, simulated)], small=small)
+    return top
+
+
+def signal_cards(
+    entries: Sequence[SignalEntry], *, same_gain: bool = False, small: bool = False
+) -> list[ui.row]:
+    """Draw signals to compare, and return their title rows, where more buttons can go.
+
+    The cards appear at once; their pictures, on shared scales, follow when a thread has computed them. If units or
+    domains differ, each signal has its own scales and a note. With ``same_gain``, strengths can be compared by ear;
+    otherwise each signal is normalised. ``small`` omits the spectrum.
+    """
+    load_player()
+    add_routes()
+    frames = [_frame(entry) for entry in entries]
+    cached = [SHOWN.cached(entry.source) for entry in entries]
+    places = [place for _, place in frames]
+    if all(one is not None for one in cached):
+        _fill(entries, [one for one in cached if one], places, same_gain=same_gain, small=small)
+    else:
+        for entry, place in zip(entries, places, strict=True):
+            axes = len(entry.source.axes) if isinstance(entry.source, Signal) else USUAL_AXES
+            with place:
+                placeholder("Drawing …", axes=axes, small=small)
+
+        async def fill() -> None:
+            await _fill_later(entries, places, same_gain=same_gain, small=small)
+
+        ui.timer(0, report_errors(fill), once=True)
+    return [top for top, _ in frames]
+
+
+def placeholder(text: str, *, axes: int = USUAL_AXES, small: bool = False) -> None:
+    """Draw a text as high as a signal's pictures, so that nothing below moves when they appear."""
+    hint(text).style(f"min-height: {card_height(axes, small=small)}px")
+
+
+def _frame(entry: SignalEntry) -> tuple[ui.row, ui.element]:
+    """Draw an empty card and return its title row and the place of its pictures."""
+    card = ui.element("section").classes("card signal")
+    with card.props(f'role="group" aria-label="{attribute(entry.title)}"'):
+        with ui.row().classes("w-full items-center gap-2") as top:
+            heading(entry.title)
+            if entry.simulated:
+                ui.label("simulated").classes("simulated")
+        place = ui.element("div").classes("pictures")
+    return top, place
+
+
+async def _fill_later(
+    entries: Sequence[SignalEntry], places: Sequence[ui.element], *, same_gain: bool, small: bool
+) -> None:
+    """Fill cards once their signals are analysed, unless the page was closed or redrawn."""
+    try:
+        signals = [await in_background(SHOWN.load, entry.source) for entry in entries]
+    except Exception as error:
+        for place in places:
+            if not place.is_deleted:
+                place.clear()
+                with place:
+                    ui.label(f"This signal cannot be shown: {error}").props('role="alert"')
+        if not isinstance(error, TactogramError | OSError):
+            raise
+        return
+    if not any(place.is_deleted for place in places):
+        _fill(entries, signals, places, same_gain=same_gain, small=small)
+
+
+def _fill(
+    entries: Sequence[SignalEntry],
+    signals: Sequence[ShownSignal],
+    places: Sequence[ui.element],
+    *,
+    same_gain: bool,
+    small: bool,
+) -> None:
+    comparable = len({(one.traits.unit, one.traits.domain) for one in signals}) <= 1
+    scales = scales_of([one.traits for one in signals]) if comparable else None
+    gain = common_gain([one.traits.peak for one in signals]) if same_gain and comparable else None
+    for entry, one, place in zip(entries, signals, places, strict=True):
+        others = [other.traits for other in signals if other is not one] if comparable else []
+        place.clear()
+        with place:
+            _pictures(entry, one, scales or scales_of([one.traits]), gain, None if small else others)
+            if not comparable:
+                hint("Units or domains differ: this signal has its own scales.")
+
+
+def _pictures(
+    entry: SignalEntry,
+    shown: ShownSignal,
+    scales: SharedScales,
+    gain: float | None,
+    others: Sequence[SignalTraits] | None,
+) -> None:
+    """Draw a signal; ``others`` share its spectrum's scale, None omits the spectrum."""
+    traits, title = shown.traits, entry.title
+    ui.label(level_text(traits)).classes("small level")
+    hint(traits.note)
+    _play_button(shown, title=title, gain=gain, key=entry.key)
+    description = f"Waveform of {title}: {level_text(traits)}"
+    _chart(waveform_options(traits, scales=scales), waveform_height(traits), description)
+    _spectrogram(shown.key, scales, over_time=traits.domain == "time", title=title)
+    if others is not None:
+        description = f"Spectrum of {title} in third octaves. {traits.note}"
+        _chart(spectrum_options(traits, others=others), 200, description)
+
+
+def level_text(traits: SignalTraits) -> str:
+    """Return level and length of a signal in a line."""
+    unit = unit_of(traits)
+    per = "Hz" if traits.domain == "time" else "per mm"
+    extent = f"{traits.extent:.3g} {'s' if traits.domain == 'time' else 'mm'}"
+    axes = f"axes {', '.join(traits.axes)}" if len(traits.axes) > 1 else f"axis {traits.axes[0]}"
+    return (
+        f"{traits.rms:.3g} {unit} rms · {traits.peak:.3g} {unit} peak · "
+        f"{extent} at {traits.rate:,.6g} {per} · {axes}"
+    )
+
+
+def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str) -> None:
+    unit = unit_of(shown.traits)
+    address = f"/signals/{shown.key}/sound.wav" + ("" if gain is None else f"?gain={gain:.6g}")
+    level = (
+        f"normalised to a peak of {NORMAL_PEAK:g} of full scale"
+        if gain is None
+        else f"{gain:.3g} of full scale per {unit}, like the others"
+    )
+    if shown.traits.domain != "time":
+        level += f", played at {PLAYBACK_MM_S:g} mm/s"
+    with ui.row().classes("items-center gap-2 no-wrap"):
+        button = ui.element("button").classes("player")
+        button.props(
+            f'type="button" aria-pressed="false" aria-label="Play {attribute(title)}" data-player-url="{address}"'
+        )
+        if key:
+            button.props(f'data-player-key="{key}" aria-keyshortcuts="{key}"')
+        hint(level)
+        ui.element("span").classes("small quiet").props(f'data-player-status="{address}" data-unit="{unit}"')
+    ui.element("div").classes("playhead").props(f'data-player-head="{address}" aria-hidden="true"')
+
+
+def load_player() -> None:
+    """Load `static/player.js` into the current page, once, also after the page was sent."""
+    client = ui.context.client
+    if getattr(client, "tactogram_player", False):
+        return
+    client.tactogram_player = True  # type: ignore[attr-defined]
+    ui.add_head_html(HEAD)
+    if client.has_socket_connection:
+        ui.run_javascript("import('/static/player.js')")
+
+
+def _chart(options: dict[str, Any], height: int, description: str) -> None:
+    chart = ui.echart(options).classes("w-full").style(f"height: {height}px")
+    chart.props(f'role="img" aria-label="{attribute(description)}"')
+
+
+def _spectrogram(key: str, scales: SharedScales, *, over_time: bool, title: str) -> None:
+    query = (
+        f"peak={scales.peak:.6g}&extent={scales.extent:.9g}&top_db={scales.top_db:.6g}"
+        f"&top_hz={scales.top_hz:.9g}"
+    )
+    unit = "Hz" if over_time else "per mm"
+    with ui.element("div").classes("spectrogram"):
+        hint(f"{scales.top_hz:.4g} {unit}").classes("top")
+        hint("0").classes("bottom")
+        picture = ui.element("img").props(
+            f'src="/signals/{key}/spectrogram.png?{query}" alt="Spectrogram of {attribute(title)}, 0 to '
+            f'{scales.top_hz:.4g} {unit}, brightest {scales.top_db:.0f} dB re 1 unit"'
+        )
+        picture.classes("w-full")

@@ -1,0 +1,130 @@
+"""Kept results: each a folder with a signal or image and its facts."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import read_image, read_signal, write_image, write_signal
+from tactogram.signal.io.atomic import write_text
+from tactogram_studio.workspace.dated_folders import DatedFolders
+from tactogram.text_files import read_json
+
+SIGNAL, IMAGE, FACTS = "signal.npz", "image.png", "facts.json"
+LONGEST_TITLE = 120
+
+
+@dataclass(frozen=True)
+class KeptResult:
+    """A kept result in a folder named ``id``, which sorts by age; ``facts`` are JSON values: condition, run, seed."""
+
+    id: str
+    folder: Path
+    title: str
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def is_image(self) -> bool:
+        """Whether it is an image rather than a signal."""
+        return (self.folder / IMAGE).is_file()
+
+    @property
+    def file(self) -> Path:
+        """File of the signal or image."""
+        return self.folder / (IMAGE if self.is_image else SIGNAL)
+
+    def signal(self) -> Signal:
+        """Return the signal; `DataError` if it is an image, or was deleted."""
+        if self.is_image:
+            raise DataError(f"{self.title}: is an image; a signal is needed")
+        return read_signal(self.folder / SIGNAL)
+
+    def image(self) -> Image:
+        """Return the image; `DataError` if it is a signal, or was deleted."""
+        if not self.is_image:
+            raise DataError(f"{self.title}: is a signal; an image is needed")
+        return read_image(self.folder / IMAGE)
+
+
+@dataclass(frozen=True)
+class ResultArchive:
+    """Kept results in a folder."""
+
+    folder: Path
+
+    def keep(self, result: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> KeptResult:
+        """Store a signal or an image with a title and JSON values as facts; its file has some of them."""
+        metadata = {name: facts[name] for name in ("simulated", "limited") if facts.get(name)} or None
+
+        def write(part: Path) -> None:
+            if isinstance(result, Image):
+                write_image(part / IMAGE, result, metadata=metadata)
+            else:
+                write_signal(part / SIGNAL, result, metadata=metadata)
+
+        return self._add(write, title, facts)
+
+    def keep_copy(self, result: KeptResult) -> KeptResult:
+        """Copy a result of another archive unchanged; `DataError` if it was deleted."""
+        facts = {key: value for key, value in result.facts.items() if key != "kept_at"}
+        if not result.file.is_file():
+            raise DataError(f"{result.title}: was deleted; make it again")
+        return self._add(lambda part: shutil.copy(result.file, part / result.file.name), result.title, facts)
+
+    @property
+    def _folders(self) -> DatedFolders:
+        return DatedFolders(self.folder)
+
+    def _add(self, write: Callable[[Path], object], title: str, facts: Mapping[str, Any]) -> KeptResult:
+        kept_at = datetime.now(UTC).isoformat(timespec="seconds")
+        values = {"title": _checked_title(title), "kept_at": kept_at, **facts}
+
+        def write_all(part: Path) -> None:
+            write(part)
+            (part / FACTS).write_text(json.dumps(values, ensure_ascii=False, indent=1), encoding="utf-8")
+
+        return self.get(self._folders.add(write_all))
+
+    def all(self) -> list[KeptResult]:
+        """Return the readable results, newest first."""
+        results = []
+        for name in self._folders.names():
+            with suppress(DataError):
+                results.append(self.get(name))
+        return results
+
+    def get(self, identifier: str) -> KeptResult:
+        """Return a result by its id; `DataError` if there is none, or its facts cannot be read."""
+        folder = self._folders.find(identifier)
+        if folder is None or not (folder / FACTS).is_file():
+            raise DataError(f"no kept result {identifier[:40]!r}; it was deleted or never existed")
+        facts = read_json(folder / FACTS)
+        if not isinstance(facts, dict):
+            raise DataError(f"{folder / FACTS}: expected an object, got {type(facts).__name__}")
+        return KeptResult(identifier, folder, str(facts.pop("title", identifier)), facts)
+
+    def rename(self, identifier: str, title: str) -> KeptResult:
+        """Change a result's title."""
+        result = self.get(identifier)
+        values = {"title": _checked_title(title), **result.facts}
+        write_text(result.folder / FACTS, json.dumps(values, ensure_ascii=False, indent=1))
+        return self.get(identifier)
+
+    def remove(self, identifier: str) -> None:
+        """Delete a result."""
+        self._folders.remove(self.get(identifier).id)
+
+
+def _checked_title(title: str) -> str:
+    title = " ".join(title.split())
+    if not title:
+        raise ParameterError("a kept result needs a title")
+    return title[:LONGEST_TITLE]

@@ -1,0 +1,152 @@
+"""The map of materials: places and mixes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tactogram.signal import Signal
+from tactogram_studio.pages.make.map_view import NARROW_PX, WIDE_PX, label_shifts, map_html
+from tactogram_studio.pages.make.material_map import (
+    APART,
+    MARGIN,
+    NEIGHBOURS,
+    levels_db,
+    point_of,
+    positions,
+    weights_at,
+)
+
+PLACES = np.array([[0.2, 0.2], [0.8, 0.2], [0.5, 0.8], [0.5, 0.45], [0.2, 0.7]])
+unit = st.floats(0, 1)
+
+
+@given(unit, unit)
+def test_weights_are_shares_of_the_nearest(x, y):
+    weight = weights_at((x, y), PLACES)
+
+    assert weight.sum() == pytest.approx(1)
+    assert np.all(weight >= 0)
+    used = np.flatnonzero(weight)
+    assert len(used) <= NEIGHBOURS
+    distance = np.linalg.norm(PLACES - [x, y], axis=1)
+    assert distance[used].max() <= np.sort(distance)[NEIGHBOURS - 1] + 1e-9
+
+
+@pytest.mark.parametrize("number", range(len(PLACES)))
+def test_on_a_material_it_is_that_material(number):
+    assert weights_at(PLACES[number], PLACES).tolist() == [float(k == number) for k in range(len(PLACES))]
+
+
+@given(st.floats(0.05, 0.95), st.floats(0.05, 0.95), st.floats(0, 6.28))
+@settings(max_examples=200)
+def test_a_small_step_changes_the_mix_a_little(x, y, angle):
+    step = 1e-4 * np.array([np.cos(angle), np.sin(angle)])
+
+    change = np.abs(weights_at((x, y), PLACES) - weights_at(np.array([x, y]) + step, PLACES)).max()
+
+    assert change < 0.03  # at most the omitted shares below one percent, and the slope
+
+
+def test_halfway_between_two_materials_both_have_the_same_weight():
+    weight = weights_at((0.5, 0.2), np.array([[0.2, 0.2], [0.8, 0.2]]))
+
+    assert weight == pytest.approx([0.5, 0.5])
+
+
+def test_similar_spectra_are_close_together():
+    rng = np.random.default_rng(0)
+    features = np.array([[0, 0, 0, 0], [1, 0, 1, 0], [20, 0, 20, 0], [0, 15, 0, 15]]) + rng.normal(
+        0, 0.01, (4, 4)
+    )
+
+    place = positions(features)
+
+    def apart(i, j):
+        return np.linalg.norm(place[i] - place[j])
+
+    assert apart(0, 1) < apart(0, 3) < apart(2, 3)
+    assert place.min() >= MARGIN - 1e-9
+    assert place.max() <= 1 - MARGIN + 1e-9
+    assert np.array_equal(place, positions(features))
+
+
+def test_identical_materials_have_separate_places():
+    place = positions(np.zeros((3, 5)))
+
+    distances = [np.linalg.norm(place[i] - place[j]) for i in range(3) for j in range(i)]
+    assert min(distances) >= 0.99 * APART
+
+
+def test_one_material_has_a_place():
+    assert positions(np.ones((1, 4))).shape == (1, 2)
+    assert weights_at((0.1, 0.9), positions(np.ones((1, 4)))).tolist() == [1.0]
+
+
+def test_the_handle_is_at_the_centre_of_the_weights():
+    assert point_of({"a": 1, "b": 1}, "abcde", PLACES) == pytest.approx([0.5, 0.2])
+    assert point_of({"c": 0.3}, "abcde", PLACES) == pytest.approx([0.5, 0.8])
+    assert point_of({}, "abcde", PLACES) == [0.5, 0.5]
+
+
+def test_levels_cover_the_shared_bands():
+    rng = np.random.default_rng(0)
+    signals = [Signal(rng.normal(size=(1, n)), 1000.0, "N") for n in (500, 2000)]
+
+    level = levels_db(signals)
+
+    assert level.shape[0] == 2
+    assert level.shape[1] >= 8
+    assert np.ptp(level) <= 60
+
+
+FIRST = {
+    "artificial-grass": (0.9, 0.4244),
+    "carpet": (0.6857, 0.3992),
+    "cloth": (0.1, 0.269),
+    "cork-sheet": (0.3294, 0.3833),
+    "luncheon-mat-01": (0.4812, 0.321),
+    "luncheon-mat-02": (0.2554, 0.316),
+    "luncheon-mat-03": (0.4599, 0.6874),
+    "punched-plastic-sheet": (0.5936, 0.5225),
+    "tile": (0.1627, 0.731),
+}
+"""Places of the example surfaces."""
+
+
+@pytest.mark.parametrize("size", [WIDE_PX, NARROW_PX])
+def test_names_on_the_map_neither_overlap_nor_leave_it(size):
+    names, places = tuple(FIRST), np.array(list(FIRST.values()))
+
+    corner = places * size + label_shifts(names, places, size)
+
+    far = corner + np.array([(6 * len(name), 14) for name in names])  # 6 px a character
+    shared = np.minimum(far[:, None], far) - np.maximum(corner[:, None], corner)
+    assert not np.any((shared > 0).all(-1) & ~np.eye(len(names), dtype=bool))
+    assert corner.min() >= 0
+    assert np.all(far <= size)
+
+
+def test_the_map_places_names_for_a_desktop_and_for_a_tablet():
+    picture = map_html(tuple(FIRST), np.array(list(FIRST.values())), [0.5, 0.5])
+
+    assert picture.count("--wide: translate(") == picture.count("--narrow: translate(") == len(FIRST)
+
+
+def test_on_a_crowded_map_some_names_show_only_when_pointed_at():
+    places = np.random.default_rng(0).uniform(0.1, 0.9, (90, 2))
+    names = tuple(f"material-{number}" for number in range(90))
+
+    shifts = label_shifts(names, places, WIDE_PX)
+
+    shown = [(place * WIDE_PX + shift) for place, shift in zip(places, shifts, strict=True) if shift]
+    corner = np.array(shown)
+    far = corner + np.array((6 * len(names[-1]), 14))
+    shared = np.prod(
+        np.clip(np.minimum(far[:, None], far) - np.maximum(corner[:, None], corner), 0, None), -1
+    )
+    assert 20 < len(shown) < 70
+    assert (shared - np.diag(np.diag(shared))).max() < 0.25 * 6 * len(names[-1]) * 14
+    picture = map_html(names, places, [0.5, 0.5])
+    assert "scale(0)" in picture
+    assert picture.count('title="material-') == 90

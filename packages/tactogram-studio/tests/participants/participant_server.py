@@ -1,0 +1,25 @@
+"""Serves a session's pages for participants on a free port of this machine, and says where, until it is ended."""
+
+import socket
+import sys
+from pathlib import Path
+
+from tactogram_study.participants.routes import make_participant_app
+from tactogram_study.participants.sessions import SessionRegistry
+from tactogram_studio.server.connections import StudioServer
+from tactogram_studio.server.guard import RequestGuard
+from tactogram_studio.server.guard_rules import GuardSettings
+
+workspace, study, folder, changes = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), sys.argv[4:]
+sessions = SessionRegistry(workspace, device="null")
+session = sessions.begin(study, folder, changes=dict(change.split("=", 1) for change in changes))
+
+
+def ready():
+    sys.stdout.write(f"http://127.0.0.1:{listener.getsockname()[1]}{session.join_path}\n")
+    sys.stdout.flush()
+
+
+app = RequestGuard(make_participant_app(sessions), GuardSettings(body_seconds=2.0))
+with socket.create_server(("127.0.0.1", 0)) as listener:
+    StudioServer(app, listener, ready=ready).serve_until_ended()

@@ -1,0 +1,223 @@
+"""Export of answers as a BIDS ``beh`` folder.
+
+BIDS is the Brain Imaging Data Structure, https://bids-specification.readthedocs.io, "Behavioral experiments (with no
+neural recordings)".
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import DataError
+from tactogram_study.answers import Answers, cells
+from tactogram_study.language_files import own_name
+from tactogram_study.session.device_facts import COLUMN, fact_description
+from tactogram_study.session.side_tables import column_description, notes_table, participants_table
+from tactogram_study.session.states import STATES
+from tactogram_study.session.store import SessionStore
+from tactogram_study.study_file import Study
+
+BIDS_VERSION = "1.10.0"
+DESCRIPTIONS: Mapping[str, str] = {
+    "study": "Name of the study",
+    "participant": "Code of the participant",
+    "session": "What the sitting is called",
+    "block": "Block, from 1",
+    "trial": "What was shown, counted from 1",
+    "repeat": "How often this was asked, from 1",
+    "design": "Design of the study, or questions before and after",
+    "question": "What was asked",
+    "condition": "Version of the stimulus",
+    "stimulus": "Texture, plate or image",
+    "other": "The second stimulus",
+    "side": "Where the asked-for stimulus was",
+    "answer": "What was answered",
+    "value": "The answer as a number",
+    "correct": "Whether the answer was right",
+    "scale_low": "Lower end of the scale",
+    "scale_high": "Upper end of the scale",
+    "rt_ms": "From what was shown until the answer, in ms",
+    "at": "When it was answered, UTC; the rows are in the order given, whatever the clock said",
+    "played_sha256": "Hash of the samples that were played; several are joined by +",
+    "level": "How strong it was played",
+    "display": "On what it was played",
+    "seed": "Seed of the study's order",
+    "simulated": "Whether a simulated participant answered",
+    "other_condition": "Version of the second stimulus",
+    "simulated_stimuli": "true where what was felt or seen was simulated, whoever answered",
+    "limited_stimuli": "What of a generated stimulus was outside of what its run learned, and for what it counted",
+    "token": "Page on which it was asked",
+    "step": "Step of the trial",
+    "consent_sha256": "Hash of the text that was agreed to",
+    "practice": "Design that was practised; such an answer does not count",
+}
+KEY_COLUMNS = ("stimulus", "other", "condition", "other_condition")
+"""Columns with keys, for which a study may have names."""
+
+
+def export_bids(store: SessionStore, out: Path) -> Path:
+    """Write a BIDS data set into a new or empty folder, complete or not at all, and return the folder."""
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise DataError(f"{out}: is not empty; give a new folder")
+    answers = store.answers()
+    if not len(answers):
+        raise DataError(f"{store.path.parent}: holds no answer to export")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    part = Path(tempfile.mkdtemp(prefix=f".{out.name}.part-", dir=out.parent))
+    try:
+        _write(part, store, answers)
+        part.chmod(0o755)
+        if out.exists():
+            out.rmdir()
+        part.replace(out)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return out
+
+
+def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
+    study = store.study
+    _json(folder / "dataset_description.json", _description(study, answers))
+    (folder / "README").write_text(_readme(study, answers), encoding="utf-8")
+    headings, rows = participants_table(store)
+    _tsv(
+        folder / "participants.tsv",
+        ["participant_id", *headings[1:]],
+        [[f"sub-{row[0]}", *row[1:]] for row in rows],
+    )
+    _json(
+        folder / "participants.json",
+        {
+            "participant_id": {"Description": "Code of the participant"},
+            **{name: {"Description": column_description(name)} for name in headings[1:]},
+            "language": {
+                "Description": "Of the pages",
+                "Levels": {language: own_name(language) for language in store.study.languages},
+            },
+            "simulated": {
+                "Description": "Whether it is a simulated participant",
+                "Levels": {"true": "a program", "false": "a person"},
+            },
+            "status": {
+                "Description": "How the session stands",
+                "Levels": dict(STATES),
+            },
+        },
+    )
+    task = re.sub("[^A-Za-z0-9]", "", study.name)
+    for code, group in answers.by("participant").items():
+        session = group.rows[0].session
+        place = folder / f"sub-{code}" / f"ses-{session}" / "beh"
+        place.mkdir(parents=True)
+        stem = f"sub-{code}_ses-{session}_task-{task}"
+        headings, table = cells(group)
+        kept = [i for i, name in enumerate(headings) if name not in ("study", "participant", "session")]
+        names = [headings[i] for i in kept]
+        rows = [[row[i] for i in kept] for row in table]
+        _tsv(place / f"{stem}_beh.tsv", names, rows)
+        _json(place / f"{stem}_beh.json", _sidecar(study, names, rows))
+        if played := store.played_log(code):
+            _events(place / f"{stem}_events", played)
+    if store.notes():
+        _notes(folder / "sourcedata", store)
+
+
+def _notes(folder: Path, store: SessionStore) -> None:
+    """Write the experimenter's notes into ``sourcedata``, which BIDS leaves to its makers."""
+    folder.mkdir()
+    headings, rows = notes_table(store)
+    _tsv(folder / "notes.tsv", headings, rows)
+    _json(folder / "notes.json", {name: {"Description": column_description(name)} for name in headings})
+
+
+def _description(study: Study, answers: Answers) -> dict[str, Any]:
+    return {
+        "Name": study.title.in_english(),
+        "BIDSVersion": BIDS_VERSION,
+        "DatasetType": "raw",
+        "GeneratedBy": [{"Name": "tactogram"}],
+        "SourceDatasets": [],
+        **({"ReferencesAndLinks": [study.source]} if study.source else {}),
+        "StudySha256": study.sha256,
+        "Simulated": any(answers.column("simulated")),
+    }
+
+
+def _readme(study: Study, answers: Answers) -> str:
+    simulated = len({row.participant for row in answers if row.simulated})
+    people = len(answers.unique("participant")) - simulated
+    return (
+        f"{study.title.in_english()}\n\nA study of the design {study.design.kind} with "
+        f"{people} participants and {simulated} simulated participants.\n{study.description.in_english()}\n"
+    )
+
+
+def _sidecar(study: Study, names: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, Any]:
+    facts: dict[str, Any] = {
+        "TaskName": study.name,
+        "TaskDescription": study.title.in_english(),
+        "Instructions": study.design.instructions.in_english(),
+    }
+    labels = {key: name.in_english() for key, name in study.display_names.items()}
+    for name, values in zip(names, zip(*rows, strict=True), strict=True):
+        facts[name] = {"Description": study.design.columns.get(name) or _column(name)}
+        if labels and name in (*KEY_COLUMNS, *study.design.key_columns):
+            # Every value must be a level; those of practice trials have no name.
+            facts[name]["Levels"] = {value: value for value in sorted(set(values)) if value} | labels
+    facts["rt_ms"]["Units"] = "ms"
+    return facts
+
+
+def _column(name: str) -> str:
+    if name.startswith(COLUMN):
+        return fact_description(name.removeprefix(COLUMN))
+    return DESCRIPTIONS.get(name, name)
+
+
+def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
+    start = datetime.fromisoformat(played[0]["at"])
+    headings = ["onset", "duration", "token", "slot", "sha256", "level", "display", "gain_db", "facts"]
+    rows = [
+        [
+            f"{(datetime.fromisoformat(entry['at']) - start).total_seconds():.3f}",
+            str(entry["facts"].get("seconds", "")),
+            *(str(entry[name]) for name in headings[2:-1]),
+            json.dumps(entry["facts"]) if entry["facts"] else "",
+        ]
+        for entry in played
+    ]
+    _tsv(stem.with_name(f"{stem.name}.tsv"), headings, rows)
+    sidecar = {
+        "onset": {
+            "Description": "When it was played, after the first; by the computer's clock, which may have been set",
+            "Units": "s",
+        },
+        "duration": {"Description": "Of a stream; of others not measured", "Units": "s"},
+        "token": {"Description": DESCRIPTIONS["token"]},
+        "slot": {"Description": "As what it was presented: A, B, X, or alone"},
+        "sha256": {"Description": "Hash of the samples"},
+        "level": {"Description": DESCRIPTIONS["level"]},
+        "display": {"Description": DESCRIPTIONS["display"]},
+        "gain_db": {"Description": "By how much stronger than the level says", "Units": "dB"},
+        "facts": {"Description": "Of a stream, as JSON: drive, latency, motion of the finger, device"},
+    }
+    _json(stem.with_name(f"{stem.name}.json"), sidecar)
+
+
+def _json(path: Path, value: Any) -> None:
+    path.write_text(json.dumps(value, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+
+
+def _tsv(path: Path, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Write a table in BIDS form: tabs, no quotes, n/a for missing values."""
+    lines = ["\t".join(headings)] + [
+        "\t".join(re.sub(r"\s+", " ", cell) or "n/a" for cell in row) for row in rows
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")

@@ -1,0 +1,216 @@
+"""Session file: SQLite with a write-ahead log, transactions and compaction.
+
+With the log and ``synchronous=FULL`` whatever was stored survives a kill or a power cut. Readers have a connection of
+their own, see what is on the disk, and never wait for writers.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Self
+
+from tactogram.errors import DataError
+from tactogram.signal.io.writable import check_writable
+from tactogram_study.session.salvage import (
+    DamagedSessionError,
+    UnreadableRowError,
+    is_damage,
+    parse_object,
+    session_file,
+)
+from tactogram_study.session.tables import FILE, TABLES, VERSION
+from tactogram_study.study_file import Study
+
+TRIES = 40
+"""Attempts to open a file that another process is creating."""
+REST = "close all programs that have it open; what is left of it goes with that"
+WAIT_S = 30.0
+"""Timeout for another writer. A write takes some ms; only a vacuum takes longer."""
+
+
+class SessionFile:
+    """File of one study session; safe for several threads and processes at once.
+
+    ``study`` is required for a new folder; otherwise it must be the study that was begun there. Raises `DataError` if
+    the folder holds another study, `DamagedSessionError` for a damaged file.
+    """
+
+    def __init__(self, folder: Path, study: Study | None = None) -> None:
+        self.path = folder / FILE
+        if study is None:
+            session_file(folder)
+        else:
+            check_writable(folder, folder=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._lock, self._reader_lock = threading.RLock(), threading.Lock()
+        try:
+            with self._damage_reported():
+                self._connection = self._connect()
+                self.study = self._begin(study)
+                self._reader = self._connect()
+                self._reader.execute("PRAGMA query_only=ON")
+        except sqlite3.DatabaseError as error:
+            raise DataError(f"{self.path}: cannot be opened: {error}") from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock, self._reader_lock:
+            self._connection.close()
+            self._reader.close()
+
+    @property
+    def ended(self) -> str | None:
+        """Time at which the experimenter ended the study; None while it continues."""
+        with self._reading() as rows:
+            return ended_at(rows)
+
+    def end(self) -> None:
+        """End the study: nobody can join, and unfinished participants cannot continue. Answers are kept."""
+        with self._writing() as rows:
+            rows.execute("UPDATE study SET ended = ? WHERE ended IS NULL", (now_utc(),))
+
+    def reopen_study(self) -> None:
+        """Continue a study that was ended."""
+        with self._writing() as rows:
+            rows.execute("UPDATE study SET ended = NULL")
+
+    def compact(self) -> None:
+        """Rewrite the file without deleted rows, and empty its log.
+
+        Raises `DataError` if another process keeps reading it: deleted rows may then remain in the file or its log
+        until all programs have closed it.
+        """
+        with self._lock, self._reader_lock, self._damage_reported():
+            try:
+                self._connection.execute("VACUUM")
+                busy = self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
+            except sqlite3.OperationalError as error:
+                raise DataError(f"{self.path}: deleted, but not rewritten: {error}; {REST}") from error
+            if busy:
+                raise DataError(f"{self.path}: deleted, but its log could not be emptied; {REST}")
+
+    def _connect(self) -> sqlite3.Connection:
+        return sqlite3.connect(self.path, timeout=WAIT_S, isolation_level=None, check_same_thread=False)
+
+    def _begin(self, study: Study | None) -> Study:
+        connection = self._connection
+        self._use_log()
+        connection.execute("PRAGMA synchronous=FULL")
+        connection.execute("PRAGMA secure_delete=ON")
+        connection.execute("PRAGMA foreign_keys=ON")
+        with self._writing() as rows:
+            version = rows.execute("PRAGMA user_version").fetchone()[0]
+            if version not in (0, VERSION):
+                raise DataError(
+                    f"{self.path}: is of version {version}, this program reads version {VERSION}; "
+                    "open it with the program that made it"
+                )
+            if version == 0:
+                if study is None:
+                    raise DataError(f"{self.path}: holds no study")
+                for table in TABLES:
+                    rows.execute(table)
+                rows.execute(
+                    "INSERT INTO study (id, facts, begun) VALUES (1,?,?)", (study.as_json(), now_utc())
+                )
+                rows.execute(f"PRAGMA user_version = {VERSION}")
+            row = rows.execute("SELECT facts FROM study").fetchone()
+            if row is None:
+                raise UnreadableRowError("the study's row is missing")
+        begun = Study.of(parse_object(row[0]), where=str(self.path))
+        if study is not None and study.sha256 != begun.sha256:
+            raise DataError(
+                f"{self.path.parent}: was begun with another {begun.name} than this {study.name} (they differ in "
+                f"{begun.first_difference(study)}); give another folder, or the file as it was"
+            )
+        return begun
+
+    def _use_log(self) -> None:
+        """Switch to the write-ahead log; another process may be doing the same to a new file."""
+        for attempt in range(TRIES):
+            try:
+                self._connection.execute("PRAGMA journal_mode=WAL")
+            except sqlite3.OperationalError as error:
+                if attempt == TRIES - 1 or is_damage(error):
+                    raise
+                time.sleep(0.05)
+            else:
+                return
+
+    @contextmanager
+    def _damage_reported(self) -> Iterator[None]:
+        """Turn the errors of a damaged file into one that names the session."""
+        try:
+            yield
+        except UnreadableRowError as error:
+            raise DamagedSessionError(self.path.parent, error) from error
+        except sqlite3.Error as error:
+            if not is_damage(error):
+                raise
+            raise DamagedSessionError(self.path.parent, error) from error
+
+    @contextmanager
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        """Give a connection that sees the file as it was at one instant, without waiting for writers."""
+        with self._damage_reported(), self._reader_lock:
+            self._reader.execute("BEGIN")
+            try:
+                yield self._reader
+            finally:
+                if self._reader.in_transaction:
+                    self._reader.execute("COMMIT")
+
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        """Give the connection in a transaction."""
+        connection = self._connection
+        with self._lock:
+            try:
+                with self._damage_reported():
+                    connection.execute("BEGIN IMMEDIATE")
+                    yield connection
+                    connection.execute("COMMIT")
+            except BaseException as error:
+                # A full disk has rolled it back already.
+                if connection.in_transaction:
+                    connection.execute("ROLLBACK")
+                if isinstance(
+                    error, sqlite3.OperationalError
+                ):  # full disk, removed file, another writer that never ends
+                    raise DataError(f"{self.path}: nothing was stored: {error}") from error
+                raise
+
+
+def ended_at(rows: sqlite3.Connection) -> str | None:
+    """Return the time at which the study was ended, None while it continues."""
+    row = rows.execute("SELECT ended FROM study").fetchone()
+    if row is None:
+        raise UnreadableRowError("the study's row is missing")
+    return None if row[0] is None else str(row[0])
+
+
+def now_utc() -> str:
+    """Return the time as the file stores it; no order follows from it."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
+def add_device(rows: sqlite3.Connection, number: int, token: str, facts: Mapping[str, Any]) -> None:
+    """Store device facts within a transaction, unless there are none."""
+    if facts:
+        rows.execute(
+            "INSERT INTO device (participant, token, facts, at) VALUES (?,?,?,?)",
+            (number, token, json.dumps(facts, ensure_ascii=False), now_utc()),
+        )

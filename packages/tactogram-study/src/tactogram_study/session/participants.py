@@ -1,0 +1,185 @@
+"""Participants of a session: codes and numbers, never names; enrolled, aborted, withdrawn."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import sqlite3
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram_study.session.device_facts import valid_facts
+from tactogram_study.session.file import SessionFile, add_device, ended_at
+from tactogram_study.trials import Participant
+from tactogram_study.wording import Language
+
+CODE = re.compile(r"(?=.*[0-9])[A-Za-z0-9]{2,16}")
+"""Letters and digits, as BIDS requires, with at least one digit, so that it is no name."""
+LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ"
+DIGITS = "23456789"
+ENDED = "the study was ended by the experimenter"
+_SELECT = "SELECT code, number, language, simulated, session, status FROM participants"
+
+
+class UnknownParticipantError(ParameterError):
+    """No participant has the code, or the one who had it withdrew."""
+
+
+class PageNotOpenError(ParameterError):
+    """The answers belong to another page than the current one, or the experimenter ended the session."""
+
+
+@dataclass(frozen=True)
+class ParticipantRecord:
+    """Participant as stored; not ``active`` where the experimenter ended their session."""
+
+    participant: Participant
+    active: bool
+
+    def check_active(self) -> None:
+        """Raise `PageNotOpenError` if the experimenter ended their session."""
+        if not self.active:
+            raise PageNotOpenError(f"the session of {self.participant.code} was ended by the experimenter")
+
+
+class SessionPeople(SessionFile):
+    """The participants of a session; see `SessionFile` for its parameters."""
+
+    def enrol(
+        self,
+        code: str | None = None,
+        *,
+        language: Language | None = None,
+        simulated: bool = False,
+        session: str = "1",
+        device: Mapping[str, Any] | None = None,
+    ) -> Participant:
+        """Return a new participant, with the lowest free number, and the code, or a random one.
+
+        The number of a withdrawn participant is assigned again, so that the counterbalancing stays complete. The
+        language is by default the study's first; ``device`` holds device facts. Raises `ParameterError` if the code is
+        taken or may be a name, the study lacks the language, or simulated participants and people would share the
+        session.
+        """
+        language = language or self.study.languages[0]
+        self._check_language(language)
+        if code is not None:
+            checked_code(code)
+        if not re.fullmatch(r"[A-Za-z0-9]{1,16}", session):
+            raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
+        with self._writing() as rows:
+            if ended_at(rows) is not None:
+                raise PageNotOpenError(ENDED)
+            self._check_kind(rows, simulated)
+            taken = {row[0].casefold() for row in rows.execute("SELECT code FROM participants")}
+            if code is not None and code.casefold() in taken:
+                raise ParameterError(f"code {code} is taken; give another, or continue with it")
+            while code is None or code.casefold() in taken:
+                code = drawn_code()
+            used = {row[0] for row in rows.execute("SELECT number FROM participants")}
+            number = next(n for n in range(1, len(used) + 2) if n not in used)
+            rows.execute(
+                "INSERT INTO participants (number, code, language, simulated, session, status) VALUES (?,?,?,?,?,?)",
+                (number, code, language, simulated, session, "active"),
+            )
+            add_device(rows, number, "", valid_facts(device))
+        return Participant(code, number, language, simulated, session)
+
+    def participant(self, code: str) -> Participant:
+        """Return the participant with a code, in any case; raise `UnknownParticipantError` if there is none."""
+        with self._reading() as rows:
+            return find_participant(rows, code).participant
+
+    def participants(self) -> list[Participant]:
+        """Return all participants by number."""
+        with self._reading() as rows:
+            return [record.participant for record in participant_records(rows)]
+
+    def set_language(self, code: str, language: Language) -> None:
+        """Change the language of a participant's pages; raise `ParameterError` if the study lacks it."""
+        self._check_language(language)
+        self._set(code, "language", language)
+
+    def abort(self, code: str) -> None:
+        """End a participant's session now; their answers are kept."""
+        self._set(code, "status", "aborted")
+
+    def reopen(self, code: str) -> None:
+        """Let a participant continue whose session was aborted."""
+        self._set(code, "status", "active")
+
+    def withdraw(self, code: str) -> int:
+        """Delete a participant with all their data, and return the number of answers deleted.
+
+        The space is overwritten (``secure_delete``), the file rewritten and its log emptied. Earlier exports still
+        hold the answers.
+        """
+        with self._writing() as rows:
+            number = find_participant(rows, code).participant.number
+            query = "SELECT count(*) FROM answers WHERE participant = ?"
+            count = rows.execute(query, (number,)).fetchone()[0]
+            for table in ("answers", "pages", "played", "notes", "device"):
+                rows.execute(f"DELETE FROM {table} WHERE participant = ?", (number,))
+            rows.execute("DELETE FROM participants WHERE number = ?", (number,))
+            rows.execute("UPDATE study SET withdrawn = withdrawn + 1")
+        self.compact()
+        return int(count)
+
+    @property
+    def withdrawn(self) -> int:
+        """Number of participants who withdrew."""
+        with self._reading() as rows:
+            return int(rows.execute("SELECT withdrawn FROM study").fetchone()[0])
+
+    def _set(self, code: str, column: str, value: str) -> None:
+        with self._writing() as rows:
+            number = find_participant(rows, code).participant.number
+            rows.execute(f"UPDATE participants SET {column} = ? WHERE number = ?", (value, number))
+
+    def _check_language(self, language: str) -> None:
+        if language not in self.study.languages:
+            known = ", ".join(self.study.languages)
+            raise ParameterError(f"language must be one of {known}, got {language[:20]!r}")
+
+    def _check_kind(self, rows: sqlite3.Connection, simulated: bool) -> None:
+        if rows.execute("SELECT 1 FROM participants WHERE simulated != ?", (simulated,)).fetchone():
+            kinds = ["people", "simulated participants"]
+            present, other = kinds if simulated else kinds[::-1]
+            raise ParameterError(
+                f"{present} take this study here; {other} need a session folder of their own"
+            )
+
+
+def find_participant(rows: sqlite3.Connection, code: str) -> ParticipantRecord:
+    """Return the participant with a code, in any case; raise `UnknownParticipantError` if there is none."""
+    row = rows.execute(f"{_SELECT} WHERE code = ? COLLATE NOCASE", (code,)).fetchone()
+    if row is None:
+        raise UnknownParticipantError(f"no participant has the code {code[:40]!r}")
+    return _record(row)
+
+
+def participant_records(rows: sqlite3.Connection) -> list[ParticipantRecord]:
+    """Return all participants by number."""
+    return [_record(row) for row in rows.execute(f"{_SELECT} ORDER BY number").fetchall()]
+
+
+def _record(row: tuple[Any, ...]) -> ParticipantRecord:
+    code, number, language, simulated, session, status = row
+    participant = Participant(code, number, language, bool(simulated), session)
+    return ParticipantRecord(participant, status == "active")
+
+
+def checked_code(code: str) -> str:
+    """Return a code; raise `ParameterError` if it may be a name, or is too short or long."""
+    if not CODE.fullmatch(code):
+        raise ParameterError(
+            f"code must be 2 to 16 letters and digits with a digit among them, never a name, got {code[:40]!r}"
+        )
+    return code
+
+
+def drawn_code() -> str:
+    """Return a code that is easy to read and type and hard to guess: three times a letter and a digit."""
+    return "".join(secrets.choice(LETTERS) + secrets.choice(DIGITS) for _ in range(3))

@@ -1,0 +1,201 @@
+"""Trials, pages and answers: the values that designs, store and pages exchange."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from tactogram.errors import ParameterError
+from tactogram_study.orders import Rule
+from tactogram_study.questions import Question
+from tactogram_study.stimuli import Stimulus
+from tactogram_study.wording import Language, Wording
+
+Slot = Literal["", "A", "B", "X"]
+NOTHING = Wording()
+
+
+@dataclass(frozen=True)
+class Participant:
+    """Participant of a study: a code of letters and digits, never a name, and a number for the counterbalancing.
+
+    ``number`` counts from 1 in the order of enrolment; ``session`` names the sitting.
+    """
+
+    code: str
+    number: int
+    language: Language = "en"
+    simulated: bool = False
+    session: str = "1"
+
+
+@dataclass(frozen=True)
+class DesignContext:
+    """The part of a study that its design needs; ``names`` of items and conditions where they are not their keys."""
+
+    name: str
+    seed: int
+    order: Rule
+    stimuli: tuple[Stimulus, ...]
+    names: Mapping[str, Wording] = field(default_factory=dict)
+
+    def stimulus(self, name: str) -> Stimulus | None:
+        """Return the stimulus of a name, None if there is none."""
+        return next((stimulus for stimulus in self.stimuli if stimulus.name == name), None)
+
+
+@dataclass(frozen=True)
+class PresentedStimulus:
+    """A stimulus in a slot of a page, played ``gain_db`` stronger than its level; None is silence."""
+
+    slot: Slot
+    stimulus: Stimulus | None
+    gain_db: float = 0.0
+
+
+@dataclass(frozen=True)
+class PageQuestion:
+    """A question on a page, and what the answer will mean; participants see the question alone.
+
+    ``slot`` is that of the stimulus in question, where the page asks about each; ``side`` is that of the target;
+    ``right`` is the correct answer, if any; ``values`` are the ``value`` of each answer, by default the number that it
+    is. The other members are columns of `tactogram_study.answers`.
+    """
+
+    question: Question
+    slot: Slot = ""
+    side: str = ""
+    right: str = ""
+    stimulus: str = ""
+    condition: str = ""
+    other: str = ""
+    other_condition: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def key(self) -> str:
+        """Its name on the page."""
+        return f"{self.question.id}:{self.slot}" if self.slot else self.question.id
+
+
+@dataclass(frozen=True)
+class Page:
+    """Page that is shown until it is answered.
+
+    Parameters
+    ----------
+    token : str
+        Unique within the participant's session; answers are stored once per token.
+    kind : str
+        ``consent``, ``questions``, or the design's.
+    questions : tuple of PageQuestion
+    presented : tuple of PresentedStimulus
+    text : Wording
+        Instructions.
+    trial, step, block, repeat : int
+        From 1. A trial can have several pages, its steps.
+    total : int
+        Number of trials, or the largest possible; 0 outside trials.
+    rest : bool
+        Whether a rest is offered before it.
+    practice : bool
+        Whether its answers do not count.
+    more : mapping from str to str
+        Extra columns of its answers.
+    layout : mapping from str to JSON values
+        Sizes in mm, speeds in mm/s; texts are Wordings.
+    """
+
+    token: str
+    kind: str
+    questions: tuple[PageQuestion, ...]
+    presented: tuple[PresentedStimulus, ...] = ()
+    text: Wording = NOTHING
+    trial: int = 1
+    step: int = 1
+    block: int = 1
+    repeat: int = 1
+    total: int = 0
+    rest: bool = False
+    practice: bool = False
+    more: Mapping[str, str] = field(default_factory=dict)
+    layout: Mapping[str, Any] = field(default_factory=dict)
+
+    def accepted(self, responses: Mapping[str, str]) -> dict[str, str]:
+        """Return the valid answers by key; raise `ParameterError` if one is missing, invalid or unknown."""
+        keys = [question.key for question in self.questions]
+        if unknown := sorted(set(responses) - set(keys)):
+            raise ParameterError(
+                f"page {self.token} asks {', '.join(keys)}, got an answer to {unknown[0][:60]!r}"
+            )
+        return {one.key: one.question.accepted(responses.get(one.key, "")) for one in self.questions}
+
+    def slot(self, name: str) -> PresentedStimulus:
+        """Return the stimulus of a slot; raise `ParameterError` if the page has no such slot."""
+        for presented in self.presented:
+            if presented.slot == name:
+                return presented
+        slots = ", ".join(repr(presented.slot) for presented in self.presented) or "none"
+        raise ParameterError(f"page {self.token} has the slots {slots}, got {name[:20]!r}")
+
+    def shown(self, language: Language) -> dict[str, Any]:
+        """Return what a participant may see, as JSON values: no stimulus names, no conditions, no right answers."""
+        return {
+            "token": self.token,
+            "kind": self.kind,
+            "text": self.text.in_language(language),
+            "trial": self.trial,
+            "step": self.step,
+            "total": self.total,
+            "rest": self.rest,
+            "layout": _in_language(self.layout, language),
+            "slots": [_slot_shown(presented, language) for presented in self.presented],
+            "questions": [_question_shown(question, language) for question in self.questions],
+        }
+
+
+@dataclass(frozen=True)
+class PageAnswers:
+    """Accepted answers to a page by key; ``facts`` are its ``more``, so that nothing presented is computed again."""
+
+    token: str
+    responses: Mapping[str, str]
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+def _in_language(value: Any, language: Language) -> Any:
+    if isinstance(value, Wording):
+        return value.in_language(language)
+    if isinstance(value, Mapping):
+        return {name: _in_language(inner, language) for name, inner in value.items()}
+    return value
+
+
+def _slot_shown(presented: PresentedStimulus, language: Language) -> dict[str, Any]:
+    stimulus = presented.stimulus
+    return {
+        "slot": presented.slot,
+        # Silence counts as played: a participant who saw the difference would not need to feel it.
+        "played": stimulus is None or stimulus.is_played,
+        "picture": stimulus is not None and stimulus.is_seen,
+        "text": stimulus.text.in_language(language) if stimulus is not None else "",
+    }
+
+
+def _question_shown(page_question: PageQuestion, language: Language) -> dict[str, Any]:
+    question = page_question.question
+    return {
+        "key": page_question.key,
+        "slot": page_question.slot,
+        "text": question.text.in_language(language),
+        "kind": question.kind,
+        "options": [
+            {"value": option.value, "text": option.text.in_language(language)} for option in question.options
+        ],
+        "low": None if question.low != question.low else question.low,
+        "high": None if question.high != question.high else question.high,
+        "low_text": question.low_text.in_language(language),
+        "high_text": question.high_text.in_language(language),
+        "required": question.required,
+    }

@@ -1,0 +1,221 @@
+"""Studies analysed as JSON, text, figures and a report."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+from collections.abc import Collection, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tactogram.datasets.cells import read_cells
+from tactogram.datasets.ratings.ratings import SEVEN_POINT, Scale, scale_of
+from tactogram.datasets.ratings.table import read_table
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.atomic import atomic_write, write_text
+from tactogram.signal.io.writable import check_writable
+from tactogram_study.analysis.findings import ALPHA, AnalysisSection
+from tactogram_study.analysis.naming import named_answers, named_section
+from tactogram_study.answers import Answers, Targets
+from tactogram_study.designs import designs, find_design
+from tactogram_study.practice import MARK
+from tactogram_study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
+from tactogram_study.study_file import Study
+from tactogram.workflows.request import takes
+from tactogram_study.workflows.answers import open_answers, study_of
+from tactogram_study.workflows.report import StudyData, write_study_report
+from tactogram_study.workflows.requests import AnalysisRequest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
+
+
+@takes(AnalysisRequest)
+def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
+    """Analyse a session folder or a table of answers, and write a report, JSON, text and figures.
+
+    All is computed before anything is written. Obsolete figures of an earlier analysis in the folder are removed.
+    Margins that differ from the study's file are reported as set afterwards.
+
+    Keys of the result: the content of ``analysis.json``, with ``out``, ``files`` and ``text``.
+
+    Raises `TactogramError` in one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot
+    be written to.
+    """
+    source, folder, targets = Path(request.source), Path(request.out), request.targets
+    check_writable(folder, folder=True)
+    answers = _opened(source, request.design, request.columns, request.constants, request.encoding)
+    if request.practice:
+        answers = practice_of(answers)
+    study = study_of(source)
+    scale = request.targets_scale
+    plan = _plan(
+        study,
+        request.margins,
+        alpha=request.alpha,
+        targets=None
+        if targets is None
+        else targets_of(Path(targets), scale=scale_of(scale) if isinstance(scale, str) else scale),
+        reference=request.reference,
+        seed=request.seed,
+        draws=request.draws,
+    )
+    names = {} if study is None else study.names_in(_report_language(study, request.language))
+    analysis = analyse(answers, plan=plan)
+    result = analysis.as_dict() | {
+        "source": str(request.source),
+        "notes": [*answers.notes],
+        "targets": None if targets is None else str(targets),
+    }
+    drawn: list[dict[str, Figure]] = [{} for _ in analysis.sections]
+    if request.figures:
+        drawn = _figures(analysis, answers, names, study)
+    pictures = {f"{name}.png": _png(figure) for own in drawn for name, figure in own.items()}
+    result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures]
+    folder.mkdir(parents=True, exist_ok=True)
+    _remove_earlier(folder, kept=pictures)
+    write_text(folder / JSON_FILE, json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False) + "\n")
+    write_text(folder / TEXT_FILE, analysis.text())
+    for name, picture in pictures.items():
+        with atomic_write(folder / name) as part:
+            part.write_bytes(picture)
+    data = StudyData.of(source, answers, study)
+    named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
+    write_study_report(folder / REPORT_FILE, named, data, drawn, practice=request.practice)
+    return result | {"out": str(request.out), "text": analysis.text()}
+
+
+def _remove_earlier(folder: Path, *, kept: Collection[str]) -> None:
+    """Remove the figures that an earlier analysis in the folder lists and the next does not write."""
+    with suppress(OSError, ValueError, KeyError, TypeError):
+        for name in json.loads((folder / JSON_FILE).read_text(encoding="utf-8"))["files"]:
+            if re.fullmatch(r"[\w-]+\.png", name) and name not in kept:
+                (folder / name).unlink(missing_ok=True)
+
+
+def _report_language(study: Study, language: str) -> str:
+    """Return the language of the names in a report; raise `ParameterError` if the study lacks it."""
+    if not language:
+        return "en" if "en" in study.languages else study.languages[0]
+    if language not in study.languages:
+        raise ParameterError(f"language must be one of {', '.join(study.languages)}, got {language[:20]!r}")
+    return language
+
+
+def _png(figure: Figure) -> bytes:
+    made = io.BytesIO()
+    figure.savefig(made, format="png", dpi=130)
+    return made.getvalue()
+
+
+def practice_of(answers: Answers) -> Answers:
+    """Return the practice trials as trials of their design; `DataError` if there are none."""
+    kept = answers.where(design=MARK)
+    if not len(kept):
+        raise DataError("answers hold no practice trials")
+    return Answers(tuple(replace(row, design=row.more.get(MARK, "")) for row in kept))
+
+
+def _plan(
+    study: Study | None, margins: Mapping[str, float] | None, *, alpha: float | None, **options: Any
+) -> AnalysisPlan:
+    if study is None:
+        return AnalysisPlan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
+    planned = study.planned
+    return AnalysisPlan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
+
+
+def _figures(
+    analysis: StudyAnalysis, answers: Answers, names: Mapping[str, str], study: Study | None
+) -> list[dict[str, Figure]]:
+    """Return each section's figures by name, labelled with names in an available font, English names, or keys."""
+    from tactogram_study.analysis.lettering import DEFAULT_FONT, font_with, letter
+
+    drawable, font = {}, DEFAULT_FONT
+    for offered in (names, {} if study is None else study.names_in("en")):
+        if (found := font_with(offered.values())) is not None:
+            drawable, font = dict(offered), found
+            break
+    drawn = []
+    for section in analysis.sections:
+        own = named_answers(answers.where(design=section.design), drawable)
+        drawn.append(find_design(section.design).figures(_named(section, drawable), own))
+    if font != DEFAULT_FONT:
+        for figure in (one for figures in drawn for one in figures.values()):
+            letter(figure, font)
+    return drawn
+
+
+def _named(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
+    return named_section(section, names, columns=find_design(section.design).key_columns)
+
+
+def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
+    """Return the mean score of each item and word, of a table of ratings on ``scale``, or of answers.
+
+    Of a session folder or a table of answers, those whose design ``gives_targets`` are used.
+
+    Raises `DataError` if the table is broken, or has an item without a score for one of its words.
+    """
+    if not path.exists():
+        raise DataError(f"{path}: no such table of target ratings")
+    if path.is_dir() or {"participant", "question"} <= set(read_cells(path).headings):
+        return _mean_answers(path)
+    ratings = read_table(path, scale=scale).ratings
+    for place in np.argwhere(np.isnan(ratings.means)):
+        item, word = ratings.items[place[0]], ratings.words[place[1]]
+        raise DataError(f"{path}: item {item!r} must have a score for {word!r}, got none")
+    return {
+        item: dict(zip(ratings.words, map(float, row), strict=True))
+        for item, row in zip(ratings.items, ratings.means, strict=True)
+    }
+
+
+def _mean_answers(path: Path) -> Targets:
+    kinds = [kind for kind, design in designs().items() if design.gives_targets]
+    scores = open_answers(path).where(lambda row: math.isfinite(row.value), design=kinds)
+    if not len(scores):
+        raise DataError(
+            f"{path}: must have answers of the design {' or '.join(kinds)} to be targets, got none"
+        )
+    conditions = scores.unique("condition")
+    if len(conditions) > 1:
+        raise DataError(f"{path}: targets must be of one condition, got {', '.join(conditions)}")
+    return {
+        item: {word: float(of_word.numbers().mean()) for word, of_word in of_item.by("question").items()}
+        for item, of_item in scores.by("stimulus").items()
+    }
+
+
+def _opened(
+    source: Path,
+    design: str | None,
+    columns: Mapping[str, str] | None,
+    constants: Mapping[str, str] | None,
+    encoding: str,
+) -> Answers:
+    constant = dict(constants or {})
+    mapped = (
+        columns
+        or constants
+        or (source.is_file() and "design" not in read_cells(source, encoding=encoding).headings)
+    )
+    if design is not None and mapped and "design" not in (columns or {}):
+        constant.setdefault("design", design)
+    answers = open_answers(source, columns=columns, constants=constant, encoding=encoding)
+    if design is None:
+        return answers
+    kept = replace(answers.where(design=design), notes=answers.notes)
+    if not len(kept):
+        raise DataError(
+            f"{source}: has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"
+        )
+    return kept

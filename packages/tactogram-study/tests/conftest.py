@@ -1,0 +1,74 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tactogram_study.session.store import SessionStore
+from tactogram_study.study_file import Study
+
+DESIGNS = {
+    "two_area": {"kind": "two_area", "repeats": 2},
+    "rating": {"kind": "rating", "words": ["rough", "dry"]},
+    "evoked": {"kind": "evoked", "set_size": 3, "words": ["rough", "dry"]},
+    "abx": {"kind": "abx", "repeats": 4},
+    "staircase": {"kind": "staircase", "most_trials": 12, "reversals": 4, "steps_db": [4.0]},
+    "magnitude": {"kind": "magnitude", "repeats": 2},
+    "pairwise": {"kind": "pairwise", "comparisons": 6},
+}
+
+
+def make_study(design="abx", **changes):
+    stimuli = [
+        {"name": f"{item}-{version}", "item": item, "condition": version, "file": "a.wav", "image": "a.png"}
+        for item in ("cork", "tile")
+        for version in ("recorded", "generated")
+    ]
+    values = {
+        "name": "small",
+        "title": "Small",
+        "consent": "Do you agree?",
+        "seed": 3,
+        "design": DESIGNS[design] if isinstance(design, str) else design,
+        "stimuli": stimuli,
+        "before": [
+            {"id": "hand", "text": "Hand?", "kind": "choice", "options": [{"value": "r"}, {"value": "l"}]}
+        ],
+        "after": [{"id": "comment", "text": "Else?", "kind": "text", "required": False}],
+    }
+    return Study.of(values | changes)
+
+
+@pytest.fixture(name="make_study")
+def make_study_fixture():
+    return make_study
+
+
+@pytest.fixture
+def store(tmp_path):
+    with SessionStore(tmp_path / "session", make_study()) as opened:
+        yield opened
+
+
+@pytest.fixture(name="make_study_once", scope="session")
+def make_study_once_fixture():
+    return make_study
+
+
+@pytest.fixture(scope="session")
+def bids_issues():
+    """Return what the official validator finds: errors, and columns that no sidecar describes."""
+    validator = Path(sys.executable).with_name("bids-validator-deno")
+
+    def issues(folder):
+        done = subprocess.run(
+            [validator, folder, "--format", "json"], check=False, capture_output=True, text=True
+        )
+        return sorted(
+            f"{issue['code']} {issue.get('subCode', '')}".strip()
+            for issue in json.loads(done.stdout)["issues"]["issues"]
+            if issue["severity"] == "error" or issue["code"] == "TSV_ADDITIONAL_COLUMNS_UNDEFINED"
+        )
+
+    return issues

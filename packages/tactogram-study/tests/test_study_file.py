@@ -1,0 +1,128 @@
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tactogram.errors import DataError, ParameterError
+from tactogram_study.session.sitting import consent_sha256
+from tactogram_study.study_file import Study, shipped_studies
+from tactogram_study.wording import wordings
+
+
+@pytest.mark.parametrize("name", shipped_studies())
+def test_a_shipped_study_has_each_language_and_comes_back_from_its_values(name):
+    study = Study.load(name)
+    assert study.languages == ("en", "ja", "de", "fr", "es", "zh")
+    for place, wording in wordings(study):
+        assert not wording or set(study.languages) <= set(wording.languages), place
+    assert study.consent
+    assert Study.of(json.loads(study.as_json())).sha256 == study.sha256
+    assert all(stimulus.is_simulated or stimulus.text for stimulus in study.all_stimuli)
+
+
+def test_the_shipped_studies_have_the_numbers_of_the_papers():
+    two = Study.load("two-area")
+    assert len({stimulus.item for stimulus in two.all_stimuli}) == 9
+    assert (two.design.repeats, two.design.speed_mm_s, two.design.vas_mm, two.trials) == (10, 500, 100, 90)
+    assert two.after
+    image = Study.load("image-words")
+    assert (len(image.all_stimuli), image.design.image_mm, len(image.design.words)) == (48, 30, 10)
+    assert (image.design.low, image.design.high) == (1, 7)
+    evoked = Study.load("evoked-words")
+    assert (len(evoked.all_stimuli), evoked.design.set_size, evoked.trials) == (320, 80, 80)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"colour": "red"}, "unknown key 'colour'; known here: after"),
+        (
+            {"design": {"kind": "abx", "times": 3}},
+            "study: design: unknown key 'times'; known here: instructions",
+        ),
+        (
+            {"design": {"kind": "guess"}},
+            "design.kind must be one of abx, .* TACTOGRAM_DESIGNS names, got 'guess'",
+        ),
+        ({"design": {"kind": "abx", "repeats": 0}}, "repeats: must be greater than or equal to 1, got 0"),
+        ({"order": "any"}, "order: must be 'random', 'blocks'"),
+        ({"name": "My study"}, "name: String should match"),
+        (
+            {"title": {"en": "only English"}, "languages": ["ja", "en"]},
+            "title lacks the language ja; give title.ja",
+        ),
+        (
+            {"title": {"de": "Titel"}, "consent": {"fr": "D'accord"}},
+            "title lacks the language fr; give title.fr",
+        ),
+        ({"names": {"a": {"French": "un"}}}, "names.a: a text's language must be a tag .* got 'French'"),
+        ({"languages": ["de", "de"]}, "languages must differ"),
+        ({"languages": ["German"]}, "languages.0: String should match pattern"),
+        ({"stimuli": []}, "needs stimuli"),
+        ({"stimuli": [{"name": "a", "file": "a.wav", "run": "runs/b"}]}, "one source, got file and run"),
+        ({"stimuli": [{"name": "a"}, {"name": "a"}]}, "names of stimuli must differ, got 'a' twice"),
+        (
+            {"grid": {"items": ["a"], "by_condition": {"x": {}}}},
+            "by_condition names x, which is no condition",
+        ),
+        ({"grid": {"items": ["a"], "by_condition": {"": {"sound": "x"}}}}, "by_condition.: sound: Extra"),
+        (
+            {"design": {"kind": "two_area", "asked_for": "made"}},
+            "needs each item as 'made' and as 'recorded'",
+        ),
+        ({"design": {"kind": "staircase", "start_db": 90.0}}, "lowest_db <= start_db <= highest_db"),
+        ({"design": {"kind": "magnitude", "standard": "x"}}, "standard must be one of cork-recorded"),
+        ({"design": {"kind": "rating", "words": ["sand paper"]}}, "words: a word must be letters, digits"),
+        ({"design": {"kind": "evoked", "sets": 2}}, "sets must be at most 1"),
+        ({"before": [{"id": "a", "text": "?", "kind": "choice"}]}, "needs at least two different options"),
+        ({"before": [{"id": "a", "text": "?", "kind": "vas"}]}, "vas needs low < high"),
+    ],
+)
+def test_what_is_wrong_with_a_study_is_said_in_one_line(make_study, changes, message):
+    with pytest.raises(ParameterError, match=message) as refused:
+        make_study(**changes)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_none_is_refused(tmp_path):
+    with pytest.raises(ParameterError, match="no such study; shipped ones are abx"):
+        Study.load(tmp_path / "x.toml")
+    (tmp_path / "x.toml").write_text("title = ")
+    with pytest.raises(DataError, match="x.toml: not readable as TOML"):
+        Study.load(tmp_path / "x.toml")
+
+
+def test_values_of_a_shipped_study_can_be_changed():
+    assert Study.load("two-area", changes={"design.repeats": 2, "seed": 5}).trials == 18
+
+
+def test_the_study_in_the_documentation_is_one():
+    text = (Path(__file__).parents[2] / "docs" / "studies.md").read_text(encoding="utf-8")
+    study = Study.of(tomllib.loads(text.partition("```toml\n")[2].partition("```")[0]))
+    assert [stimulus.name for stimulus in study.all_stimuli][:2] == ["cork/recorded", "cork/generated"]
+    assert study.all_stimuli[1].run == "runs/my-run"
+
+
+def test_a_study_of_an_earlier_session_keeps_its_values_and_hash():
+    facts = (Path(__file__).parent / "golden/study-of-ja-and-en.json").read_text(encoding="utf-8")
+    study = Study.of(json.loads(facts))
+    assert study.as_json() == facts
+    assert (
+        consent_sha256(study) == "891b7c60bdd9e1a2e71005637cca0f844ac1ec5335e4b5dec3e75780d076ef0c"
+    )  # stored with the answers of then
+
+
+@pytest.mark.parametrize(
+    ("texts", "languages"),
+    [
+        ({}, ("en", "ja")),
+        ({"title": {"de": "Titel", "fr": "Titre"}, "consent": {"fr": "Oui", "de": "Ja"}}, ("de", "fr")),
+        ({"title": {"pt-BR": "Título"}}, ("pt-BR",)),
+        ({"title": {"ja": "題", "en": "Title", "de": "Titel"}, "languages": ["de"]}, ("de",)),
+    ],
+)
+def test_a_study_has_the_languages_of_its_texts(make_study, texts, languages):
+    study = make_study(**texts)
+    assert study.languages == languages
+    assert list(json.loads(study.as_json())["title"]) == sorted(languages)

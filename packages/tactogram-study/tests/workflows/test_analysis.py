@@ -1,0 +1,168 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tactogram.cli import main
+from tactogram.errors import ParameterError
+from tactogram_study.designs import find_design
+from tactogram_study.power.table import PowerTable
+from tactogram_study.study_file import Study
+from tactogram_study.workflows.analysis import analyse_study, targets_of
+from tactogram_study.workflows.power import _power_text, power_options, study_power
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Another program's table: answers of simulated participants, under its own headings."""
+    rng = np.random.default_rng(0)
+    lines = ["subject,texture,hit,robot"]
+    lines += [
+        f"s{p},{('cork', 'tile')[t % 2]},{int(rng.random() < 0.85)},true" for p in range(6) for t in range(20)
+    ]
+    path = tmp_path / "theirs.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+THEIRS = ["--constant", "question=which", "--design", "two_area"]
+for ours in ("participant=subject", "stimulus=texture", "value=hit", "simulated=robot"):
+    THEIRS += ["--column", ours]
+
+
+def test_another_programs_table_is_analysed_by_a_mapping_of_columns(table, tmp_path, capsys):
+    out = tmp_path / "found"
+    given = ["study", "analyse", str(table), "--out", str(out), "--margin", "which=0.1", "--json", *THEIRS]
+    assert main(given) == 0
+    result = json.loads(capsys.readouterr().out)
+    [section] = result["sections"]
+    [decides] = [f for f in section["findings"] if f["role"] == "confirmatory"]
+    assert decides["verdict"] == "shown"
+    assert (section["answers"], section["participants"]) == (120, 6)
+    assert sorted(file.name for file in out.iterdir()) == sorted(result["files"])
+    assert json.loads((out / "analysis.json").read_text())["margins"] == {"which": 0.1}
+    assert "shown" in (out / "analysis.txt").read_text()
+
+
+def test_ratings_of_an_export_need_only_their_design(tmp_path, capsys):
+    path, out = tmp_path / "p.csv", tmp_path / "found"
+    lines = ["item,rough_slider.response,rough_slider.rt,participant,psychopyVersion,", ",,,p1,2025.1.1,"]
+    lines += [
+        f"{item},{score},1.5,{who},2025.1.1," for who in ("p1", "p2") for item, score in (("a", 2), ("b", 6))
+    ]
+    path.write_text("\n".join(lines) + "\n")
+    assert main(["study", "analyse", str(path), "--out", str(out), "--design", "rating", "--no-figures"]) == 0
+    assert "rows left out without an answer: 1, the first is row 2" in capsys.readouterr().out.splitlines()
+    [section] = json.loads((out / "analysis.json").read_text())["sections"]
+    assert (section["answers"], section["participants"]) == (4, 2)
+    path.write_text(path.read_text().replace("rough_slider", "slider"))
+    given = ["study", "analyse", str(path), "--out", str(out), "--design", "rating", "--no-figures"]
+    assert main(given) == 1
+    assert "ratings are not recognised; say which columns are participant" in capsys.readouterr().err
+    more = [
+        "--column",
+        "participant=participant",
+        "--column",
+        "stimulus=item",
+        "--column",
+        "value=slider.response",
+    ]
+    assert main([*given, *more, "--constant", "question=rough"]) == 0
+    assert "rows left out without stimulus and answer: 1, the first is row 2" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--margin", "which"], "QUESTION=VALUE"),
+        (["--margin", "weight=1"], "a margin must be for one of"),
+        (["--column", "participant"], "NAME=HEADING"),
+        (["--draws", "1"], "at least 100"),
+        (["--targets", "nowhere.csv"], "no such table of target ratings"),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_line_and_nothing_is_written(table, tmp_path, capsys, more, words):
+    out = tmp_path / "found"
+    assert main(["study", "analyse", str(table), "--out", str(out), *THEIRS, *more]) == 1
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+    assert not out.exists()
+
+
+def test_a_table_without_the_columns_is_refused(table, tmp_path, capsys):
+    assert main(["study", "analyse", str(table), "--out", str(tmp_path / "x")]) == 1
+    assert "lacks the column" in capsys.readouterr().err
+
+
+def test_targets_are_means_over_raters(tmp_path):
+    path = tmp_path / "plates.csv"
+    path.write_text("rater,item,word,score\na,plate01,rough,2\nb,plate01,rough,5\n")
+    assert targets_of(path) == {"plate01": {"rough": 3.5}}
+
+
+def test_targets_can_be_the_answers_to_a_study_of_plates(tmp_path):
+    path = tmp_path / "plates.csv"
+    rows = ["study,participant,trial,design,question,stimulus,answer,value"]
+    rows += ["plates,a,1,rating,rough,plate01,2,2", "plates,b,1,rating,rough,plate01,5,5"]
+    path.write_text("\n".join(rows) + "\n")
+    assert targets_of(path) == {"plate01": {"rough": 3.5}}
+
+
+def test_a_power_table_is_printed(capsys):
+    given = ["study", "power", "two_area", "--participants", "10", "--trials", "10", "--simulations", "200"]
+    assert main(given) == 0
+    said = capsys.readouterr().out
+    assert "simulated participants" in said
+    assert "GEE by participant" in said
+    assert main(["study", "power", "two_area", "--participants", "ten"]) == 1
+    assert "whole numbers" in capsys.readouterr().err
+
+
+def test_a_size_at_which_the_test_itself_errs_is_named():
+    rows = [
+        {"participants": 20, "trials": trials, "type_1": wrong} for trials, wrong in ((30, 0.2), (60, 0.06))
+    ]
+    design = find_design("pairwise")
+    table = PowerTable("pairwise", design.power["pairwise"], 2000, 0, 0.05, tuple(rows), {30: None, 60: 40})
+    method = design.power_method("strengths")
+    assert "With 20 x 30 (participants x trials) the test has false positives" in _power_text(table, method)
+    right = replace(table, rows=tuple(rows[1:]))
+    assert "what is not there more often" not in _power_text(right, method)
+
+
+def test_a_studys_own_margin_and_trials_are_taken_for_its_power():
+    found = study_power("preference", participants=[6], simulations=100)
+    assert (found["design"], found["assumed"]["margin"], found["assumed"]["items"]) == ("pairwise", 0.7, 6)
+    assert [row["trials"] for row in found["rows"]] == [60]
+    assert "to show equivalence of a pair within ±0.7 in 80% of studies" in found["text"]
+    own = study_power("abx", participants=[6], margin=0.2, person_sd=0.0, simulations=100)["assumed"]
+    assert (own["margin"], own["person_sd"]) == (0.2, 0.0)
+
+
+def test_the_power_of_a_study_has_its_alpha_and_a_staircases_trials_are_not_the_most():
+    study = Study.load("threshold", changes={"analysis.alpha": 0.01})
+    options = power_options(study)
+    assert options["alpha"] == 0.01
+    assert 50 <= options["trials"][0] <= 70  # 12 reversals; at most 120 trials
+    few = Study.load("threshold", changes={"design.most_trials": 30})
+    assert power_options(few)["trials"] == (30,)
+
+
+def test_ten_votes_cannot_show_equivalence():
+    assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["equivalence"] == 0.0
+
+
+def test_a_power_table_that_is_not_there_is_named():
+    with pytest.raises(
+        ParameterError, match="design must be one of abx, .*, two_area, realism, or a study, got 'abc'"
+    ):
+        study_power("abc")
+
+
+def test_a_design_that_is_not_there_is_named(tmp_path):
+    path = tmp_path / "own.csv"
+    path.write_text("study,participant,design,question,answer\ns,a,abx,which,A\n")
+    with pytest.raises(Exception, match="no rows of design 'rating', but abx"):
+        analyse_study(path, tmp_path / "out", design="rating")

@@ -1,0 +1,377 @@
+import json
+import socket
+import tomllib
+from contextlib import closing
+
+import numpy as np
+import pytest
+import tomli_w
+
+from tactogram.cli import main
+from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.level import parse_level
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import write_image, write_signal
+from tactogram_study.participants.sessions import SessionRegistry
+from tactogram_study.session.store import SessionStore
+from tactogram_study.stimuli import StimulusSource
+from tactogram_study.study_file import Study
+from tactogram_study.trials import PresentedStimulus
+from tactogram.workflows.generation import generate
+from tactogram_study.workflows.answers import open_answers
+from tactogram_study.workflows.sessions import begin_session, log_played, origin_folder
+from tactogram_study.workflows.simulation import effect_of, simulate_study
+from tactogram_study.workflows.stimuli import StudyStimuli, stronger
+from tactogram_study.workflows.studies import check_study, study_folder
+from tactogram.workflows.training import loaded_run
+
+STUDY = """
+title = "Small"
+consent = "Do you agree?"
+level = "gain=0.1"
+[design]
+kind = "staircase"
+most_trials = 4
+[[stimuli]]
+name = "buzz"
+file = "buzz.wav"
+"""
+
+
+@pytest.fixture
+def study_file(tmp_path):
+    t = np.arange(500) / 1000
+    write_signal(tmp_path / "buzz.wav", Signal(np.sin(2 * np.pi * 80 * t), 1000, "m/s^2"))
+    path = tmp_path / "small.toml"
+    path.write_text(STUDY)
+    return path
+
+
+def printed(capsys, *arguments):
+    assert main([*map(str, arguments), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_study_goes_from_check_to_export_and_withdrawal(study_file, tmp_path, capsys):
+    folder = tmp_path / "session"
+    checked = printed(capsys, "study", "check", study_file, "--stimuli")
+    assert (checked["design"], checked["trials"]) == ("staircase", 4)
+    assert list(checked["rendered"]) == ["buzz"]
+    done = printed(capsys, "study", "simulate", study_file, "--out", folder, "--participants", 2, "--play")
+    assert done["simulated"] is True
+    facts = printed(
+        capsys, "study", "export", folder, "--out", tmp_path / "a.csv", "--bids", tmp_path / "bids"
+    )
+    assert facts["simulated_participants"] == 2
+    assert (tmp_path / "bids" / "participants.tsv").is_file()
+    answers = open_answers(tmp_path / "a.csv")
+    trials = answers.where(design="staircase")
+    assert len(trials) == 8
+    # At 0 dB what was played is what `check --stimuli` rendered; silence is beside it.
+    assert checked["rendered"]["buzz"] in trials.rows[0].played_sha256
+    code = done["simulated_participants"][0]
+    gone = printed(capsys, "study", "withdraw", folder, code)
+    assert gone == {"folder": str(folder), "answers_deleted": 5, "participants_left": 1}
+    assert code not in open_answers(folder).column("participant")
+
+
+def test_check_refuses_a_display_that_a_session_refuses(study_file, tmp_path):
+    changes = {"display": "voice-coil"}
+    with pytest.raises(ParameterError, match="stimulus buzz: a browser plays parts of full scale") as checked:
+        check_study(study_file, changes=changes)
+    with closing(SessionRegistry(tmp_path)) as sessions, pytest.raises(ParameterError) as begun:
+        sessions.begin(study_file, tmp_path / "session", changes=changes)
+    assert str(begun.value) == str(checked.value)
+    assert not (tmp_path / "session").exists()
+    assert check_study(study_file, changes=changes | {"played_by": "server"})["display"] == "voice-coil"
+
+
+def test_the_shipped_studies_are_listed(capsys):
+    listed = printed(capsys, "study", "list")
+    assert listed["two-area"]["trials"] == 90
+    assert listed["image-words"]["design"] == "rating"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["check", "nothing"], "nothing: no such study; shipped ones are abx"),
+        (["check", "STUDY", "--set", "level=loud"], "level must be one of physical"),
+        (["check", "STUDY", "--set", "display=x"], "stimulus buzz: display must be one of"),
+        (["check", "abx", "--set", "grid.source.simulated=fabric/{item}"], "simulated set must be one of"),
+        (["check", "abx", "--set", "grid.source.simulated=stroking9/x"], "stroking9 has artificial-grass"),
+        (["check", "plate-words", "--set", "grid.source.simulated_image=dot/1"], "with a family of"),
+        (
+            ["simulate", "STUDY", "--out", "OUT", "--effect", "dprime=1"],
+            "effect: unknown key 'dprime'; known here: b",
+        ),
+        (
+            ["simulate", "STUDY", "--out", "OUT", "--participants", "0"],
+            "participants must be at least 1, got 0",
+        ),
+        (["export", "OUT"], "export needs a target: --out, --bids, or both"),
+        (["export", "OUT", "--out", "a.csv"], "no study was begun here"),
+        (["withdraw", "OUT", "P1"], "no study was begun here"),
+    ],
+)
+def test_what_is_wrong_is_one_line(study_file, tmp_path, capsys, arguments, message):
+    places = {"STUDY": str(study_file), "OUT": str(tmp_path / "none")}
+    assert main(["study", *(places.get(a, a) for a in arguments)]) == 1
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_wrong_name_is_told_before_a_port_in_use(capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert main(["study", "run", "two-aera", "--out", "x", "--no-open", "--port", port]) == 1
+    assert "two-aera: no such study; shipped ones are " in capsys.readouterr().err
+
+
+def test_a_file_that_is_not_there_is_named(study_file, capsys):
+    study_file.with_name("buzz.wav").unlink()
+    assert main(["study", "check", str(study_file)]) == 1
+    assert "stimulus buzz: " in capsys.readouterr().err
+
+
+def test_simulated_participants_are_kept_apart_from_people(study_file, tmp_path):
+    with SessionStore(tmp_path / "session", Study.load(study_file)) as store:
+        store.enrol()
+    with pytest.raises(Exception, match="people took this study; give simulated participants another folder"):
+        simulate_study(study_file, tmp_path / "session", participants=1)
+
+
+def test_what_is_played_is_rendered_at_the_staircases_level(study_file, tmp_path):
+    study = Study.load(study_file)
+    stimuli = StudyStimuli(study, tmp_path)
+    [buzz] = study.all_stimuli
+    plain, weaker = (stimuli.played(PresentedStimulus("A", buzz, gain)) for gain in (0.0, -20.0))
+    ratio = np.abs(weaker.drive.signal.samples).max() / np.abs(plain.drive.signal.samples).max()
+    assert ratio == pytest.approx(0.1, rel=1e-3)
+    assert plain.sha256 == plain.drive.signal.sha256 != weaker.sha256
+    assert stimuli.played(PresentedStimulus("B", None)).drive is None
+    with SessionStore(tmp_path / "session", study) as store:
+        code = store.enrol().code
+        page = store.submit(code, "consent", {"consent": "agreed"}).page
+        log_played(store, stimuli, code, page, "A")
+        assert store.played_log(code)[0]["display"] in ("audio", study.display)
+
+
+def test_a_level_that_replaces_the_signals_own_is_changed_itself():
+    signal = Signal(np.ones(10), 100, "m/s^2")
+    assert str(stronger(parse_level("sensation=20"), signal, -6.0)[0]) == "sensation=14"
+    assert stronger(parse_level("peak=0.5"), signal, -20.0)[0].value == pytest.approx(0.05)
+    assert stronger(parse_level("physical"), signal, 20.0)[1].samples.max() == pytest.approx(10)
+    with pytest.raises(ParameterError, match="peak needs a share in 0 to 1"):
+        stronger(parse_level("peak=0.5"), signal, 20.0)
+
+
+def test_an_effect_is_given_by_name():
+    effect = effect_of({"d_prime": 1.5, "shift.generated": -10})
+    assert (effect.d_prime, effect.shift) == (1.5, {"generated": -10})
+
+
+def test_signal_and_picture_of_a_shipped_study_are_made(tmp_path):
+    study = Study.load("image-words")
+    stimuli = StudyStimuli(study, tmp_path)
+    first = study.all_stimuli[0]
+    played = stimuli.played(PresentedStimulus("", first))
+    assert played.drive.signal.seconds == pytest.approx(1.0, abs=0.01)
+    # peak=0.5 of full scale
+    assert np.abs(played.drive.signal.samples).max() == pytest.approx(0.5, rel=0.01)
+    assert stimuli.image(first).size == (128, 128)
+
+
+def test_a_reconstructed_stimulus_is_its_recording_with_another_phase(study_file, tmp_path):
+    study = Study.load(
+        "reconstruction",
+        changes={"grid.items": ["cloth"], "grid.source.simulated": "", "grid.source.file": "buzz.wav"},
+    )
+    stimuli = StudyStimuli(study, tmp_path)
+    recorded, griffin_lim = (stimuli.signal(one) for one in study.all_stimuli)
+    other = study.all_stimuli[1].model_copy(update={"name": "other", "reconstructed": "phase_gradient"})
+    assert griffin_lim.samples.shape == stimuli.signal(other).samples.shape == recorded.samples.shape
+    levels = [np.sqrt((one.samples**2).mean()) for one in (griffin_lim, recorded)]
+    assert levels[0] == pytest.approx(levels[1], rel=0.3)
+    assert not np.allclose(griffin_lim.samples, stimuli.signal(other).samples, atol=1e-3)
+
+
+def test_a_generated_stimulus_has_its_photograph_as_condition(tmp_path, monkeypatch):
+    asked = []
+    buzz = Signal(np.ones((1, 100), np.float32), 100.0, "m/s^2")
+    monkeypatch.setattr(
+        generate, "generate", lambda run, condition, **more: asked.append(condition) or [buzz]
+    )
+    monkeypatch.setattr(loaded_run, "load_run", lambda run: run)
+    write_image(tmp_path / "cloth.png", Image(np.zeros((8, 8, 3), np.uint8)))
+    made = {"simulated": "", "run": "run", "photograph": "../{item}.png"}
+    study = Study.load(
+        "reconstruction", changes={"grid.items": ["cloth"], "grid.by_condition.reconstructed": made}
+    )
+    (tmp_path / "study").mkdir()
+    stimuli = StudyStimuli(study, tmp_path / "study", within=[tmp_path])
+    assert stimuli.signal(study.all_stimuli[1]) is buzz
+    assert asked[0]["image"].size == (8, 8)
+    with pytest.raises(ParameterError, match="outside the study's folder"):
+        StudyStimuli(study, tmp_path / "study", within=[tmp_path / "study"]).check_places()
+
+
+def test_stimuli_are_generated_from_words_or_a_stroke_by_the_model_that_comes_trained(study_file, tmp_path):
+    made = {"run": "texture_flow", "seconds": 2.0}
+    changes = {
+        "design": {"kind": "magnitude"},
+        "stimuli": [
+            {"name": "rough", "words": {"rough": 6.0}, "given": {"speed_mm_s": 150.0}, **made},
+            {"name": "slow", "vibration": "buzz.wav", "given": {"vibration_speed_mm_s": 100.0}, **made},
+        ],
+    }
+    study = Study.load(study_file, changes=changes)
+    stimuli = StudyStimuli(study, tmp_path, within=[tmp_path])
+    stimuli.check_places()
+    rough, slow = map(stimuli.signal, study.all_stimuli)
+    assert (rough.unit, rough.seconds, slow.seconds) == ("m/s^2", 2.0, 2.0)
+    frequencies = np.fft.rfftfreq(len(slow), 1 / slow.rate)
+    assert frequencies[np.abs(np.fft.rfft(slow.samples[0])).argmax()] == pytest.approx(80, abs=20)
+    outside = Study.load(
+        study_file, changes={**changes, "stimuli": [{**changes["stimuli"][1], "vibration": "../x.wav"}]}
+    )
+    with pytest.raises(ParameterError, match="outside the study's folder"):
+        StudyStimuli(outside, tmp_path, within=[tmp_path]).check_places()
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"run": "r", "reconstructed": "griffin_lim"},
+        {"file": "f", "photograph": "p"},
+        {"file": "f", "vibration": "v"},
+        {"file": "f", "given": {"speed_mm_s": 100.0}},
+    ],
+)
+def test_a_condition_without_its_source_is_refused(given):
+    with pytest.raises(ValueError, match="needs a recording|condition of a run"):
+        StimulusSource(**given)
+
+
+def test_friction_over_displacement_is_drawn_from_its_model_and_follows_the_finger(tmp_path):
+    rng = np.random.default_rng(0)
+    ripple = np.convolve(rng.standard_normal(4000), np.ones(8) / 8, "same")
+    recorded = Signal(0.5 + 0.05 * ripple, 20.0, "1", ("along",), "displacement")
+    write_signal(tmp_path / "linen.npz", recorded)
+    changes = {
+        "grid.items": ["linen"],
+        "grid.source": {"file": "{item}.npz", "speed_mm_s": 50.0},
+        "names": None,
+    }
+    study = Study.load("fabric-realism", changes=changes)
+    stimuli = StudyStimuli(study, tmp_path)
+    real, made = (stimuli.signal(each) for each in study.all_stimuli)
+    assert (made.domain, made.rate, len(made)) == ("displacement", 20.0, 4000)
+    assert made.samples.mean() == pytest.approx(0.5, abs=0.01)
+    assert made.samples.std() == pytest.approx(real.samples.std(), rel=0.1)
+    assert not np.array_equal(made.samples, real.samples)
+    played = stimuli.played(PresentedStimulus("", study.all_stimuli[1]))
+    assert played.stream.output.display.name == "electrovibration"
+    assert played.stream.texture.along == "x"  # the same place feels the same
+
+
+def test_answers_are_marked_where_file_or_run_of_a_stimulus_says_that_it_is_simulated(study_file, tmp_path):
+    signal = Signal(np.ones(100), 1000, "m/s^2")
+    write_signal(tmp_path / "made.wav", signal, metadata={"simulated": True})
+    write_image(tmp_path / "made.png", Image(np.zeros((8, 8, 3), np.uint8)), metadata={"simulated": True})
+    sources = {
+        "felt": {"file": "made.wav"}, "seen": {"file": "buzz.wav", "image": "made.png"},
+        "generated": {"run": "texture_flow"}, "recorded": {"file": "buzz.wav"},
+    }  # fmt: skip
+    changes = {
+        "design": {"kind": "magnitude"},
+        "stimuli": [{"name": name, **source} for name, source in sources.items()],
+    }
+    assert check_study(study_file, changes=changes)["simulated_stimuli"] == 3
+    simulate_study(study_file, tmp_path / "session", participants=1, changes=changes)
+    rows = open_answers(tmp_path / "session").where(design="magnitude")
+    marked = {row.stimulus: row.more.get("simulated_stimuli") for row in rows}
+    assert marked == {"felt": "true", "seen": "true", "generated": "true", "recorded": None}
+
+
+def test_what_is_limited_of_a_stimulus_is_said_before_and_stored_with_the_answers(
+    study_file, tmp_path, capsys
+):
+    limit = "speed 900 mm/s is outside of what was recorded: it counts as 399.7 mm/s"
+    write_signal(tmp_path / "made.wav", Signal(np.ones(100), 1000, "m/s^2"), metadata={"limited": [limit]})
+    cork = {"run": "texture_flow", "material": "cork", "seconds": 0.2}
+    sources = {
+        "fast": cork | {"given": {"speed_mm_s": 900.0}}, "usual": cork | {"given": {"speed_mm_s": 100.0}},
+        "kept": {"file": "made.wav"}, "recorded": {"file": "buzz.wav"},
+    }  # fmt: skip
+    stimuli = [{"name": name, **source} for name, source in sources.items()]
+    design = {"kind": "magnitude"}
+    whole = tomllib.loads(STUDY) | {"design": design, "stimuli": stimuli}
+    study_file.write_text(tomli_w.dumps(whole))
+    assert check_study(study_file)["limited"] == {}  # nothing is made
+    assert main(["study", "check", str(study_file), "--stimuli", "--json"]) == 0
+    found = capsys.readouterr()
+    assert json.loads(found.out)["limited"] == {"fast": [limit], "kept": [limit]}
+    assert found.err == f"note: stimulus fast: {limit}\nnote: stimulus kept: {limit}\n"
+    simulate_study(study_file, tmp_path / "session", participants=1)
+    rows = open_answers(tmp_path / "session").where(design="magnitude")
+    marked = {row.stimulus: row.more.get("limited_stimuli") for row in rows}
+    assert marked == {
+        "fast": f"fast: {limit}", "kept": f"kept: {limit}", "usual": None, "recorded": None,
+    }  # fmt: skip
+
+
+def test_a_session_knows_where_its_stimuli_lie(study_file, tmp_path):
+    session = begin_session(study_file, tmp_path / "deep" / "session")
+    assert origin_folder(session) == study_file.resolve().parent
+    assert begin_session(study_file, session) == session
+    assert origin_folder(begin_session("abx", tmp_path / "shipped")) == study_folder("abx")
+    assert origin_folder(tmp_path) == tmp_path
+    (session / "origin.json").write_text("[]")
+    with pytest.raises(DataError, match=r"origin\.json: lacks the study"):
+        origin_folder(session)
+
+
+def test_a_session_is_not_begun_with_stimuli_that_are_missing(study_file, tmp_path):
+    next(study_file.parent.glob("**/*.wav")).unlink()
+    with pytest.raises(DataError, match="no such file"):
+        begin_session(study_file, tmp_path / "session")
+    assert not (tmp_path / "session").exists()
+
+
+def test_a_session_is_looked_after_from_the_command_line(study_file, tmp_path, capsys):
+    folder = begin_session(study_file, tmp_path / "session")
+    with SessionStore(folder) as store:
+        store.enrol("P1", device={"px_per_mm": 4})
+    assert printed(capsys, "study", "note", folder, "The fan was on", "--participant", "P1")["notes"] == 1
+    assert printed(capsys, "study", "abort", folder, "P1")["state"] == "aborted"
+    assert printed(capsys, "study", "abort", folder, "P1", "--undo")["state"] == "going"
+    assert printed(capsys, "study", "end", folder)["ended"]
+    known = printed(capsys, "study", "progress", folder)
+    assert (known["participants"][0]["device"], known["notes"][0]["participant"]) == ({"px_per_mm": 4}, "P1")
+    assert printed(capsys, "study", "end", folder, "--undo")["ended"] is None
+    assert main(["study", "progress", str(folder)]) == 0
+    assert "P1    not begun  0 of 4" in capsys.readouterr().out
+    assert main(["study", "abort", str(folder), "P9"]) == 1
+    assert capsys.readouterr().err == "tactogram: no participant has the code 'P9'\n"
+
+
+def test_languages_are_listed_with_what_they_lack_and_printed_for_translation(
+    study_file, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setenv("TACTOGRAM_LANGUAGES", "")
+    own = tmp_path / "nl.toml"
+    assert main(["study", "languages", "en"]) == 0
+    own.write_text(capsys.readouterr().out.replace('name = "English"', 'name = "Nederlands"'), "utf-8")
+    listed = printed(capsys, "study", "languages", "--languages", own)
+    assert listed["nl"] == {"name": "Nederlands", "missing_texts": []}
+    own.write_text('next = "Verder"', encoding="utf-8")
+    study_file.write_text(f'languages = ["nl", "en"]\n{STUDY}')
+    lacks = printed(capsys, "study", "check", study_file)["missing_texts"]
+    assert list(lacks) == ["nl"]
+    assert "begin" in lacks["nl"]
+    assert "next" not in lacks["nl"]
+    assert main(["study", "check", str(study_file)]) == 0
+    assert f"missing_texts: nl {len(lacks['nl'])}: name, reload, language," in capsys.readouterr().out
