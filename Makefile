@@ -3,7 +3,8 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-EXTRAS := dev,docs,vision,text,devices,lsl,daq,dwf,formats,studio,ray,export,hub
+EXTRAS := dev,docs,vision,text,devices,lsl,daq,dwf,formats,ray,export,hub
+PACKAGES := capture study studio benchmark
 
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.
 export OMP_WAIT_POLICY ?= PASSIVE
@@ -19,12 +20,12 @@ help: ## show this list
 install: $(STAMP) ## make .venv with everything that installs without hardware
 
 # uv installs ten times faster than pip, but does not read pip's find-links by itself.
-$(STAMP): pyproject.toml constraints.txt tests/s3-server.txt
+$(STAMP): pyproject.toml $(wildcard packages/*/pyproject.toml) constraints.txt tests/s3-server.txt
 	$(PYTHON) -c 'import sys; v = sys.version_info; sys.exit(v < (3, 11) and f"tactogram needs Python 3.11 or later, got {v.major}.{v.minor}: make PYTHON=/path/to/python3.11")'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt uv
 	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python \
-	    -c constraints.txt -e '.[$(EXTRAS)]'
+	    -c constraints.txt -e '.[$(EXTRAS)]' $(foreach name,$(PACKAGES),-e packages/tactogram-$(name))
 	$(BIN)/uv venv --quiet --clear --python $(BIN)/python $(VENV)/s3
 	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python $(VENV)/s3/bin/python -r tests/s3-server.txt
 	touch $(STAMP)
@@ -46,15 +47,18 @@ check: install ## style, types, layers, documentation
 mutants: install ## check that the tests notice known defects of adversarial training (minutes: nightly)
 	$(BIN)/python tests/mutation/run.py
 
-# The wheel is built from the sdist, which thereby proves to be complete.
-wheel: install ## build sdist and wheel, and test the wheel in a clean environment of its own
+# The wheels are built from the sdists, which thereby prove to be complete. First the core alone, then all together.
+wheel: install ## build sdists and wheels, and test the wheels in a clean environment of their own
 	rm -rf build/wheel && mkdir -p build/wheel
-	$(BIN)/python -m build --outdir build/wheel . >/dev/null
+	for folder in . $(PACKAGES:%=packages/tactogram-%); do $(BIN)/python -m build --outdir build/wheel $$folder >/dev/null || exit 1; done
 	$(PYTHON) -m venv build/wheel/env
-	UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
-	    -c constraints.txt build/wheel/*.whl pytest hypothesis
+	$(WHEELS) build/wheel/tactogram-*.whl pytest hypothesis
 	cd build/wheel && env/bin/tactogram models && env/bin/python -m pytest -q -p no:cacheprovider --import-mode=importlib \
 	    --pyargs tactogram.models
+	$(WHEELS) 'tactogram[studio]'
+	cd build/wheel && env/bin/tactogram study list && env/bin/tactogram sources && env/bin/tactogram benchmark list && env/bin/tactogram studio --help >/dev/null
+WHEELS = UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
+    -c constraints.txt --find-links build/wheel --no-sources
 
 bench: install ## measure, and write benchmarks/results.md
 	$(BIN)/python -m benchmarks
@@ -62,7 +66,7 @@ bench: install ## measure, and write benchmarks/results.md
 benchmark-page: install ## rank the results in benchmarks/tasks: docs/benchmark-results.md, docs/benchmark.html, and what `score` ranks among
 	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark-results.md
 	$(BIN)/tactogram benchmark table benchmarks/tasks --out docs/benchmark.html
-	$(BIN)/tactogram benchmark table benchmarks/tasks --out src/tactogram/benchmark/results.json
+	$(BIN)/tactogram benchmark table benchmarks/tasks --out packages/tactogram-benchmark/src/tactogram_benchmark/results.json
 
 # -E reads every page again: pages that are not read again do not repeat their warnings. Examples run when they change.
 docs: install ## build the documentation into docs/_build/html

@@ -24,10 +24,10 @@ def main(arguments=None):
     """Run what the arguments name; return the exit status."""
     from tactogram.cli.printing import Printer, columns
     from tactogram.errors import TactogramError
-    from tactogram_benchmark.experiments.catalogue import experiments
-    from tactogram_benchmark.experiments.reproduce import reproduce
     from tactogram.recipe import parse_changes
     from tactogram.workflows.progress import shown
+    from tactogram_benchmark.experiments.catalogue import experiments
+    from tactogram_benchmark.experiments.reproduce import reproduce
 
     parser = parser_of_options()
     a = parser.parse_args(arguments)

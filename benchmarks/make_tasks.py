@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram_benchmark.task import TASKS
 from tactogram.datasets import (
     RecordingInfo,
     Region,
@@ -26,6 +25,7 @@ from tactogram.datasets import (
     split_last,
     split_photographs,
 )
+from tactogram_benchmark.task import TASKS
 
 SPLITS = TASKS / "splits"
 

@@ -7,12 +7,12 @@ import shlex
 import sys
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tactogram_capture.catalogue import SOURCES
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.datasets.importer import IMPORTERS
@@ -25,18 +25,19 @@ from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
+from tactogram_capture.catalogue import SOURCES
 from tactogram_studio.pages.send.sending import DriveRequest, FileRequest, SendService
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
 
 ROOT = Path(__file__).parents[1]
-FOLDER = ROOT / "src/tactogram"
+SOURCES_OF_PACKAGES = (ROOT / "src", *sorted((ROOT / "packages").glob("*/src")))
 ROOMS = (
     "rendering",
     "workflows/data",
     "workflows/rendering",
     "workflows/streaming",
-    "studio/pages/send",
+    "tactogram_studio/pages/send",
     "cli",
 )
 
@@ -53,7 +54,7 @@ class Kind:
 
     @property
     def folder(self):
-        return FOLDER / self.group.package.removeprefix("tactogram.").replace(".", "/")
+        return Path(import_module(self.group.package).__file__).parent
 
 
 KINDS = {
@@ -64,7 +65,7 @@ KINDS = {
     "capture source": Kind(
         SOURCES,
         "capture source",
-        ("capture", "workflows/capture", "studio/pages/live", "cli/capt"),
+        ("tactogram_capture", "tactogram_studio/pages/live"),
         ("simulated", "log"),
     ),
 }
@@ -73,31 +74,42 @@ OTHER_MEANINGS = {
     ("haptic format", "rendering/displays/family.py", "vibration"): "what a display renders",
     ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
     ("haptic format", "rendering/files/loss.py", "vibration"): "a kind of event",
-    ("display family", "workflows/capture/requests.py", "linear"): "a way to fill gaps",
+    ("display family", "tactogram_capture/workflows/requests.py", "linear"): "a way to fill gaps",
     ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",
-    ("importer", "studio/pages/materials/columns.py", "folder"): "what names a material",
+    ("importer", "tactogram_studio/pages/materials/columns.py", "folder"): "what names a material",
     (
         "importer",
-        "studio/pages/materials/import_page.py",
+        "tactogram_studio/pages/materials/import_page.py",
         "folder",
     ): "what names a material, and a part of its page",
-    ("capture source", "capture/logs/log.py", "serial"): "a kind of log",
-    ("capture source", "capture/logs/log.py", "twelite"): "a kind of log",
-    ("capture source", "capture/stream/csv_source.py", "serial"): "a kind of log",
-    ("capture source", "capture/twelite/source.py", "twelite"): "a kind of log",
-    ("capture source", "capture/twelite/simulator.py", "twelite"): "a kind of log",
-    ("capture source", "workflows/capture/requests.py", "serial"): "a kind of log",
-    ("capture source", "workflows/capture/requests.py", "twelite"): "a kind of log",
-    ("capture source", "capture/stream/byte_stream.py", "serial"): "a library",
-    ("capture source", "capture/logs/xdf.py", "lsl"): "an extra",
-} | {("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()}
+    ("capture source", "tactogram_capture/logs/log.py", "serial"): "a kind of log",
+    ("capture source", "tactogram_capture/logs/log.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/stream/csv_source.py", "serial"): "a kind of log",
+    ("capture source", "tactogram_capture/twelite/source.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/twelite/simulator.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/workflows/requests.py", "serial"): "a kind of log",
+    ("capture source", "tactogram_capture/workflows/requests.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/stream/byte_stream.py", "serial"): "a library",
+    ("capture source", "tactogram_capture/logs/xdf.py", "lsl"): "an extra",
+}
+OTHER_MEANINGS |= {
+    ("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()
+}
+OTHER_MEANINGS |= {
+    (
+        "capture source",
+        "tactogram_capture/workflows/devices.py",
+        name,
+    ): "the table of devices that were tested"
+    for name in SOURCES.names()
+}
 
 
 @lru_cache(maxsize=1)
 def source_names():
     """Return the imported names and the strings of every source file, by its path."""
     found = {}
-    for path in FOLDER.rglob("*.py"):
+    for path in (path for folder in SOURCES_OF_PACKAGES for path in folder.rglob("*.py")):
         imports, strings = found.setdefault(path, (set(), set()))
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom):
@@ -111,7 +123,8 @@ def naming(kind, name):
     """Yield the shared source files that import a built-in module of a kind, or hold its name as a string."""
     module = f"{kind.group.package}.{name}."
     for path, (imports, strings) in source_names().items():
-        place = path.relative_to(FOLDER).as_posix()
+        folder = next(folder for folder in SOURCES_OF_PACKAGES if path.is_relative_to(folder))
+        place = path.relative_to(folder).as_posix().removeprefix("tactogram/")
         named = place.startswith(kind.rooms) and name not in kind.words and name in strings
         imported = any(each.startswith(module) for each in imports)
         if (named or imported) and not path.is_relative_to(kind.folder):

@@ -8,10 +8,10 @@ from pydantic import BaseModel
 
 from tactogram import model as protocols
 from tactogram import models
-from tactogram_capture.source import PlanFollower
-from tactogram_capture.sources.played import StoreReplaySource
 from tactogram.model import SignalKind, window_of
 from tactogram.recipe import Recipe
+from tactogram_capture.source import PlanFollower
+from tactogram_capture.sources.played import StoreReplaySource
 
 ROOM = Path(protocols.__file__).parent
 ASKED = (

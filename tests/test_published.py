@@ -3,14 +3,14 @@
 import pytest
 
 from tactogram import models
+from tactogram.recipe import Recipe
+from tactogram.workflows.table import table
 from tactogram_benchmark.experiments import (
     frictgan_figure3,
     stroke_cnn_table2,
     visual_tactile_gan_table3,
     visual_tactile_gan_table4,
 )
-from tactogram.recipe import Recipe
-from tactogram.workflows.table import table
 
 PAPER = {
     # Saga et al. 2020, Sec. II-B.

@@ -4,7 +4,6 @@ import shutil
 
 import pytest
 
-from tactogram_capture.session.plan import SessionPlan
 from tactogram.datasets.importers import biotac_slide, folder, vibviz
 from tactogram.errors import DataError
 from tactogram.recipe import Recipe
@@ -14,9 +13,10 @@ from tactogram.rendering.drive.friction_calibration import read_calibrations, re
 from tactogram.rendering.streaming.recorded_motion import MotionFile
 from tactogram.rendering.transducer.circuit import read_sweep
 from tactogram.signal.io import read_signal
+from tactogram.text_files import csv_rows, parse_json, parse_toml, read_table, read_text
+from tactogram_capture.session.plan import SessionPlan
 from tactogram_study.answers import read_answers
 from tactogram_study.study_file import Study
-from tactogram.text_files import csv_rows, parse_json, parse_toml, read_table, read_text
 
 TABLES = {
     "recordings.csv": (folder.find, "file,material,notes\n", "a.wav,{},x\n"),

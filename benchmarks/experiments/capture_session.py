@@ -22,19 +22,19 @@ from typing import Any
 import numpy as np
 
 from benchmarks.experiments.live_figure import live_figure
-from tactogram_capture import read_log
-from tactogram_capture.live.recognition import WindowClassification
-from tactogram_capture.session.take import restored
 from tactogram.datasets import create_store, open_store
 from tactogram.datasets.simulate.materials import STROKING_30
 from tactogram.datasets.simulate.sets import make, tasks
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError
 from tactogram.evaluation.report import save_figure
-from tactogram_capture.workflows.live import live
-from tactogram_capture.workflows.session import capture
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.train import train
+from tactogram_capture import read_log
+from tactogram_capture.live.recognition import WindowClassification
+from tactogram_capture.session.take import restored
+from tactogram_capture.workflows.live import live
+from tactogram_capture.workflows.session import capture
 
 KNOWN = ("carpet2", "sponge-g", "stonetile1", "whitetile2", "woodtile2")
 UNKNOWN = ("carpet1", "stonetile3")

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from tactogram.datasets import Store
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.evaluation.report import save_figure
-from tactogram_benchmark.experiments.artifacts import find_or_simulate
 from tactogram.models import ModelInfo, available, find
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
@@ -34,6 +33,7 @@ from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
+from tactogram_benchmark.experiments.artifacts import find_or_simulate
 
 DATA: Mapping[str, tuple[str, dict[str, Any]]] = {
     "material": ("stroking9", {"photographs": 9, "per_class": 8}),

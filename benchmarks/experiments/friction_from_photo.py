@@ -17,9 +17,6 @@ from torch import Tensor
 from tactogram import models
 from tactogram.datasets import Store, create_store, open_store
 from tactogram.datasets.recording import Recording
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
-from tactogram_benchmark.experiments.frictgan_figure3 import MEASURES, REFERENCE, fabrics_of
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
 from tactogram.features.registered_pairs import FrictionBatch, PhotoWindows
 from tactogram.model import Example, SignalKind
 from tactogram.models.frictgan.fabric_evaluation import compare_fabrics, fabric_windows, summary
@@ -30,6 +27,9 @@ from tactogram.signal import Image
 from tactogram.signal.resampling import resample
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
+from tactogram_benchmark.experiments.frictgan_figure3 import MEASURES, REFERENCE, fabrics_of
+from tactogram_benchmark.experiments.picture_cells import spread, text_of
 
 METHOD = "texture_flow"
 

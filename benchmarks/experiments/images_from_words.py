@@ -24,6 +24,12 @@ from tactogram.evaluation.pictures.distances import ImageQuality
 from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
 from tactogram.evaluation.pictures.networks import TrunkDistance
 from tactogram.evaluation.report import save_figure
+from tactogram.models.texture_flow.image_learner import ImageFlowLearner
+from tactogram.signal import Image
+from tactogram.training.checkpoint import load_state
+from tactogram.training.labelled_images import as_floats, square
+from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, trained_run
 from tactogram_benchmark.experiments.image_cells import (
     DRAWS,
@@ -37,12 +43,6 @@ from tactogram_benchmark.experiments.image_cells import (
 )
 from tactogram_benchmark.experiments.image_comparison import TRIALS
 from tactogram_benchmark.experiments.picture_cells import spread, text_of
-from tactogram.models.texture_flow.image_learner import ImageFlowLearner
-from tactogram.signal import Image
-from tactogram.training.checkpoint import load_state
-from tactogram.training.labelled_images import as_floats, square
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 STEPS = (1, 4, 8, 16)
 GUIDANCE = (1.0, 1.5, 2.0, 3.0)

@@ -8,8 +8,8 @@ from itertools import groupby
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram_capture.live.recognition import WindowClassification
 from tactogram.errors import ParameterError
+from tactogram_capture.live.recognition import WindowClassification
 
 
 def live_figure(found: Sequence[WindowClassification], truth: Sequence[str], *, title: str) -> Figure:

@@ -16,11 +16,11 @@ from scipy.special import ndtr, ndtri
 
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.progress import ProgressCallback
 from tactogram_study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold, reversal_threshold
 from tactogram_study.designs.staircase import Staircase, StaircaseTrack
 from tactogram_study.simulated_participants import SimulatedEffect
 from tactogram_study.study_file import Study
-from tactogram.workflows.progress import ProgressCallback
 
 Numbers = NDArray[np.float64]
 SPREADS_DB = (1.0, 2.0, 4.0, 8.0)

@@ -13,9 +13,9 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, kind_of
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.progress import ProgressCallback
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, kind_of
 
 RECIPES: dict[str, dict[str, Any]] = {
     "float32": {"training.precision": "32-true"},

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, kind_of, trained_run
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.progress import ProgressCallback
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, kind_of, trained_run
 
 FIGURES = ("known_kept", "unknown_rejected", "auroc", "recording_accuracy", "window_accuracy")
 

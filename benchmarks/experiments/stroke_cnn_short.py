@@ -20,7 +20,6 @@ from tactogram.datasets import Store
 from tactogram.datasets.examples import Examples, signal_kind
 from tactogram.datasets.splits.split import Segment
 from tactogram.errors import ParameterError
-from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, kind_of
 from tactogram.model import Stage
 from tactogram.models import find
 from tactogram.models.stroke_cnn.config import Config
@@ -29,6 +28,7 @@ from tactogram.recipe import Recipe
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import TrainingPosition, fit
 from tactogram.workflows.progress import ProgressCallback
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, kind_of
 
 FIGURES = ("window_accuracy", "recording_accuracy", "cpu_seconds")
 ARMS = ("short", "classify")

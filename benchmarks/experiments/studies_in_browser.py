@@ -20,11 +20,11 @@ from benchmarks.experiments.study_recovery import recovery
 from tactogram.errors import DataError, ParameterError
 from tactogram.extras import imported
 from tactogram.signal.io.atomic import write_text
+from tactogram.workflows.progress import ProgressCallback
 from tactogram_study.analysis.findings import p_text
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_participants import SimulatedEffect
 from tactogram_study.study_file import Study
-from tactogram.workflows.progress import ProgressCallback
 
 SEEDS = {"effect": 1, "none": 2}
 """Of the simulated participants."""

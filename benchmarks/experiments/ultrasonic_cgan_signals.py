@@ -27,7 +27,6 @@ from tactogram.datasets.simulate.raters import SimulatedRater, draw_people, scor
 from tactogram.evaluation.checkpoint_selection import SelectionRule, choose
 from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
-from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, trained_run
 from tactogram.models.ultrasonic_cgan import Config
 from tactogram.models.ultrasonic_cgan.spectra import display_spectra
 from tactogram.signal import Signal
@@ -35,6 +34,7 @@ from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.training.rated_examples import RatingData
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, trained_run
 
 SIGNALS = (40, 400, 4000)
 CLUSTERS = (1, 4, 12)

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation.ratings.label_following import label_fidelity
-from tactogram_benchmark.experiments.artifacts import trained_run
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
 from tactogram.signal import Signal
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.ratings import predicted_ratings
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram_benchmark.experiments.artifacts import trained_run
+from tactogram_benchmark.experiments.picture_cells import spread, text_of
 
 PARTS = 3
 LEAST_S = 0.16

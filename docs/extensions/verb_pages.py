@@ -6,7 +6,7 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from tactogram.cli.parser import VERBS, make_parser
+from tactogram.cli.parser import make_parser, verb_places
 
 GUIDES = {
     "start": ("guide", "devices"),
@@ -25,8 +25,9 @@ GUIDES = {
     "studio": ("studio", "touch", "server-safety"),
     "benchmarking": ("benchmark", "benchmark-results"),
     "reproducing": ("results",),
+    "serving": ("studies",),
 }
-"""Pages that explain the verbs of each module of `tactogram.cli`."""
+"""Pages that explain the verbs of each module of the command line."""
 WIDTH = 84
 
 
@@ -55,9 +56,9 @@ def page(name: str, parser: argparse.ArgumentParser) -> str:
     inner = children(parser)
     guides = [
         guide
-        for module, verbs in VERBS.items()
-        if any(words.split()[0] == name for words in verbs)
-        for guide in GUIDES[module]
+        for words, place in verb_places().items()
+        if words.split()[0] == name
+        for guide in GUIDES[place.module.rpartition(".")[2]]
     ]
     lines = [f"# {name}\n"]
     if inner:
@@ -75,9 +76,8 @@ def write_pages(app: Sphinx) -> None:
     folder.mkdir(exist_ok=True)
     pages = {f"{name}.md": page(name, parser) for name, parser in children(make_parser()).items()}
     rows = [
-        f"| {{doc}}`{words} </verbs/{words.split()[0]}>` | {line} |"
-        for verbs in VERBS.values()
-        for words, line in verbs.items()
+        f"| {{doc}}`{words} </verbs/{words.split()[0]}>` | {place.help} |"
+        for words, place in verb_places().items()
     ]
     pages["overview.md"] = "\n".join(["| verb | does |", "| --- | --- |", *rows, ""])
     for old in {path.name for path in folder.glob("*.md")} - set(pages):

@@ -1,8 +1,8 @@
 """The capture experiment's own arithmetic: its plan, and how long a name takes after a change of surface."""
 
 import pytest
-
 from benchmarks.experiments import capture_session as experiment
+
 from tactogram_capture.live.recognition import Classification, WindowClassification
 from tactogram_capture.session.plan import SessionPlan
 

@@ -8,10 +8,10 @@ from scipy.signal import lfilter
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
-from tactogram_benchmark.experiments.reproduce import reproduce
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
+from tactogram_benchmark.experiments.reproduce import reproduce
 
 SHOWN = ("voice-coil", "string-tablet", "lra-drv2605")
 

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-
 from benchmarks.experiments import friction_from_photo
+
 from tactogram.datasets import open_store
-from tactogram_benchmark.experiments.artifacts import trained_run
 from tactogram.models.frictgan.tests.test_learner import EXAMPLES, PERIOD_MM, fabric_store, learner
 from tactogram.workflows.progress import silent
+from tactogram_benchmark.experiments.artifacts import trained_run
 
 SHARES = (0.4, 0.25, 0.35)
 

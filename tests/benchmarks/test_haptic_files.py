@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from benchmarks.experiments import haptic_files
+
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import torch
 import torch.nn.functional as F
-
 from benchmarks.experiments import images_from_words
 from benchmarks.experiments.images_from_words import NearestImage, with_config
+
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings
 from tactogram.datasets.ratings.words import WORDS

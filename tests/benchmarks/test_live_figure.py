@@ -1,10 +1,10 @@
 """The figure of a live run: probabilities, true materials, none of these, latency."""
 
 import pytest
-
 from benchmarks.experiments.live_figure import live_figure
-from tactogram_capture.live.recognition import Classification, WindowClassification
+
 from tactogram.errors import ParameterError
+from tactogram_capture.live.recognition import Classification, WindowClassification
 
 
 def guess(k, **heard):

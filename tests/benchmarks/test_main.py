@@ -3,7 +3,6 @@
 import json
 
 import pytest
-
 from benchmarks import __main__ as command
 from benchmarks.experiments import staircase_bias
 

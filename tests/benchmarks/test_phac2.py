@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-
 from benchmarks.experiments.phac2 import read_phac2
+
 from tactogram.datasets import EVOKED
 from tactogram.errors import DataError
 

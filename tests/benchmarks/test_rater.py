@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from benchmarks.experiments import rater_phac2, rater_vibviz
+
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal

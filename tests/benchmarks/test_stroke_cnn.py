@@ -4,8 +4,8 @@ import json
 from types import SimpleNamespace
 
 import pytest
-
 from benchmarks.experiments import stroke_cnn_cost, stroke_cnn_none_of_these, stroke_cnn_short
+
 from tactogram.models.stroke_cnn import learner
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.progress import silent

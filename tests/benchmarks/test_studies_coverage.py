@@ -3,15 +3,15 @@
 import json
 
 import pytest
-
 from benchmarks.experiments import staircase_bias, studies_coverage
 from benchmarks.experiments.studies_coverage import KINDS, _lines, _Prepared, summary_of
 from benchmarks.experiments.study_cases import STUDIES
+
 from tactogram.errors import ParameterError
+from tactogram.workflows.progress import silent
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_participants import SimulatedEffect, simulate, simulated_answers
 from tactogram_study.study_file import Study
-from tactogram.workflows.progress import silent
 
 
 def test_studies_are_counted_and_not_simulated_again(tmp_path):

@@ -1,10 +1,10 @@
 """Simulated participants take a study through the real pages, with one kill of the server in the middle."""
 
 import pytest
-
 from benchmarks.experiments import studies_in_browser
 from benchmarks.experiments.browser_participants import browser_path
 from benchmarks.experiments.study_cases import STUDIES
+
 from tactogram.errors import DataError, DeviceError
 from tactogram_study.study_file import Study, shipped_studies
 

@@ -1,8 +1,8 @@
 import json
 
 import pytest
-
 from benchmarks.experiments import transducer
+
 from tactogram.workflows.progress import silent
 
 

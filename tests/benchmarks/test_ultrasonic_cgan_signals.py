@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import torch
-
 from benchmarks.experiments import ultrasonic_cgan_signals
+
 from tactogram.datasets import Ratings
 from tactogram.datasets.ratings.words import WORDS
 

@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
-
 from benchmarks.experiments import words_plates, words_vibviz
+
 from tactogram.datasets import Ratings, Recording, Scale, create_store
 from tactogram.errors import ParameterError
-from tactogram_benchmark.experiments.artifacts import trained_run
 from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
+from tactogram_benchmark.experiments.artifacts import trained_run
 
 RATE = 2000.0
 SMALL = {

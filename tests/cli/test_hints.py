@@ -7,7 +7,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.cli.hints import nearest_verb, with_command, with_nearest
-from tactogram.cli.parser import all_verbs
+from tactogram.cli.parser import verb_places
 
 
 @pytest.mark.parametrize(
@@ -31,10 +31,10 @@ def test_a_mistyped_verb_is_answered_with_the_nearest(words, likely, capsys):
 
 
 def test_every_verb_is_one():
-    for verb in all_verbs():
-        assert nearest_verb([*verb.split(), "--help"], all_verbs()) is None
+    for verb in verb_places():
+        assert nearest_verb([*verb.split(), "--help"], verb_places()) is None
     for words in ([], ["--version"], ["study"], ["data", "--help"]):
-        assert nearest_verb(words, all_verbs()) is None
+        assert nearest_verb(words, verb_places()) is None
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,9 @@
 import numpy as np
+from tests.signal.seams import seam_excess_db
 
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import Example
 from tactogram.signal import Signal
-from tests.signal.seams import seam_excess_db
 
 LENGTH, OVERLAP = 1024, 128
 

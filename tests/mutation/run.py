@@ -20,7 +20,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 LIST = Path(__file__).with_name("mutants.toml")
-COPIED = ("src", "tests", "pyproject.toml")
+COPIED = ("src", "packages", "tests", "conftest.py", "pyproject.toml")
 PROCESSES = 2
 LONGEST_S = 600
 """A mutant's tests take some seconds, on a busy machine a minute; one that hangs is reported."""
@@ -47,7 +47,10 @@ def copy_sources(folder: Path) -> None:
 
 def run_tests(folder: Path, tests: list[str], *, keep_bytecode: bool) -> subprocess.CompletedProcess[str]:
     """Run ``tests`` on the sources in ``folder`` until one fails."""
-    environment = os.environ | {"PYTHONPATH": str(folder / "src"), "OMP_NUM_THREADS": "1"}
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join(map(str, [folder / "src", *folder.glob("packages/*/src")])),
+        "OMP_NUM_THREADS": "1",
+    }
     # The plugins take longer to load than most of the tests to run.
     environment |= {
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",

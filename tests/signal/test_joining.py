@@ -3,11 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
+from tests.signal.seams import seam_excess_db
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.joining import _crossfade, extend, join
-from tests.signal.seams import seam_excess_db
 
 RATE = 1000
 

@@ -6,6 +6,7 @@ from itertools import islice
 import numpy as np
 import pytest
 from scipy.signal import lfilter, welch
+from tests.signal.seams import seam_excess_db
 
 from tactogram import models
 from tactogram.errors import ParameterError
@@ -15,7 +16,6 @@ from tactogram.signal import Signal
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import fit
 from tactogram.training.seeds import child_rng
-from tests.signal.seams import seam_excess_db
 
 RATE = 1000.0
 AXES = ("x", "y")

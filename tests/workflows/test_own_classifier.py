@@ -5,7 +5,6 @@ import sys
 import pytest
 
 from tactogram.errors import ParameterError, RunError
-from tactogram_capture.workflows.live import LiveClassifier
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.recognition.classify import classify
@@ -13,6 +12,7 @@ from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.run_archive import export_run, import_run
 from tactogram.workflows.training.train import train
+from tactogram_capture.workflows.live import LiveClassifier
 
 FACTS = """
 title = "The nearest mean of lag-1 autocorrelation"

@@ -15,13 +15,13 @@ from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
-from tactogram_study.study_file import Study
-from tactogram_study.trials import PresentedStimulus
 from tactogram.workflows.streaming.report import latency_lines, underrun_line
 from tactogram.workflows.streaming.stream import stream
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
-from tactogram_study.workflows.stimuli import StudyStimuli
 from tactogram.workflows.training.train import train
+from tactogram_study.study_file import Study
+from tactogram_study.trials import PresentedStimulus
+from tactogram_study.workflows.stimuli import StudyStimuli
 
 
 @pytest.fixture(scope="module")

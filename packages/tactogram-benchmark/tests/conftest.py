@@ -8,9 +8,6 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from tactogram_benchmark.data import open_task
-from tactogram_benchmark.kinds import generation
-from tactogram_benchmark.task import find_task
 from tactogram.datasets import (
     SEVEN_POINT,
     Ratings,
@@ -23,6 +20,9 @@ from tactogram.datasets import (
 )
 from tactogram.signal import Signal
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings
+from tactogram_benchmark.data import open_task
+from tactogram_benchmark.kinds import generation
+from tactogram_benchmark.task import find_task
 
 MATERIALS = tuple(f"material-{number}" for number in range(6))
 RATE = 1000.0

@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tactogram.cli import main
+from tactogram.errors import DataError, ParameterError
+from tactogram.workflows.progress import silent
 from tactogram_benchmark.outside import score_answers, write_questions
 from tactogram_benchmark.page import write_table
 from tactogram_benchmark.result import BenchmarkResult, brief, check_result, committed_results
 from tactogram_benchmark.run import run_benchmark
 from tactogram_benchmark.task import available_tasks
 from tactogram_benchmark.task_kind import kind_of
-from tactogram.cli import main
-from tactogram.errors import DataError, ParameterError
-from tactogram.workflows.progress import silent
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "benchmark_numpy.py"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "benchmark_numpy.py"
 MODELS = ["linear_discriminant", "stroke_cnn", "replay", "ar_texture", "mean"]
 
 
@@ -315,7 +315,7 @@ def test_answers_without_facts_or_files_are_refused(tasks, tmp_path):
 
 
 def test_a_model_of_a_folder_takes_part(tasks, tmp_path):
-    source = Path(__file__).parents[2] / "src" / "tactogram" / "models" / "replay"
+    source = Path(__file__).parents[3] / "src" / "tactogram" / "models" / "replay"
     (tmp_path / "models" / "echo").mkdir(parents=True)
     for file in ("model.toml", "__init__.py", "config.py", "learner.py"):
         if (source / file).is_file():

@@ -7,13 +7,13 @@ import shutil
 import numpy as np
 import pytest
 
+from tactogram.signal import Image, Signal
 from tactogram_benchmark.page import html
 from tactogram_benchmark.ranking import rank_models
 from tactogram_benchmark.result import BenchmarkResult
 from tactogram_benchmark.shown import REAL_FOLDER, save_shown
 from tactogram_benchmark.table import TaskTable, markdown
 from tactogram_benchmark.task import available_tasks
-from tactogram.signal import Image, Signal
 
 TASKS = available_tasks()
 PLAYED = """() => Promise.all([...document.querySelectorAll("[data-sound]")].map(button => new Promise(done => {

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import permutation_test
 
+from tactogram.errors import ParameterError
 from tactogram_benchmark.ranking import rank_models, sign_flip_p
 from tactogram_benchmark.result import BenchmarkResult
-from tactogram.errors import ParameterError
 
 
 def result(model, values, *, seed=0, better="lower", failed="", recipe="", named="item", **ends):

@@ -4,18 +4,18 @@ import json
 from pathlib import Path
 
 import pytest
-
 from benchmarks.make_tasks import family
+
 from tactogram import models
+from tactogram.datasets.importer import IMPORTERS
+from tactogram.datasets.simulate.sets import SETS
+from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram_benchmark.result import COMMITTED as BRIEF
 from tactogram_benchmark.result import BenchmarkResult, brief, check_result, read_results
 from tactogram_benchmark.task import available_tasks
 from tactogram_benchmark.task_kind import kind_of
-from tactogram.datasets.importer import IMPORTERS
-from tactogram.datasets.simulate.sets import SETS
-from tactogram.workflows.data.simulate import simulate_to_store
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 TASKS = available_tasks()
 COMMITTED = sorted((ROOT / "benchmarks" / "tasks").glob("*/*.json"))
 

@@ -2,10 +2,10 @@
 
 import pytest
 
+from tactogram.errors import DataError, ParameterError
 from tactogram_benchmark.data import open_task
 from tactogram_benchmark.run import run_benchmark
 from tactogram_benchmark.task import available_tasks, find_task
-from tactogram.errors import DataError, ParameterError
 
 
 @pytest.fixture(name="copied")

@@ -5,10 +5,10 @@ import sys
 
 import pytest
 
-from tactogram_capture import Source, find_sources, open_source
-from tactogram_capture.catalogue import parse_address
 from tactogram.errors import DeviceError, MissingExtraError, TactogramError
 from tactogram.extras import device_errors, imported
+from tactogram_capture import Source, find_sources, open_source
+from tactogram_capture.catalogue import parse_address
 
 OPENED = {
     "twelite": "twelite:/dev/tactogram-none?sender=1013C85",

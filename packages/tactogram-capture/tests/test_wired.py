@@ -6,9 +6,9 @@ import types
 import numpy as np
 import pytest
 
+from tactogram.errors import DeviceError
 from tactogram_capture import SourceLost, open_source
 from tactogram_capture.stream.sample_queue import BlockQueue
-from tactogram.errors import DeviceError
 
 
 class InputStream:

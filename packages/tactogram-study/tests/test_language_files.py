@@ -15,7 +15,7 @@ from tactogram_study.language_files import (
 from tactogram_study.session.sitting import next_page
 from tactogram_study.trials import Participant
 
-STATIC = Path(__file__).parents[2] / "src/tactogram/studio/participants/static"
+STATIC = Path(__file__).parents[1] / "src/tactogram_study/participants/static"
 
 
 @pytest.fixture

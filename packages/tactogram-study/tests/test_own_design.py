@@ -20,7 +20,7 @@ from tactogram_study.study_file import Study
 from tactogram_study.workflows.analysis import analyse_study
 from tactogram_study.workflows.simulation import simulate_study
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[3]
 SOURCE = ROOT / "src" / "tactogram"
 SHARED = ("study", "workflows/study", "studio/pages/studies", "studio/participants", "cli/study*.py")
 """Where studies are run, simulated, analysed and shown."""

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 
 from tactogram.cli.hints import nearest_verb, with_command, with_nearest
-from tactogram.cli.parser import all_verbs, make_parser
+from tactogram.cli.parser import make_parser, verb_places
 from tactogram.errors import StoppedError, TactogramError
 
 # torch's threads spin when they wait, and collapse when a core is busy. Read when torch is imported.
@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     words = sys.argv[1:] if argv is None else argv
     parser = make_parser(words)
-    if unknown := nearest_verb(words, all_verbs()):
+    if unknown := nearest_verb(words, verb_places()):
         parser.error(unknown)
     arguments = parser.parse_args(words)
     try:

@@ -15,6 +15,24 @@ NAMED = (
 ADDITION = re.compile(r"`(--[\w-]+) ('[^'`]+'|[^`\s]+)`")
 
 
+EXTRAS = {
+    "capture": ("capture", "capture-log", "live", "sources", "device"),
+    "study": ("study",),
+    "studio": ("studio", "study run"),
+    "benchmark": ("benchmark", "reproduce", "table"),
+}
+"""Verbs, or the words of groups, that further distributions of the project have, by the extra that installs them."""
+
+
+EXTRAS = {
+    "capture": ("capture", "capture-log", "live", "sources", "device"),
+    "study": ("study",),
+    "studio": ("studio", "study run"),
+    "benchmark": ("benchmark", "reproduce", "table"),
+}
+"""Verbs and groups of the project's further distributions, by the extra that installs them."""
+
+
 def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
     """Return what to say of words that begin with no verb; None if they do, or begin with an option.
 
@@ -27,6 +45,9 @@ def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
     inner = [verb for verb in known if verb[0] == given[0]]
     if inner and (len(given) == 1 or given[1].startswith("-")):
         return None
+    for extra, words_there in EXTRAS.items():
+        if " ".join(given) in words_there or (not inner and given[0] in words_there):
+            return f"`tactogram {' '.join(given)}` comes with an extra: pip install 'tactogram[{extra}]'"
     wrong = given[-1] if inner else given[0]
     near = get_close_matches(wrong, {verb[-1] for verb in inner or known}, n=1)
     found = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]

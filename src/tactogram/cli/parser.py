@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
-from typing import Any
+from importlib.metadata import entry_points
+from typing import Any, NamedTuple
 
 GROUPS = {
     "data": "import, simulate, inspect and check data sets",
-    "benchmark": "answer fixed tasks with models, and rank them",
     "run": "pack a run into one file, or unpack one",
-    "study": "experiments with people: check, run, simulate, export, analyse",
 }
 VERBS = {
     "start": {
@@ -67,52 +67,31 @@ VERBS = {
         "play": "Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself.",
     },
     "streaming": {"stream": "Play textures that follow a finger, and measure how late they are."},
-    "capturing": {
-        "capture": "Record a session by a plan, or continue one; every accepted take is stored at once.",
-        "live": "Classify what a sensor touches, live.",
-        "sources": "List the sources that can be recorded from, and what each lacks.",
-        "capture-log": "Import a sensor's log into files or a store, with its gaps.",
-    },
-    "studying": {
-        "study list": "List the studies that come with the package.",
-        "study designs": "List the designs that a study can have, with their margins and power tables.",
-        "study languages": "List the languages of participants' pages, or print the texts of one.",
-        "study check": "Check a study's file and describe what it asks of a participant.",
-        "study run": "Serve a study to participants and its progress to the experimenter; run again to continue.",
-        "study simulate": "Let simulated participants take a study, with or without an effect.",
-    },
-    "study_sessions": {
-        "study export": "Write the answers of a session as a tidy table or a BIDS folder.",
-        "study withdraw": "Delete a participant and all their data; export tables again afterwards.",
-        "study progress": "Show the progress of each participant in a session.",
-        "study note": "Add an experimenter's note to a session.",
-        "study abort": "End a participant's session now; the answers so far are kept.",
-        "study end": "End a study: nobody can join, and unfinished participants cannot continue.",
-    },
-    "study_analysis": {
-        "study analyse": "Analyse answers, as published and with repeated measures, with intervals and verdicts.",
-        "study power": "Compute the power of a study before it is run: exactly, and with simulated participants.",
-    },
-    "studio": {"studio": "Open the studio in the browser: generate, touch, train, send, and run studies."},
-    "benchmarking": {
-        "benchmark list": "List the tasks, and whether their data is at hand.",
-        "benchmark run": "Train models for tasks, answer them, and write a result per model, task and seed.",
-        "benchmark table": "Rank the models of every task from results.",
-        "benchmark check": "Check the file of a result.",
-        "benchmark questions": "Write the training data and questions of a task as files for any framework.",
-        "benchmark score": "Score answers from files.",
-    },
-    "reproducing": {
-        "reproduce": "Run the experiment behind a published table or figure.",
-        "table": "Show every model's published results and ours, and the figures of evaluated runs.",
-    },
 }
 """Verbs and their help, by the module of `tactogram.cli` that declares each in its own ``VERBS``."""
 
 
-def all_verbs() -> list[str]:
-    """Return the words of every verb."""
-    return [words for verbs in VERBS.values() for words in verbs]
+class VerbPlace(NamedTuple):
+    """A verb: its help, and the module that declares it."""
+
+    help: str
+    module: str
+
+
+def verb_places() -> dict[str, VerbPlace]:
+    """Return the verbs of this package and those of installed ones (entry points ``tactogram.verbs``), by words."""
+    tables = [("tactogram.cli", VERBS), *((name, import_module(name).VERBS) for name in _packages())]
+    return {
+        words: VerbPlace(line, f"{package}.{module}")
+        for package, modules in tables
+        for module, verbs in modules.items()
+        for words, line in verbs.items()
+    }
+
+
+@cache
+def _packages() -> tuple[str, ...]:
+    return tuple(sorted(point.value for point in entry_points(group="tactogram.verbs")))
 
 
 def make_parser(argv: Sequence[str] | None = None) -> argparse.ArgumentParser:
@@ -127,31 +106,31 @@ def make_parser(argv: Sequence[str] | None = None) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version, help="show the version and exit")
     top = parser.add_subparsers(metavar="VERB", required=True)
+    helps = GROUPS | {
+        group: line
+        for package in _packages()
+        for group, line in getattr(import_module(package), "GROUPS", {}).items()
+    }
+    places = verb_places()
     groups: dict[str, Any] = {}
-    for module, verbs in VERBS.items():
-        for words, line in verbs.items():
-            group, _, name = words.rpartition(" ")
-            if group and group not in groups:
-                inner = top.add_parser(group, help=GROUPS[group])
-                names = [
-                    verb.partition(" ")[2]
-                    for each in VERBS.values()
-                    for verb in each
-                    if verb.startswith(f"{group} ")
-                ]
-                groups[group] = inner.add_subparsers(metavar="|".join(names), required=True)
-            sub = groups.get(group, top).add_parser(
-                name, help=line[:1].lower() + line[1:].rstrip("."), description=line
-            )
-            if argv is None or words.split() == list(argv[: words.count(" ") + 1]):
-                _complete(sub, module, words, listing="--list" in (argv or ()))
+    for words, place in places.items():
+        group, _, name = words.rpartition(" ")
+        if group and group not in groups:
+            inner = top.add_parser(group, help=helps[group])
+            names = [verb.partition(" ")[2] for verb in places if verb.startswith(f"{group} ")]
+            groups[group] = inner.add_subparsers(metavar="|".join(names), required=True)
+        sub = groups.get(group, top).add_parser(
+            name, help=place.help[:1].lower() + place.help[1:].rstrip("."), description=place.help
+        )
+        if argv is None or words.split() == list(argv[: words.count(" ") + 1]):
+            _complete(sub, place.module, words, listing="--list" in (argv or ()))
     return parser
 
 
 def _complete(sub: argparse.ArgumentParser, module: str, words: str, *, listing: bool) -> None:
     from tactogram.cli.verbs import add_options
 
-    verb = import_module(f"tactogram.cli.{module}").VERBS[words]
+    verb = import_module(module).VERBS[words]
     add_options(sub, verb, listing=listing)
     sub.set_defaults(verb=verb, usage_error=sub.error)
 

@@ -3,7 +3,7 @@
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from tactogram.cli.printing import Printer, accuracies, columns, lines_of, terminal_width, text_of
+from tactogram.cli.printing import Printer, accuracies, columns, lines_of, terminal_width
 from tactogram.cli.verbs import Verb
 from tactogram.workflows.request import Argument, Option, Request
 
@@ -19,10 +19,7 @@ class _DemoRequest(Request):
 
 @dataclass(frozen=True)
 class _DoctorRequest(Request):
-    device: Annotated[
-        str | None,
-        Option("test one device: serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse", "NAME"),
-    ] = None
+    pass
 
 
 @dataclass(frozen=True)
@@ -55,9 +52,6 @@ def _demo(request: _DemoRequest, show: Printer) -> None:
 def _doctor(request: _DoctorRequest, show: Printer) -> None:
     from tactogram.workflows.doctor import doctor
 
-    if request.device:
-        _device(request.device, show)
-        return
     facts = doctor()
     lines = [f"tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}"]
     lines.append(
@@ -74,21 +68,6 @@ def _doctor(request: _DoctorRequest, show: Printer) -> None:
         for one in facts["weights"]
     ]
     lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
-    show(facts, "\n".join(lines))
-
-
-def _device(name: str, show: Printer) -> None:
-    from tactogram_capture.workflows.devices import try_device
-
-    facts = try_device(name)
-    lines = [f"{facts['device']}: {facts['state']}: {facts['line']}"]
-    lines += [f"  {name}: {text_of(value)}" for name, value in facts["facts"].items()]
-    lines += [
-        f"  {path['title']} ({path['direction']}): tested by simulation with: {path['simulated']}; "
-        f"real hardware: {path['hardware']}"
-        for path in facts["paths"]
-    ]
-    lines.append(f"  tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}")
     show(facts, "\n".join(lines))
 
 

@@ -22,7 +22,10 @@ EXTRAS = {
     "lsl": "Lab Streaming Layer",
     "daq": "National Instruments devices",
     "dwf": "Digilent Analog Discovery",
+    "capture": "sensors, sessions, live recognition",
+    "study": "experiments with people",
     "studio": "studio and studies in the browser",
+    "benchmark": "tasks, and published tables and figures",
     "ray": "tasks on several machines, sweeps",
     "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }

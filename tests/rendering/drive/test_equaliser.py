@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from benchmarks.experiments.simulated_transducer import simulate_envelope
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal as dsp
 
-from benchmarks.experiments.simulated_transducer import simulate_envelope
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.response import ResonatorResponse

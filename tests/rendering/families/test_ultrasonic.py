@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from benchmarks.experiments.simulated_transducer import demodulated, simulate_envelope, simulate_waveform
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from benchmarks.experiments.simulated_transducer import demodulated, simulate_envelope, simulate_waveform
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit

@@ -2,6 +2,7 @@ import json
 
 import numpy as np
 import pytest
+from tests.rendering.files.documents import problems, read, written_by
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
@@ -11,7 +12,6 @@ from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.events import Events, Part
 from tactogram.rendering.files.formats import android, gamepad, vibration
 from tactogram.signal import Signal
-from tests.rendering.files.documents import problems, read, written_by
 
 RATE = 2000
 

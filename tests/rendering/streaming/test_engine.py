@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy import signal as dsp
+from tests.signal.seams import seam_excess_db
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.streaming.contact import ActiveTransients, ContactSettings
@@ -17,7 +18,6 @@ from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.texture_map import TextureMap
-from tests.signal.seams import seam_excess_db
 
 RATE, MOST = 8000.0, 40
 SILENT = ContactSettings(gain=0)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import signal as dsp
+from tests.signal.seams import seam_excess_db
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.streaming.contact import ContactSettings
@@ -15,7 +16,6 @@ from tactogram.signal import Signal
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
-from tests.signal.seams import seam_excess_db
 
 RATE, MOST, OWN = 8000.0, 40, 2000.0
 PEAK_PER_SPEED = 1.5

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
+from benchmarks.experiments.simulated_transducer import demodulated, simulate_envelope, simulate_waveform
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.experiments.simulated_transducer import demodulated, simulate_envelope, simulate_waveform
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.rendering.transducer.admittance import lock_in
 from tactogram.rendering.transducer.circuit import PRESETS, Transducer, fitted_transducer, read_sweep

@@ -3,14 +3,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
-
 from benchmarks.experiments.simulated_transducer import (
     DriftingTransducer,
     SimulatedAdmittance,
     SimulatedTouch,
     track,
 )
+from pydantic import ValidationError
+
 from tactogram.rendering.transducer.circuit import PRESETS
 from tactogram.rendering.transducer.resonance_tracking import (
     ResonanceTracker,

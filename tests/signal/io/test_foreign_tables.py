@@ -1,5 +1,4 @@
 import pytest
-
 from tests.signal.io.foreign import CASES, check
 
 

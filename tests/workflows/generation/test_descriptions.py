@@ -19,14 +19,14 @@ from tactogram.features import text_classifier
 from tactogram.features.text_classifier import describe
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal, write_image
-from tactogram_studio.pages.make.runs import RunCatalogue
-from tactogram_studio.pages.make.state import MakePageState
-from tactogram_studio.workspace.folder import Workspace
-from tactogram_studio.workspace.shelf import ResultArchive
 from tactogram.workflows.generation.descriptions import with_materials
 from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
+from tactogram_studio.pages.make.runs import RunCatalogue
+from tactogram_studio.pages.make.state import MakePageState
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.shelf import ResultArchive
 
 MATERIALS = load_run("texture_flow").kind.materials
 

@@ -9,13 +9,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from tactogram_benchmark.task import BenchmarkTask, available_tasks
 from tactogram.datasets import Examples, Split, Store, label_of, open_store, part_examples, signal_kind
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.plugins import further_folders
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram_benchmark.task import BenchmarkTask, available_tasks
 
 STORES_VARIABLE = "TACTOGRAM_STORES"
 """Environment variable with stores, or folders of stores, separated as in PATH."""

@@ -13,13 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import Question, check_answers
-from tactogram_benchmark.rated_items import rated_examples, ratings_of
-from tactogram_benchmark.result import BenchmarkResult, result_of
-from tactogram_benchmark.shown import save_shown
-from tactogram_benchmark.task import BenchmarkTask
-from tactogram_benchmark.task_kind import kind_of
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import ImageExample
 from tactogram.models import available
@@ -30,6 +23,13 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.text_files import read_json
 from tactogram.validation import validated
 from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.questions import Question, check_answers
+from tactogram_benchmark.rated_items import rated_examples, ratings_of
+from tactogram_benchmark.result import BenchmarkResult, result_of
+from tactogram_benchmark.shown import save_shown
+from tactogram_benchmark.task import BenchmarkTask
+from tactogram_benchmark.task_kind import kind_of
 
 ABOUT = "about.json"
 

@@ -13,6 +13,11 @@ import jinja2
 import numpy as np
 from markupsafe import escape
 
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.audible import audible, strongest_axis
+from tactogram.signal.io import read_signal
+from tactogram.signal.io.atomic import write_text
 from tactogram_benchmark.ranking import RankedModel
 from tactogram_benchmark.result import brief, check_result, read_results
 from tactogram_benchmark.shown import REAL_FOLDER, RECORDED
@@ -33,11 +38,6 @@ from tactogram_benchmark.table import (
 )
 from tactogram_benchmark.task import BenchmarkTask, available_tasks
 from tactogram_benchmark.task_kind import kind_of
-from tactogram.errors import ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.audible import audible, strongest_axis
-from tactogram.signal.io import read_signal
-from tactogram.signal.io.atomic import write_text
 
 LISTENING_PEAK = 0.7
 """Of the loudest of the sounds of one item, all of which are scaled alike: their levels compare."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram_benchmark.data import OpenTask
 from tactogram.datasets import Ratings, Segment
 from tactogram.workflows.training.rated_examples import RatingData
+from tactogram_benchmark.data import OpenTask
 
 
 def ratings_of(opened: OpenTask) -> Ratings:

@@ -13,13 +13,13 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.task import BenchmarkTask
-from tactogram_benchmark.task_kind import Figure, Judgement, kind_of
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import read_json
 from tactogram.validation import validated
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.task import BenchmarkTask
+from tactogram_benchmark.task_kind import Figure, Judgement, kind_of
 
 FORMAT: Literal["tactogram-benchmark-result"] = "tactogram-benchmark-result"
 VERSION: Literal[1] = 1

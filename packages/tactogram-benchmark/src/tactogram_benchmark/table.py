@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from tactogram.workflows.evaluation.reference_models import HOLDING_RECORDINGS
 from tactogram_benchmark.ignoring import IGNORING, RANDOM
 from tactogram_benchmark.ranking import RankedModel, rank_models
 from tactogram_benchmark.result import BenchmarkResult
 from tactogram_benchmark.task import BenchmarkTask
 from tactogram_benchmark.task_kind import Figure, kind_of
-from tactogram.workflows.evaluation.reference_models import HOLDING_RECORDINGS
 
 OTHERS = 4
 """Further figures in a table."""

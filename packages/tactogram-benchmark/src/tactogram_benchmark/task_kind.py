@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, model_validator
 from pydantic.dataclasses import dataclass as checked_dataclass
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task import BenchmarkTask
 from tactogram.model import Condition
 from tactogram.models import ModelInfo
 from tactogram.plugins import PluginGroup
 from tactogram.signal import Image, Signal
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.task import BenchmarkTask
 
 TASK_KINDS = PluginGroup(
     "kind of a task", "tactogram_benchmark.kinds", "tactogram.task_kinds", "TACTOGRAM_TASK_KINDS"

@@ -8,10 +8,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.rated_items import rated_surfaces
-from tactogram_benchmark.task import TaskRecipe
-from tactogram_benchmark.task_kind import kind_of
 from tactogram.models import ModelInfo
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
@@ -24,6 +20,10 @@ from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.requests import never
 from tactogram.workflows.training.train import train_plan
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.rated_items import rated_surfaces
+from tactogram_benchmark.task import TaskRecipe
+from tactogram_benchmark.task_kind import kind_of
 
 SECONDS = "training_s.txt"
 BETWEEN_S = 0.5

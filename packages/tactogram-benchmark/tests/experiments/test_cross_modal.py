@@ -5,18 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
 from benchmarks.experiments import image_label_balance
+
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_spread import ImageSpread
-from tactogram_benchmark.experiments import artifacts, cross_modal, image_cells, image_comparison
-from tactogram_benchmark.experiments import tactile_image_cgan_figure4 as figure4
 from tactogram.model import ImageKind
 from tactogram.signal import Image, Signal
 from tactogram.workflows.progress import silent
+from tactogram_benchmark.experiments import artifacts, cross_modal, image_cells, image_comparison
+from tactogram_benchmark.experiments import tactile_image_cgan_figure4 as figure4
 
 PLATES = ("plate01", "plate02", "plate03")
 

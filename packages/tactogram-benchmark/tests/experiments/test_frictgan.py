@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_benchmark.experiments import frictgan_figure3 as figure3
-from tactogram_benchmark.experiments.artifacts import trained_run
 from tactogram.models.frictgan.tests.test_learner import config, fabric_store
 from tactogram.workflows.progress import silent
+from tactogram_benchmark.experiments import frictgan_figure3 as figure3
+from tactogram_benchmark.experiments.artifacts import trained_run
 
 
 @pytest.fixture

@@ -9,11 +9,11 @@ from scipy.signal import lfilter
 
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.signal import Signal
 from tactogram_benchmark.experiments import stroke_gan_figures, stroke_gan_mixing
 from tactogram_benchmark.experiments.nine_textures import IN_RECORDINGS, materials_of
 from tactogram_benchmark.experiments.reproduce import reproduce
 from tactogram_benchmark.experiments.stroke_gan_mixing import END, SEEN, spread_of
-from tactogram.signal import Signal
 
 MATERIALS = sorted((*SEEN, END))
 

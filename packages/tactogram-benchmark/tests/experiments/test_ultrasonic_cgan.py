@@ -10,9 +10,9 @@ from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.datasets.ratings.table import write_table
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
-from tactogram_benchmark.experiments import artifacts, ultrasonic_cgan_figure7, ultrasonic_cgan_selection
 from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
+from tactogram_benchmark.experiments import artifacts, ultrasonic_cgan_figure7, ultrasonic_cgan_selection
 
 PLATES = ("plate01", "plate02", "plate03")
 

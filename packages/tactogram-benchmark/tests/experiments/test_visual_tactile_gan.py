@@ -13,15 +13,15 @@ from tactogram.datasets import Recording, create_store
 from tactogram.datasets.simulate.photo import photographs
 from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import DataError, ParameterError
-from tactogram_benchmark.experiments import artifacts, picture_cells
-from tactogram_benchmark.experiments import visual_tactile_gan_table3 as table3
-from tactogram_benchmark.experiments import visual_tactile_gan_table4 as table4
-from tactogram_benchmark.experiments.picture_cells import against
 from tactogram.model import Example, SignalKind
 from tactogram.nn.photo_translation import PhotoTranslation
 from tactogram.recipe import Recipe
 from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
+from tactogram_benchmark.experiments import artifacts, picture_cells
+from tactogram_benchmark.experiments import visual_tactile_gan_table3 as table3
+from tactogram_benchmark.experiments import visual_tactile_gan_table4 as table4
+from tactogram_benchmark.experiments.picture_cells import against
 
 
 class MadeUpWorkflows:

@@ -7,11 +7,11 @@ from urllib.parse import parse_qsl
 
 from pydantic import BaseModel
 
-from tactogram_capture.source import Source
-from tactogram_capture.source_kind import SourceKind
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.plugins import PluginGroup
 from tactogram.validation import validated
+from tactogram_capture.source import Source
+from tactogram_capture.source_kind import SourceKind
 
 SOURCES = PluginGroup("capture source", "tactogram_capture.sources", "tactogram.sources", "TACTOGRAM_SOURCES")
 """Modules with a ``SOURCE``, a `SourceKind`."""

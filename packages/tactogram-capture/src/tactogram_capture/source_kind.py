@@ -9,8 +9,8 @@ from typing import Any, Protocol, get_args
 
 from pydantic import BaseModel
 
-from tactogram_capture.source import Source
 from tactogram.errors import ParameterError
+from tactogram_capture.source import Source
 
 
 class OpenFunction(Protocol):

@@ -5,10 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tactogram.errors import ParameterError
 from tactogram_capture.live.recognition import Classification, Latencies, classify_windows, window_signal
 from tactogram_capture.live.terminal_view import line, panel
 from tactogram_capture.session.feed import Feed
-from tactogram.errors import ParameterError
 
 
 def run(source, *, listen=None, clock=None, **options):

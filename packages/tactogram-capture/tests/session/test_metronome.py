@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tactogram_capture.session.metronome import LoudspeakerMetronome, click_track, interval_s
 from tactogram.errors import ParameterError
+from tactogram_capture.session.metronome import LoudspeakerMetronome, click_track, interval_s
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [(100, 0.8), (200, 0.4), (400, 0.2)])

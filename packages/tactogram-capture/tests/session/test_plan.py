@@ -4,8 +4,8 @@ from collections import Counter
 
 import pytest
 
-from tactogram_capture.session.plan import SessionPlan, shipped_plans
 from tactogram.errors import DataError, ParameterError
+from tactogram_capture.session.plan import SessionPlan, shipped_plans
 
 PLAN = {
     "materials": ["a", "b", "c"],

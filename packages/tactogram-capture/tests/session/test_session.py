@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tactogram.datasets import open_store
+from tactogram.datasets.store.appending import append_recording, recover_store
+from tactogram.datasets.store.store import problems
+from tactogram.errors import DataError, ParameterError
 from tactogram_capture.session.console import LineConsole
 from tactogram_capture.session.journal import Journal
 from tactogram_capture.session.plan import SessionPlan
 from tactogram_capture.session.session import RecordingSession, session_folder
 from tactogram_capture.session.take import restored
 from tactogram_capture.source import SourceLost
-from tactogram.datasets import open_store
-from tactogram.datasets.store.appending import append_recording, recover_store
-from tactogram.datasets.store.store import problems
-from tactogram.errors import DataError, ParameterError
 
 PLAN = {
     "materials": ["cork", "tile"], "speeds_mm_s": [100, 200], "seconds": 0.5, "countdown_s": 0, "metronome": False,

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tactogram.errors import DataError
 from tactogram_capture.session.take import Take, joined, rate_of, recording_of, restored
 from tactogram_capture.source import Block
 from tactogram_capture.stream.gaps import bridged
-from tactogram.errors import DataError
 
 AXES = ("x", "y", "z")
 

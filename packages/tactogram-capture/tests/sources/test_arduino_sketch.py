@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tactogram.cli import main
+from tactogram.datasets import open_store
 from tactogram_capture import SourceLost, open_source
 from tactogram_capture.session import feed
 from tactogram_capture.stream import csv_source
 from tactogram_capture.stream.byte_stream import SerialPort
-from tactogram.cli import main
-from tactogram.datasets import open_store
 
 pytest.importorskip("serial")
 tty = pytest.importorskip("tty")
 
-DOCS = (Path(__file__).parents[3] / "docs/capture.md").read_text(encoding="utf-8")
+DOCS = (Path(__file__).parents[4] / "docs/capture.md").read_text(encoding="utf-8")
 [SKETCH] = re.findall(r"```cpp\n(.*?)```", DOCS, re.DOTALL)
 HEADING = "t_us,ax_g,ay_g,az_g"
 

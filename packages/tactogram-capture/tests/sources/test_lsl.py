@@ -6,10 +6,10 @@ import time
 import numpy as np
 import pytest
 
-from tactogram_capture import SourceLost, open_source, read_xdf
-from tactogram_capture.stream.channels import described_unit, split_at_gaps
 from tactogram.errors import DataError, DeviceError
 from tactogram.extras import lsl
+from tactogram_capture import SourceLost, open_source, read_xdf
+from tactogram_capture.stream.channels import described_unit, split_at_gaps
 
 
 def outlet(name, *, channels=3, rate=1000.0, unit="g", kind="Acceleration"):

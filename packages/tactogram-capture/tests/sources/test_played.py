@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from tactogram_capture import open_source, read_log
-from tactogram_capture.source import SourceEnded
-from tactogram_capture.sources.played import StrokeReplay
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram_capture import open_source, read_log
+from tactogram_capture.source import SourceEnded
+from tactogram_capture.sources.played import StrokeReplay
 
 STEP = 4e-3 * STANDARD_GRAVITY
 

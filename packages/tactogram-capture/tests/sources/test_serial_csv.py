@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram_capture import SourceEnded
 from tactogram_capture.stream.byte_stream import Replay
 from tactogram_capture.stream.csv_columns import CsvFormat
 from tactogram_capture.stream.csv_lines import CsvParser
 from tactogram_capture.stream.csv_source import CsvSource
-from tactogram.errors import DataError, ParameterError, TactogramError
 
 WAVE = np.round(200 * np.sin(np.arange(1000) / 3) ** 3).astype(int).tolist()
 """Counts of no regular step."""

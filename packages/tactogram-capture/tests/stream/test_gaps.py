@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tactogram.errors import DataError
 from tactogram_capture import filled, gap_free
 from tactogram_capture.stream.gaps import gaps
-from tactogram.errors import DataError
 
 
 def with_gaps(*holes, n=100):

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tactogram.errors import DataError
 from tactogram_capture import SourceEnded, open_source, read_log
 from tactogram_capture.stream.raw_log import RawLog, escaped, log_pieces, unescaped
 from tactogram_capture.twelite.simulator import SimulatedReceiver, transmissions
-from tactogram.errors import DataError
 
 RECEIVER = SimulatedReceiver(seconds=3, loss=0.05, seed=4)
 

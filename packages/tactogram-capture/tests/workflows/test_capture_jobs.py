@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactogram_capture import read_log
-from tactogram_capture.session.take import restored
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
+from tactogram.workflows.training.loaded_run import load_run
+from tactogram_capture import read_log
+from tactogram_capture.session.take import restored
 from tactogram_capture.workflows.live import LiveClassifier, live
 from tactogram_capture.workflows.session import capture, with_log
-from tactogram.workflows.training.loaded_run import load_run
 
 PLAN = """
 materials = ["cork", "tile"]

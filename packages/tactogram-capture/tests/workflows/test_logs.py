@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from tactogram_capture import read_log
-from tactogram_capture.twelite.simulator import SimulatedReceiver
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_file
+from tactogram_capture import read_log
+from tactogram_capture.twelite.simulator import SimulatedReceiver
 from tactogram_capture.workflows.logs import capture_log
 
 

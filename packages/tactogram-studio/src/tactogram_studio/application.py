@@ -64,9 +64,9 @@ def make_app(
     from nicegui.storage import Storage
 
     from tactogram_studio.layout import show_error
-    from tactogram_study.participants.routes import participant_router
     from tactogram_studio.server.guard import RequestGuard
     from tactogram_studio.server.guard_rules import GuardSettings
+    from tactogram_study.participants.routes import participant_router
 
     Storage.path = state  # NiceGUI reads its environment variable on import: possibly too early
     app = FastAPI(title="tactogram", docs_url=None, redoc_url=None, openapi_url=None)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
 from tactogram_studio.workspace.starter_data import StarterData
+from tactogram_study.participants.sessions import SessionRegistry
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from tactogram.errors import ParameterError
 from tactogram_studio.application import ServerAnnouncement, serve
 from tactogram_studio.context import Studio
 from tactogram_studio.pages.studies.experiment_view import address_of
+from tactogram_studio.server.listening import ListeningPort
 from tactogram_study.participants.server_display import ServerDisplay
 from tactogram_study.participants.sessions import SessionRegistry
-from tactogram_studio.server.listening import ListeningPort
 from tactogram_study.session.participants import checked_code
 from tactogram_study.session.store import SessionStore
 

@@ -5,11 +5,11 @@ import socket
 import sys
 from pathlib import Path
 
-from tactogram_study.participants.routes import make_participant_app
-from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_studio.server.connections import StudioServer
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
+from tactogram_study.participants.routes import make_participant_app
+from tactogram_study.participants.sessions import SessionRegistry
 
 folder, port = Path(sys.argv[1]), int(sys.argv[2])
 sessions = SessionRegistry(folder, device="null")

@@ -4,11 +4,11 @@ import socket
 import sys
 from pathlib import Path
 
-from tactogram_study.participants.routes import make_participant_app
-from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_studio.server.connections import StudioServer
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
+from tactogram_study.participants.routes import make_participant_app
+from tactogram_study.participants.sessions import SessionRegistry
 
 workspace, study, folder, changes = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]), sys.argv[4:]
 sessions = SessionRegistry(workspace, device="null")

@@ -20,14 +20,14 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram_study.participants.routes import make_participant_app
-from tactogram_study.participants.sessions import SessionRegistry
-from tactogram_study.participants.tickets import load_keys
 from tactogram_studio.server.certificates import self_signed_certificate
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import COOKIE, GuardSettings
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.uploads import read_uploaded_image, read_uploaded_signal, save_upload
+from tactogram_study.participants.routes import make_participant_app
+from tactogram_study.participants.sessions import SessionRegistry
+from tactogram_study.participants.tickets import load_keys
 from tactogram_study.session.store import SessionStore
 
 JSON = {"content-type": "application/json"}

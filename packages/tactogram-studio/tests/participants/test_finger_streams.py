@@ -23,11 +23,11 @@ from tactogram.rendering.transducer.circuit import PRESETS
 from tactogram.rendering.transducer.simulation import TransducerSimulation
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram_study.participants.routes import make_participant_app
-from tactogram_study.participants.server_display import ServerDisplay
+from tactogram.workflows.streaming import stream
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
-from tactogram.workflows.streaming import stream
+from tactogram_study.participants.routes import make_participant_app
+from tactogram_study.participants.server_display import ServerDisplay
 from tactogram_study.workflows import streams
 
 CYCLES_PER_MM = 0.5

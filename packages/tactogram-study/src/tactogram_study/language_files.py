@@ -16,9 +16,9 @@ from pydantic import Field
 
 from tactogram.errors import ParameterError, shown
 from tactogram.plugins import further_folders
+from tactogram.text_files import read_toml
 from tactogram_study import languages as _languages
 from tactogram_study.wording import ALL, TAG, Wording
-from tactogram.text_files import read_toml
 
 FOLDERS_VARIABLE = "TACTOGRAM_LANGUAGES"
 """Environment variable with files and folders of further language files, separated as in PATH."""

@@ -13,6 +13,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
 
 from tactogram.errors import ParameterError
+from tactogram.text_files import read_toml
+from tactogram.validation import Fault, faults, validated, with_changes
 from tactogram_study import studies as _studies
 from tactogram_study.designs import Design, designs
 from tactogram_study.designs.catalogue import FOLDERS_VARIABLE
@@ -24,8 +26,6 @@ from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus, StimulusGrid
 from tactogram_study.trials import DesignContext
 from tactogram_study.wording import Language, Wording, wordings
-from tactogram.text_files import read_toml
-from tactogram.validation import Fault, faults, validated, with_changes
 
 NAME = r"^[a-z0-9][a-z0-9_]{0,39}$"
 Name = Annotated[str, Field(pattern=NAME)]

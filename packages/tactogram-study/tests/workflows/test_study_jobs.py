@@ -12,18 +12,18 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
+from tactogram.workflows.generation import generate
+from tactogram.workflows.training import loaded_run
 from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_study.session.store import SessionStore
 from tactogram_study.stimuli import StimulusSource
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
-from tactogram.workflows.generation import generate
 from tactogram_study.workflows.answers import open_answers
 from tactogram_study.workflows.sessions import begin_session, log_played, origin_folder
 from tactogram_study.workflows.simulation import effect_of, simulate_study
 from tactogram_study.workflows.stimuli import StudyStimuli, stronger
 from tactogram_study.workflows.studies import check_study, study_folder
-from tactogram.workflows.training import loaded_run
 
 STUDY = """
 title = "Small"

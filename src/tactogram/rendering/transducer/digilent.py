@@ -54,6 +54,13 @@ class GeneratorSettings(BaseModel):
     """Serial number; empty for the first device."""
 
 
+def find_devices() -> dict[str, str]:
+    """Return the connected devices by address; errors as of `tactogram.extras.imported`."""
+    dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
+    with device_errors("digilent", library="dwfpy"):
+        return {f"digilent:{d.serial_number}": "Digilent device" for d in dwfpy.Device.enumerate()}
+
+
 def generator(settings: CarrierSettings, *, channel: int = 1, serial: str = "") -> GeneratorSettings:
     """Return the generator settings for a display.
 

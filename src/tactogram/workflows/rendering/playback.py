@@ -15,13 +15,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram_capture.catalogue import find_devices
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.safety import DriveGuard
+from tactogram.rendering.transducer.digilent import find_devices
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.workflows.rendering.requests import PlayRequest
@@ -66,7 +66,7 @@ def outputs() -> list[dict[str, Any]]:
         add("audio", "sound card", str(error))
         add(NULL, "null device, simulated", str(error), simulated=True)
     try:
-        addresses = find_devices("digilent")
+        addresses = find_devices()
         for address in addresses:
             add(address, f"Digilent generator {address.partition(':')[2]}, envelopes")
         if not addresses:

@@ -3,6 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.rendering.files.documents import problems, read, written_by
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files.analysis import envelope_of
@@ -10,7 +11,6 @@ from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.events import Events, Part, Transient
 from tactogram.rendering.files.formats import ahap
 from tactogram.signal import Signal
-from tests.rendering.files.documents import problems, read, written_by
 
 RATE = 8000
 

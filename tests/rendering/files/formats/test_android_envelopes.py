@@ -2,6 +2,7 @@ import itertools
 
 import numpy as np
 import pytest
+from tests.rendering.files.documents import problems, read, written_by
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files import control_points as module_of_points
@@ -9,7 +10,6 @@ from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.events import Events, Transient
 from tactogram.rendering.files.formats import android_basic, android_envelope
 from tactogram.signal import Signal
-from tests.rendering.files.documents import problems, read, written_by
 
 RATE = 2000
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.rendering.files.documents import problems, read, written_by
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import read_haptic
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.formats import haptic
 from tactogram.signal import Signal
-from tests.rendering.files.documents import problems, read, written_by
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "my.haptic"
 

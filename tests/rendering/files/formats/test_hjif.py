@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.signal import welch
+from tests.rendering.files.documents import problems, read, written_by
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import read_haptic, write_haptic
@@ -13,7 +14,6 @@ from tactogram.rendering.files.formats import hjif
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass
 from tactogram.signal.resampling import resample
-from tests.rendering.files.documents import problems, read, written_by
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "min.hjif"
 

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from tests.rendering.files.documents import problems, read, written_by
 
 from tactogram.errors import DataError
 from tactogram.rendering.files import check_file, read_haptic, write_haptic
@@ -7,7 +8,6 @@ from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.documents import encoded
 from tactogram.rendering.files.formats import tact
 from tactogram.signal import Signal
-from tests.rendering.files.documents import problems, read, written_by
 
 RATE = 2000
 

@@ -10,7 +10,7 @@ from tactogram.text_files import read_json
 
 PUBLISHED = Path(__file__).parent
 """Folder of the experiments behind published tables and figures."""
-BENCHMARKS = Path(__file__).parents[3] / "benchmarks"
+BENCHMARKS = Path(__file__).parents[5] / "benchmarks"
 """Our own experiments and committed results, next to the source; missing from an installed package."""
 
 

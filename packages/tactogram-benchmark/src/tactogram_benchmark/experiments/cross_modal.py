@@ -24,14 +24,14 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.cross_modal import ALPHA, CrossModalResult, compare_cross_modal, errors_of
 from tactogram.evaluation.ratings.cross_modal_figures import overall_figure, per_word_figure
 from tactogram.evaluation.report import save_figure
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
-from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
+from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 
 PEOPLE = 20
 """In each of the two groups. Sec. II-D; n = 2,400 answers of 12 plates and 10 words in Fig. 5."""

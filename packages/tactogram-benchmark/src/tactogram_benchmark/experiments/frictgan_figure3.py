@@ -23,6 +23,13 @@ from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.evaluation.measures.geometry_score import geometry_score
 from tactogram.evaluation.pictures.figures import COLOURS
 from tactogram.evaluation.report import save_figure
+from tactogram.features.registered_pairs import FrictionBatch
+from tactogram.model import Example
+from tactogram.models.frictgan.fabric_evaluation import compare_fabrics, fabric_windows, summary
+from tactogram.models.frictgan.learner import FrictGANLearner
+from tactogram.models.frictgan.texture_free import MODELS
+from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows.training.loaded_run import load_run, test_part
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     cached_result,
@@ -32,13 +39,6 @@ from tactogram_benchmark.experiments.artifacts import (
     trained_run,
 )
 from tactogram_benchmark.experiments.picture_cells import spread, text_of
-from tactogram.features.registered_pairs import FrictionBatch
-from tactogram.model import Example
-from tactogram.models.frictgan.fabric_evaluation import compare_fabrics, fabric_windows, summary
-from tactogram.models.frictgan.learner import FrictGANLearner
-from tactogram.models.frictgan.texture_free import MODELS
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import load_run, test_part
 
 PUBLISHED = (0.006, 0.005, 0.014, 0.005, 0.005)
 """Sec. 4: mean squared error of the fabrics of Figure 3, from top to bottom; "averagely 0.035" is their sum."""

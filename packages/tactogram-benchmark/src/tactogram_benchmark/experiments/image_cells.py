@@ -16,13 +16,13 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.distances import ImageQuality
 from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.evaluation.ratings.label_following import LabelFidelity, label_fidelity
-from tactogram_benchmark.experiments.artifacts import cached_result, trained_run
 from tactogram.model import SpreadReporter
 from tactogram.signal import Image
 from tactogram.training.labelled_images import as_floats, square
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.recognition.score import score
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram_benchmark.experiments.artifacts import cached_result, trained_run
 
 WEIGHTS = (1, 1000, 5000, 10000)
 """Sec. II-C."""

@@ -18,6 +18,7 @@ from tactogram.evaluation.pictures.image_figures import (
     trade_off_figure,
 )
 from tactogram.evaluation.report import save_figure
+from tactogram.workflows.training.loaded_run import load_run
 from tactogram_benchmark.experiments.image_cells import (
     DRAWS,
     RatedPlates,
@@ -27,7 +28,6 @@ from tactogram_benchmark.experiments.image_cells import (
     plates_of,
     real_images,
 )
-from tactogram.workflows.training.loaded_run import load_run
 
 TRIALS = 2
 """Noises in the figure. Hatori et al. 2025, Fig. 4, "Images from two trials are shown"."""

@@ -12,9 +12,9 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, kind_of
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.progress import ProgressCallback
+from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, kind_of
 
 PUBLISHED = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}
 """Table II, classification accuracy in %, windows. The printed rows P, R, V, X, Y, Z of Table I are corrupt."""

@@ -18,6 +18,11 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.evaluation.report import save_figure
+from tactogram.signal import Image, Signal
+from tactogram.training.run import Run
+from tactogram.workflows.evaluation.mixing_ladder import recorded
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.progress import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     facts_of,
@@ -27,11 +32,6 @@ from tactogram_benchmark.experiments.artifacts import (
     trained_run,
 )
 from tactogram_benchmark.experiments.nine_textures import materials_of
-from tactogram.signal import Image, Signal
-from tactogram.training.run import Run
-from tactogram.workflows.evaluation.mixing_ladder import recorded
-from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.progress import ProgressCallback
 
 FIGURES = {
     "figure-7": ("artificial-grass", "carpet", "tile"),

@@ -17,6 +17,8 @@ from statistics import mean, stdev
 from typing import Any
 
 from tactogram.evaluation.mixing.placement import IndistinctEndsError
+from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
+from tactogram.workflows.progress import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     facts_of,
@@ -26,8 +28,6 @@ from tactogram_benchmark.experiments.artifacts import (
     trained_run,
 )
 from tactogram_benchmark.experiments.nine_textures import materials_of
-from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
-from tactogram.workflows.progress import ProgressCallback
 
 END = "tile"
 ADDED_TO = "luncheon-mat-03"

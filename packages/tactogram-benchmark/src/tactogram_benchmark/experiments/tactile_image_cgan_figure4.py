@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.workflows.progress import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import find_or_simulate
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, image_run, rater_run
 from tactogram_benchmark.experiments.image_comparison import compare_generators
-from tactogram.workflows.progress import ProgressCallback
 
 MOST = 8
 """Weights in a figure."""

@@ -25,8 +25,6 @@ from tactogram.evaluation.ratings.figures import word_map_figure
 from tactogram.evaluation.ratings.prediction import distances_to_targets, one_rater_error, split_half_error
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import save_figure
-from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, trained_run
-from tactogram_benchmark.experiments.figure7_text import RATER_MODEL, figure7_text
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import write_text
@@ -34,6 +32,8 @@ from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
 from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
 from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
+from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, trained_run
+from tactogram_benchmark.experiments.figure7_text import RATER_MODEL, figure7_text
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""

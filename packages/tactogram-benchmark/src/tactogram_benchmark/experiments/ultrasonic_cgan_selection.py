@@ -18,15 +18,26 @@ from tactogram.datasets.simulate.raters import draw_people, score_vibrations
 from tactogram.errors import ParameterError
 from tactogram.evaluation.checkpoint_selection import SelectionRule, choose, smoothed
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, reproduction
-from tactogram_benchmark.experiments.artifacts import Training, facts_of, find_or_simulate, train_all, trained_run
-from tactogram_benchmark.experiments.image_cells import plates_of
-from tactogram_benchmark.experiments.ultrasonic_cgan_figure7 import GROUPS, PEOPLE, SIMULATED_RATERS, chosen_groups
 from tactogram.models.ultrasonic_cgan import Config
 from tactogram.models.ultrasonic_cgan.surfaces import clusters_of, tree_of
 from tactogram.signal import Signal
 from tactogram.workflows.evaluation.word_signals import WordGenerationResult, generate_rated_surfaces
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram_benchmark.experiments.artifacts import (
+    Training,
+    facts_of,
+    find_or_simulate,
+    train_all,
+    trained_run,
+)
+from tactogram_benchmark.experiments.image_cells import plates_of
+from tactogram_benchmark.experiments.ultrasonic_cgan_figure7 import (
+    GROUPS,
+    PEOPLE,
+    SIMULATED_RATERS,
+    chosen_groups,
+)
 
 PUBLISHED = {"A": True, "B": True, "C": True, "D": True, "E": False}
 """Whether the training succeeded. Sec. IV-C."""
@@ -51,7 +62,8 @@ def run(
     Parameters
     ----------
     folder, paper, progress
-        See `tactogram_benchmark.experiments`; ``paper`` is 18 trainings of 200,000 iterations, half an hour each on a core.
+        See `tactogram_benchmark.experiments`; ``paper`` is 18 trainings of 200,000 iterations, half an hour each on
+        a core.
     data : str
         Store of rated plates and display signals; default: the simulated study.
     groups : str

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from tactogram.datasets import Store
 from tactogram.errors import ParameterError
 from tactogram.evaluation.report import save_figure
+from tactogram.workflows.progress import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import facts_of
 from tactogram_benchmark.experiments.picture_cells import (
     compared,
@@ -28,7 +29,6 @@ from tactogram_benchmark.experiments.picture_cells import (
     table_settings,
     text_of,
 )
-from tactogram.workflows.progress import ProgressCallback
 
 PUBLISHED = {
     (1, 1): (0.3442, 0.0106),

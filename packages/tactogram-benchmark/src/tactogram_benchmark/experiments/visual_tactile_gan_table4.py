@@ -11,6 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.nn.weight_files import VGG19
+from tactogram.workflows.evaluation.picture_report import compare_pictures
+from tactogram.workflows.progress import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import facts_of
 from tactogram_benchmark.experiments.picture_cells import (
     compared,
@@ -21,9 +24,6 @@ from tactogram_benchmark.experiments.picture_cells import (
     table_settings,
     text_of,
 )
-from tactogram.nn.weight_files import VGG19
-from tactogram.workflows.evaluation.picture_report import compare_pictures
-from tactogram.workflows.progress import ProgressCallback
 
 PROPOSED = "proposed"
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {

@@ -9,9 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import pooled
 from tactogram.evaluation.measures import linear_discriminant, wilson
@@ -19,6 +16,9 @@ from tactogram.model import WindowClassifier
 from tactogram.models import ModelInfo
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
 
 SMALLEST = 1e-6
 """Probability below which an error costs no more: 14 nats."""

@@ -15,11 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.ignoring import IGNORING
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task import BenchmarkTask, TaskOptions, options_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import (
     CEILING,
@@ -46,6 +41,11 @@ from tactogram.workflows.evaluation.reference_models import (
 )
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.ignoring import IGNORING
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.task import BenchmarkTask, TaskOptions, options_of
+from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
 
 SHOWN = 3
 """Materials of which one answer is kept for the page."""

@@ -7,10 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task import TaskOptions, options_of
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import mean_interval
 from tactogram.evaluation.mixing.placement import OVERALL, positions
@@ -20,6 +16,10 @@ from tactogram.signal.resampling import resample
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.task import TaskOptions, options_of
+from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
 
 
 class MixingOptions(TaskOptions):

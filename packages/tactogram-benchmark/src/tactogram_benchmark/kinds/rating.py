@@ -8,17 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.ignoring import IGNORING
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import mean_interval
 from tactogram.model import Condition, ImageExample
 from tactogram.models import ModelInfo
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.ignoring import IGNORING
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
+from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
 
 
 class Rating(TaskKind):

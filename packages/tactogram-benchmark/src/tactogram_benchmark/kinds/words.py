@@ -15,13 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram import models
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.ignoring import IGNORING, array_of
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples, rated_surfaces, ratings_of
-from tactogram_benchmark.task import TaskOptions, options_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
-from tactogram_benchmark.training import trained_for
 from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.model import Condition, Example
@@ -30,6 +23,13 @@ from tactogram.signal import Image, Signal
 from tactogram.training.seeds import child_rng, child_seed
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.ignoring import IGNORING, array_of
+from tactogram_benchmark.questions import AnswerForm, Answers, Question
+from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples, rated_surfaces, ratings_of
+from tactogram_benchmark.task import TaskOptions, options_of
+from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
+from tactogram_benchmark.training import trained_for
 
 RATER = "rater"
 RESAMPLES = 2000

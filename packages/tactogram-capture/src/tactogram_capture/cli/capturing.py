@@ -1,4 +1,4 @@
-"""Verbs that record sessions, classify a sensor's signal live, and import its logs."""
+"""Verbs that record sessions, classify a sensor's signal live, test devices, and import logs."""
 
 import sys
 from collections.abc import Callable, Iterator
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, text_of
 from tactogram.cli.verbs import Verb, with_options
+from tactogram.workflows.request import Argument, Option, Request
 from tactogram_capture.workflows.requests import CaptureRequest, LiveRequest, LogRequest
-from tactogram.workflows.request import Option, Request
 
 if TYPE_CHECKING:
     from tactogram_capture import Block, Source
@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class _SourcesRequest(Request):
     find_s: Annotated[float, Option("time to search for streams on the network", "S", "--find")] = 0.5
+
+
+@dataclass(frozen=True)
+class _DeviceRequest(Request):
+    name: Annotated[
+        str, Argument("serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse", metavar="DEVICE")
+    ]
 
 
 def _capture(request: CaptureRequest, show: Printer) -> None:
@@ -57,6 +64,21 @@ def _sources(request: _SourcesRequest, show: Printer) -> None:
     sources = find_sources(find_s=request.find_s)
     rows = [(one["address"] or f"({one['kind']})", one["missing"] or one["what"]) for one in sources]
     show(sources, columns(rows))
+
+
+def _device(request: _DeviceRequest, show: Printer) -> None:
+    from tactogram_capture.workflows.devices import try_device
+
+    facts = try_device(request.name)
+    lines = [f"{facts['device']}: {facts['state']}: {facts['line']}"]
+    lines += [f"  {name}: {text_of(value)}" for name, value in facts["facts"].items()]
+    lines += [
+        f"  {path['title']} ({path['direction']}): tested by simulation with: {path['simulated']}; "
+        f"real hardware: {path['hardware']}"
+        for path in facts["paths"]
+    ]
+    lines.append(f"  tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}")
+    show(facts, "\n".join(lines))
 
 
 def _capture_log(request: LogRequest, show: Printer) -> None:
@@ -167,5 +189,6 @@ VERBS = {
     ),
     "live": Verb(LiveRequest, _live, folders=("models",)),
     "sources": Verb(_SourcesRequest, _sources),
+    "device": Verb(_DeviceRequest, _device),
     "capture-log": Verb(LogRequest, _capture_log),
 }

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.errors import ParameterError
+from tactogram.signal import Signal
 from tactogram_capture.session.feed import Feed
 from tactogram_capture.session.take_checks import level
 from tactogram_capture.source import Block, SourceEnded
 from tactogram_capture.stream.gaps import bridged
-from tactogram.errors import ParameterError
-from tactogram.signal import Signal
 
 MOST_LOST = 0.25
 """Largest lost share of a window that is classified: bridged samples are not measured ones."""

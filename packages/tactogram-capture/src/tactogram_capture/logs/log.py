@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.errors import DataError
 from tactogram_capture.source import SourceEnded
 from tactogram_capture.stream.byte_stream import Replay
 from tactogram_capture.stream.csv_columns import CsvFormat
@@ -19,7 +20,6 @@ from tactogram_capture.twelite.messages import AXES
 from tactogram_capture.twelite.parser import TweliteParser
 from tactogram_capture.twelite.sequence import TimelineSegment
 from tactogram_capture.twelite.source import SensorTimelines, parser_facts
-from tactogram.errors import DataError
 
 LogKind = Literal["twelite", "serial"]
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.errors import DataError, TactogramError, one_line
+from tactogram.extras import imported
 from tactogram_capture.logs.log import SensorLog
 from tactogram_capture.stream.channels import described_axes, described_unit, split_at_gaps
 from tactogram_capture.stream.rate_estimate import estimate_rate
-from tactogram.errors import DataError, TactogramError, one_line
-from tactogram.extras import imported
 
 
 def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:

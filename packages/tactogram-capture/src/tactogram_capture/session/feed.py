@@ -10,10 +10,10 @@ from time import monotonic
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.errors import DataError
 from tactogram_capture.session.take import Take, joined, rate_of
 from tactogram_capture.session.take_checks import level
 from tactogram_capture.source import Block, Source, SourceLost
-from tactogram.errors import DataError
 
 METER_S = 0.25
 """Interval of the level meter, s."""

@@ -13,10 +13,10 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from tactogram_capture.session import plans as _plans
 from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
+from tactogram_capture.session import plans as _plans
 
 Name = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -14,6 +14,10 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
+from tactogram.datasets import Store
+from tactogram.datasets.store.appending import append_recording, recover_store
+from tactogram.errors import DataError, ParameterError, TactogramError, one_line
+from tactogram.signal import Signal
 from tactogram_capture.session.console import CaptureStatus, Console
 from tactogram_capture.session.feed import Feed
 from tactogram_capture.session.journal import Journal
@@ -23,10 +27,6 @@ from tactogram_capture.session.take import RECEIVED, Take, recording_of
 from tactogram_capture.session.take_checks import TakeAssessment, check_take
 from tactogram_capture.source import Source, SourceEnded, SourceLost
 from tactogram_capture.stream.gaps import bridged
-from tactogram.datasets import Store
-from tactogram.datasets.store.appending import append_recording, recover_store
-from tactogram.errors import DataError, ParameterError, TactogramError, one_line
-from tactogram.signal import Signal
 
 MOST_REDONE = 3
 """Attempts at one trial in an unattended session, before it is skipped."""

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram_capture.source import Block
-from tactogram_capture.stream.gaps import bridged
 from tactogram.datasets import Recording
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
+from tactogram_capture.source import Block
+from tactogram_capture.stream.gaps import bridged
 
 RATE_TOLERANCE = 1e-3
 """Largest relative difference between a measured rate and the reference: the joint error of a crystal and of

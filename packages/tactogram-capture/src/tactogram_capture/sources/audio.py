@@ -8,14 +8,14 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.errors import DeviceError, MissingExtraError, one_line
+from tactogram.extras import device_errors, imported, silenced
+from tactogram.signal.units import parse_unit
 from tactogram_capture.source import Block
 from tactogram_capture.source_kind import SourceKind
 from tactogram_capture.stream.channels import axis_names, source_facts
 from tactogram_capture.stream.rate_estimate import RateMeter
 from tactogram_capture.stream.sample_queue import BlockQueue
-from tactogram.errors import DeviceError, MissingExtraError, one_line
-from tactogram.extras import device_errors, imported, silenced
-from tactogram.signal.units import parse_unit
 
 WAITING_S = 10.0
 """Samples buffered for the reader, s; later ones are lost."""

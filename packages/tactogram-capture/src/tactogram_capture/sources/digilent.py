@@ -8,13 +8,14 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.errors import ParameterError, one_line
+from tactogram.extras import device_errors, imported
+from tactogram.rendering.transducer.digilent import find_devices
+from tactogram.signal.units import parse_unit
 from tactogram_capture.source import Block, SourceLost
 from tactogram_capture.source_kind import SourceKind
 from tactogram_capture.stream.channels import axis_names, source_facts
 from tactogram_capture.stream.rate_estimate import RateMeter
-from tactogram.errors import ParameterError, one_line
-from tactogram.extras import device_errors, imported
-from tactogram.signal.units import parse_unit
 
 _POLL_S = 0.002
 
@@ -132,9 +133,7 @@ class DigilentSource:
 
 
 def _find(find_s: float) -> dict[str, str]:
-    dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
-    with device_errors("digilent", library="dwfpy"):
-        return {f"digilent:{d.serial_number}": "Digilent device" for d in dwfpy.Device.enumerate()}
+    return find_devices()
 
 
 def _channels(form: ScopeFormat, name: str) -> list[int]:

@@ -8,12 +8,12 @@ from typing import Any, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.errors import DeviceError, ParameterError, one_line
+from tactogram.extras import device_errors, lsl
 from tactogram_capture.source import Block, SourceLost
 from tactogram_capture.source_kind import SourceKind
 from tactogram_capture.stream.channels import described_axes, described_unit, source_facts, split_at_gaps
 from tactogram_capture.stream.rate_estimate import RateMeter
-from tactogram.errors import DeviceError, ParameterError, one_line
-from tactogram.extras import device_errors, lsl
 
 
 class LslOptions(BaseModel):

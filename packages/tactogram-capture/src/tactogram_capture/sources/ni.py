@@ -9,13 +9,13 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.errors import ParameterError, one_line
+from tactogram.extras import device_errors, imported
+from tactogram.signal.units import STANDARD_GRAVITY, parse_unit
 from tactogram_capture.source import Block, SourceLost
 from tactogram_capture.source_kind import SourceKind
 from tactogram_capture.stream.channels import axis_names, source_facts
 from tactogram_capture.stream.rate_estimate import RateMeter
-from tactogram.errors import ParameterError, one_line
-from tactogram.extras import device_errors, imported
-from tactogram.signal.units import STANDARD_GRAVITY, parse_unit
 
 WAITING_S = 10.0
 """Samples buffered by the driver, s; when its buffer is full, it stops rather than lose samples silently."""

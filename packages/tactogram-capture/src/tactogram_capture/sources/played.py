@@ -15,15 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from tactogram_capture.session.plan import PlannedTake
-from tactogram_capture.source_kind import SourceKind, required_place
-from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
-from tactogram_capture.twelite.source import TweliteSource
 from tactogram.datasets import Store, open_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram_capture.session.plan import PlannedTake
+from tactogram_capture.source_kind import SourceKind, required_place
+from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
+from tactogram_capture.twelite.source import TweliteSource
 
 AXES = ("x", "y", "z")
 PACKETS_AT_ONCE = 3

@@ -7,9 +7,9 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, Protocol, Self
 
-from tactogram_capture.source import SourceEnded, SourceLost
 from tactogram.errors import one_line
 from tactogram.extras import device_errors, imported
+from tactogram_capture.source import SourceEnded, SourceLost
 
 BAUD = 115200
 """Default of TWE-Lite receivers and most boards."""

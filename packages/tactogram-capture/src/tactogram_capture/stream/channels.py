@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram_capture.stream.rate_estimate import RateMeter
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.signal.units import parse_unit
+from tactogram_capture.stream.rate_estimate import RateMeter
 
 LEAST_GAP_S = 0.05
 """Shorter jumps of time stamps are jitter: many programs stamp whole chunks on arrival."""

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.errors import DataError
+from tactogram.signal.units import TIME_UNITS, parse_unit
 from tactogram_capture.source import Block
 from tactogram_capture.stream.byte_source import ByteSource
 from tactogram_capture.stream.byte_stream import BAUD, ByteStream
@@ -18,8 +20,6 @@ from tactogram_capture.stream.channels import source_facts
 from tactogram_capture.stream.csv_columns import BoardColumns, CsvFormat, columns_of, since_reset
 from tactogram_capture.stream.csv_lines import RESTART, CsvParser
 from tactogram_capture.stream.rate_estimate import RateEstimate, RateMeter
-from tactogram.errors import DataError
-from tactogram.signal.units import TIME_UNITS, parse_unit
 
 FIRST_ROWS = 32
 """Rows from which the columns are understood."""

@@ -19,9 +19,9 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, Self
 
-from tactogram_capture.stream.byte_stream import ByteStream
 from tactogram.errors import DataError
 from tactogram.text_files import decode_text, parse_json
+from tactogram_capture.stream.byte_stream import ByteStream
 
 HEAD = "# tactogram raw log "
 

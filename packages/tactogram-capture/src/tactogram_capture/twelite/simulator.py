@@ -15,6 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.errors import DeviceError, ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.resampling import resample
+from tactogram.signal.units import STANDARD_GRAVITY
 from tactogram_capture.source import SourceEnded, SourceLost
 from tactogram_capture.stream.byte_stream import SerialPort
 from tactogram_capture.twelite.messages import (
@@ -26,10 +30,6 @@ from tactogram_capture.twelite.messages import (
     battery_code,
     checksum,
 )
-from tactogram.errors import DeviceError, ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.resampling import resample
-from tactogram.signal.units import STANDARD_GRAVITY
 
 _CODES: dict[Mode, int] = {"single": 0x00, "fifo": 0xFA, "low_energy": 0xFE}
 _SECONDS_AHEAD = 1.0

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.errors import ParameterError
+from tactogram.signal.units import STANDARD_GRAVITY
 from tactogram_capture.source import Block
 from tactogram_capture.stream.byte_source import ByteSource
 from tactogram_capture.stream.byte_stream import ByteStream
 from tactogram_capture.twelite.messages import AXES, Packet
 from tactogram_capture.twelite.parser import TweliteParser
 from tactogram_capture.twelite.sequence import Timeline, TimelineSegment
-from tactogram.errors import ParameterError
-from tactogram.signal.units import STANDARD_GRAVITY
 
 FULL_SCALE = 16 * STANDARD_GRAVITY
 """Where the ADXL345 clips, m/s^2: App_Tag sets it to 16 g."""

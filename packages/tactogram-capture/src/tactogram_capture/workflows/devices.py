@@ -15,9 +15,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tactogram_capture.catalogue import SOURCES, find_devices
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
+from tactogram_capture.catalogue import SOURCES, find_devices
 
 State = Literal["works", "no hardware", "missing", "failed"]
 

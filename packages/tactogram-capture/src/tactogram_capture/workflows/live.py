@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from tactogram_capture import open_source
-from tactogram_capture.live.recognition import Classification, Latencies, classify_windows
-from tactogram_capture.session.feed import Feed
-from tactogram_capture.stream.monitor import TappedSource
 from tactogram.datasets import part_examples
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import window_of
 from tactogram.signal import Signal
-from tactogram_capture.workflows.requests import LiveRequest
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.surface_index import SurfaceIndex, prediction_limit, surface_vector
+from tactogram_capture import open_source
+from tactogram_capture.live.recognition import Classification, Latencies, classify_windows
+from tactogram_capture.session.feed import Feed
+from tactogram_capture.stream.monitor import TappedSource
+from tactogram_capture.workflows.requests import LiveRequest
 
 CONTEXT_S = 0.5
 """Signal before a window in which the band-pass of a run's recipe settles. At the window's end it cannot: the samples

@@ -5,18 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram_capture import SensorLog, filled, gap_free, read_log, read_xdf
-from tactogram_capture.logs.log import LogKind
-from tactogram_capture.session.take import STREAM_OF_UNIT, rate_of
-from tactogram_capture.stream.csv_columns import CsvFormat
 from tactogram.datasets import Recording, add_recordings, create_store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.signal.signal import check_rate
 from tactogram.validation import validated
-from tactogram_capture.workflows.requests import LogRequest
 from tactogram.workflows.request import takes
+from tactogram_capture import SensorLog, filled, gap_free, read_log, read_xdf
+from tactogram_capture.logs.log import LogKind
+from tactogram_capture.session.take import STREAM_OF_UNIT, rate_of
+from tactogram_capture.stream.csv_columns import CsvFormat
+from tactogram_capture.workflows.requests import LogRequest
 
 LICENCE = "not stated: own recordings"
 

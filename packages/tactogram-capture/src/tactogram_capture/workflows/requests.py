@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 from tactogram.workflows.request import Argument, Option, Request
 
 if TYPE_CHECKING:
+    from tactogram.workflows.training.loaded_run import LoadedRun
     from tactogram_capture.live.recognition import WindowClassification
     from tactogram_capture.session.console import Console
     from tactogram_capture.session.metronome import Metronome
     from tactogram_capture.stream.monitor import BlockListener
     from tactogram_capture.workflows.live import LiveClassifier
-    from tactogram.workflows.training.loaded_run import LoadedRun
 
 SOURCE = "twelite:/dev/ttyUSB0, serial:PORT, lsl:NAME, audio:NAME, ni:Dev1/ai0:2, digilent:, log:FILE, played:STORE"
 

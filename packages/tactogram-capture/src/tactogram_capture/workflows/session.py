@@ -10,6 +10,11 @@ from pathlib import Path
 from typing import Any, TextIO
 from urllib.parse import quote
 
+from tactogram.datasets import open_store
+from tactogram.errors import TactogramError
+from tactogram.extras import device_errors, imported
+from tactogram.signal import Signal
+from tactogram.workflows.request import takes
 from tactogram_capture import Source, open_source
 from tactogram_capture.catalogue import parse_address
 from tactogram_capture.session.console import Console, LineConsole
@@ -19,12 +24,7 @@ from tactogram_capture.session.plan import SessionPlan, shipped_plans
 from tactogram_capture.session.session import Recognise, RecordingSession, session_folder
 from tactogram_capture.source import PlanFollower
 from tactogram_capture.stream.monitor import TappedSource
-from tactogram.datasets import open_store
-from tactogram.errors import TactogramError
-from tactogram.extras import device_errors, imported
-from tactogram.signal import Signal
 from tactogram_capture.workflows.requests import CaptureRequest
-from tactogram.workflows.request import takes
 
 
 def plans() -> dict[str, str]:

@@ -15,7 +15,6 @@ from starlette.datastructures import MutableHeaders
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from tactogram_study.participants.every_language import paragraphs
 from tactogram_studio.server.guard_rules import (
     PARTICIPANTS,
     GuardSettings,
@@ -30,6 +29,7 @@ from tactogram_studio.server.guard_rules import (
     refusal,
     token_in_query,
 )
+from tactogram_study.participants.every_language import paragraphs
 
 PARTICIPANT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src 'self' blob:; "

@@ -15,8 +15,8 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal, write_image, write_signal
 from tactogram.signal.io.atomic import write_text
-from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram.text_files import read_json
+from tactogram_studio.workspace.dated_folders import DatedFolders
 
 SIGNAL, IMAGE, FACTS = "signal.npz", "image.png", "facts.json"
 LONGEST_TITLE = 120

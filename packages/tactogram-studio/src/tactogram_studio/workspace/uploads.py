@@ -28,8 +28,8 @@ from tactogram.signal.io.hdf5 import MAGIC
 from tactogram.signal.io.matlab import check_unpacked
 from tactogram.signal.io.picture import picture_size
 from tactogram.signal.io.riff import read_header
-from tactogram_study.study_file import Study
 from tactogram.text_files import decode_text, detected_text, parse_toml
+from tactogram_study.study_file import Study
 
 Kind = Literal["signal", "image", "table", "study", "haptic"]
 

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 import tactogram_capture.workflows.live
+from tactogram.errors import DataError, ParameterError
 from tactogram_capture.live.recognition import Classification, WindowClassification
 from tactogram_capture.session.console import CaptureStatus
-from tactogram.errors import DataError, ParameterError
+from tactogram_capture.workflows.session import capture
 from tactogram_studio.pages.live.choices import (
     classifiers,
     confine_address,
@@ -17,7 +18,6 @@ from tactogram_studio.pages.live.console import PageConsole, PageMetronome
 from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner
 from tactogram_studio.pages.live.traces import Traces
 from tactogram_studio.workspace.folder import Workspace
-from tactogram_capture.workflows.session import capture
 
 SIMULATED = "simulated:twelite?rate=330&loss=0.02"
 

@@ -15,6 +15,8 @@ from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
 from tactogram.signal.io import read_signal, write_image
+from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.training.train import train
 from tactogram_studio.pages.make.files import store_motion
 from tactogram_studio.pages.make.form import GenerationRequest
 from tactogram_studio.pages.make.page import MakePage
@@ -22,8 +24,6 @@ from tactogram_studio.pages.make.runs import RunCatalogue, cropped
 from tactogram_studio.pages.make.state import MOST_COMPARED, MakePageState
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.training.train import train
 
 VOICES = "studio/first/voices"
 

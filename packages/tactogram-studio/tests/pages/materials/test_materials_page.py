@@ -5,6 +5,8 @@ from tactogram.datasets import Recording, RecordingInfo, create_store, open_stor
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal, write_image, write_signal
+from tactogram.workflows.data.stores import add_signal
+from tactogram.workflows.recognition.spectral_search import band_centres, find_similar, spectrum
 from tactogram_studio.pages.materials.drop import (
     in_words_of_the_page,
     matching_stream,
@@ -22,8 +24,6 @@ from tactogram_studio.pages.materials.recordings import (
     trace_svg,
 )
 from tactogram_studio.workspace.folder import Workspace
-from tactogram.workflows.data.stores import add_signal
-from tactogram.workflows.recognition.spectral_search import band_centres, find_similar, spectrum
 
 SET = "studio/first/surfaces"
 

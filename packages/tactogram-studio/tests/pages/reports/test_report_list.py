@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.workflows.table import table
 from tactogram_studio.pages.reports.catalogue import (
     experiments_with_results,
     is_simulated,
@@ -18,9 +19,8 @@ from tactogram_studio.pages.reports.catalogue import (
     report_files,
 )
 from tactogram_studio.workspace.folder import Workspace
-from tactogram.workflows.table import table
 
-ROOT = Path(__file__).parents[4]
+ROOT = Path(__file__).parents[5]
 
 
 @pytest.fixture(name="workspace")

@@ -9,9 +9,9 @@ from tactogram.rendering.files.catalogue import haptic_formats
 from tactogram.rendering.files.reading import check_file
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
+from tactogram.workflows.rendering.render import render
 from tactogram_studio.signals.pictures import card_height
 from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram.workflows.rendering.render import render
 
 
 @pytest.fixture(scope="module", name="kept")

@@ -14,14 +14,14 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.catalogue import haptic_formats
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
+from tactogram.workflows.rendering.actuators import calibrate
+from tactogram.workflows.rendering.render import render
 from tactogram_studio.pages.send.losses import losses_table
 from tactogram_studio.pages.send.sending import DriveRequest, FileRequest, SendService
 from tactogram_studio.pages.send.speaker import log_played, recently_played
 from tactogram_studio.pages.send.wording import level_text, warnings_of
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram.workflows.rendering.actuators import calibrate
-from tactogram.workflows.rendering.render import render
 
 
 def texture(seed=0, seconds=0.4):

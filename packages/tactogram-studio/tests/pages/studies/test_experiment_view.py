@@ -29,8 +29,8 @@ from tactogram_studio.pages.studies.experiment_view import (
     view_of,
 )
 from tactogram_studio.pages.studies.joining import reachable_roots
-from tactogram_study.participants.prepared_stimuli import PreparedStimuli
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_study.participants.prepared_stimuli import PreparedStimuli
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import shipped_studies
 from tactogram_study.workflows.export import export_zip

@@ -31,8 +31,8 @@ from tactogram.signal.io import write_signal
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
-from tactogram_studio.pages.touch.tables import table_of_map
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram_studio.pages.touch.tables import table_of_map
 
 RATE, MOST = 48_000.0, 128
 VOICES = "studio/first/voices"

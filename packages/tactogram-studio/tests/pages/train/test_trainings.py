@@ -8,6 +8,13 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.models import find
 from tactogram.recipe import parse_changes
+from tactogram.workflows.evaluation_results import evaluation_results
+from tactogram.workflows.generation.preview import sample, sample_choices
+from tactogram.workflows.training.compatibility import check_training
+from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
+from tactogram.workflows.training.requests import TrainingRequest
+from tactogram.workflows.training.run_lock import run_lock
+from tactogram.workflows.training.train import train
 from tactogram_studio.pages.train import detached
 from tactogram_studio.pages.train.detached import DetachedProcess, start
 from tactogram_studio.pages.train.log import (
@@ -26,13 +33,6 @@ from tactogram_studio.pages.train.run_summary import run_summary
 from tactogram_studio.pages.train.trainings import StudioTask, TaskQueue, command_line, free_name
 from tactogram_studio.pages.train.widgets import state_of
 from tactogram_studio.workspace.folder import Workspace
-from tactogram.workflows.evaluation_results import evaluation_results
-from tactogram.workflows.generation.preview import sample, sample_choices
-from tactogram.workflows.training.compatibility import check_training
-from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
-from tactogram.workflows.training.requests import TrainingRequest
-from tactogram.workflows.training.run_lock import run_lock
-from tactogram.workflows.training.train import train
 
 STORE = "studio/first/surfaces"
 STEPS = 150

@@ -16,6 +16,7 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
 from tactogram.errors import ParameterError
+from tactogram_study.language_files import complete_texts, language_texts
 from tactogram_study.participants.bodies import (
     AnswersRequest,
     AnswersResponse,
@@ -27,6 +28,7 @@ from tactogram_study.participants.bodies import (
     PageResponse,
     finite_json,
 )
+from tactogram_study.participants.every_language import paragraphs
 from tactogram_study.participants.finger_route import add_finger_route
 from tactogram_study.participants.rate_limit import RateLimiter
 from tactogram_study.participants.refusals import (
@@ -42,8 +44,6 @@ from tactogram_study.participants.sessions import (
     UnknownSessionError,
 )
 from tactogram_study.participants.stimulus_routes import add_stimulus_routes
-from tactogram_study.participants.every_language import paragraphs
-from tactogram_study.language_files import complete_texts, language_texts
 from tactogram_study.session.participants import PageNotOpenError, UnknownParticipantError
 from tactogram_study.session.progress import ParticipantState
 from tactogram_study.trials import Participant

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactogram.errors import DataError
+from tactogram.text_files import read_json
 from tactogram_study.participants.secret_files import write_secret
 from tactogram_study.session.participants import DIGITS, LETTERS
-from tactogram.text_files import read_json
 
 FILE = "keys.json"
 TICKET_BYTES = 24

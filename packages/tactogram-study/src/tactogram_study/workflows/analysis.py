@@ -20,6 +20,7 @@ from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.signal.io.writable import check_writable
+from tactogram.workflows.request import takes
 from tactogram_study.analysis.findings import ALPHA, AnalysisSection
 from tactogram_study.analysis.naming import named_answers, named_section
 from tactogram_study.answers import Answers, Targets
@@ -27,7 +28,6 @@ from tactogram_study.designs import designs, find_design
 from tactogram_study.practice import MARK
 from tactogram_study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
 from tactogram_study.study_file import Study
-from tactogram.workflows.request import takes
 from tactogram_study.workflows.answers import open_answers, study_of
 from tactogram_study.workflows.report import StudyData, write_study_report
 from tactogram_study.workflows.requests import AnalysisRequest

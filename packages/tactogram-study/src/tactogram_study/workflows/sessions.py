@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import write_text
+from tactogram.text_files import read_json
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.trials import Page
-from tactogram.text_files import read_json
 from tactogram_study.workflows.studies import check_study, study_folder
 
 if TYPE_CHECKING:

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.text_files import read_json
+from tactogram.validation import validated
+from tactogram.workflows.request import takes
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_participants import SimulatedEffect, simulate
 from tactogram_study.study_file import Study
 from tactogram_study.trials import Page, Participant
-from tactogram.text_files import read_json
-from tactogram.validation import validated
-from tactogram.workflows.request import takes
 from tactogram_study.workflows.requests import ParticipantsRequest
 from tactogram_study.workflows.sessions import ORIGIN, keep_origin, log_played, origin_folder
 from tactogram_study.workflows.stimuli import StudyStimuli

@@ -29,10 +29,10 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
 from tactogram.signal.synthesis import synthesise
+from tactogram.workflows.streaming.textures import TextureSettings, live_texture
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
-from tactogram.workflows.streaming.textures import TextureSettings, live_texture
 from tactogram_study.workflows.browser_playback import check_browser
 from tactogram_study.workflows.streams import (
     StimulusStream,

@@ -22,9 +22,9 @@ from tactogram.rendering.files import (
 from tactogram.rendering.files.analysis import events_of
 from tactogram.rendering.files.catalogue import file_name
 from tactogram.signal import Signal
+from tactogram.text_files import read_json
 from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram_studio.workspace.uploads import check_upload
-from tactogram.text_files import read_json
 
 FACTS = "facts.json"
 MOST_FILES = 40

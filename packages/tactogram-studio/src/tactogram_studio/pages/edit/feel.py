@@ -18,9 +18,9 @@ from tactogram.errors import DataError, TactogramError
 from tactogram.rendering.files import haptic_format
 from tactogram_studio.layout import in_background
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
-from tactogram_study.participants.tickets import SessionKeys
 from tactogram_studio.signals.byte_ranges import range_response
 from tactogram_studio.signals.sound import sound_of
+from tactogram_study.participants.tickets import SessionKeys
 
 MARKUP = Path(__file__).parents[2] / "static" / "feel.html"
 SEPARATOR = "~"

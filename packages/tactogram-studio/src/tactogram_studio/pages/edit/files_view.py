@@ -15,9 +15,9 @@ from tactogram_studio.layout import busy, heading, hint, in_background, report_e
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
 from tactogram_studio.pages.edit.feel import feel_path
 from tactogram_studio.pages.edit.sources_view import EFFECT
-from tactogram_study.participants.tickets import SessionKeys
 from tactogram_studio.server.qr_code import svg_qr_code
 from tactogram_studio.signals.view import SignalEntry, signal_cards
+from tactogram_study.participants.tickets import SessionKeys
 
 MOST_SHOWN = 24
 """Entries of a pattern that are written out."""

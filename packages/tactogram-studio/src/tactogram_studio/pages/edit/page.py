@@ -20,9 +20,9 @@ from tactogram_studio.pages.edit.files_view import FilesCard
 from tactogram_studio.pages.edit.saved import SavedEffects
 from tactogram_studio.pages.edit.sources_view import draw_sources
 from tactogram_studio.pages.edit.timeline_view import Timeline
-from tactogram_study.participants.tickets import SessionKeys, load_keys
 from tactogram_studio.signals.sound import NORMAL_PEAK, sound_of
 from tactogram_studio.signals.view import load_player
+from tactogram_study.participants.tickets import SessionKeys, load_keys
 
 STATE = "edit"
 """Key of the page's settings in the browser's storage."""

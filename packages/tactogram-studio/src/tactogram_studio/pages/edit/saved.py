@@ -10,8 +10,8 @@ from tactogram.errors import DataError
 from tactogram.rendering.effects import Effect
 from tactogram.rendering.effects.effect import effect_from_json
 from tactogram.signal.io.atomic import write_text
-from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram.text_files import read_text
+from tactogram_studio.workspace.dated_folders import DatedFolders
 
 FILE = "effect.json"
 

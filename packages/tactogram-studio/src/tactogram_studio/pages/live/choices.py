@@ -9,13 +9,13 @@ from typing import Any
 from urllib.parse import quote, unquote
 
 from tactogram import models
+from tactogram.datasets import open_store
+from tactogram.errors import DataError, TactogramError
+from tactogram.text_files import parse_json, read_json, read_text, read_toml
 from tactogram_capture.catalogue import parse_address
 from tactogram_capture.session.journal import FILE as JOURNAL
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
-from tactogram.datasets import open_store
-from tactogram.errors import DataError, TactogramError
 from tactogram_studio.workspace.folder import Workspace
-from tactogram.text_files import parse_json, read_json, read_text, read_toml
 
 SIMULATED = "simulated:twelite?rate=330&loss=0.02"
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from nicegui import app, ui
 
+from tactogram.errors import ParameterError, TactogramError
 from tactogram_capture import find_sources
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
-from tactogram.errors import ParameterError, TactogramError
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import heading, hint, in_background, report_errors
 from tactogram_studio.pages.live.choices import (

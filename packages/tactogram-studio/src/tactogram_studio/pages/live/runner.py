@@ -15,16 +15,16 @@ from queue import SimpleQueue
 from time import monotonic
 from typing import Any, Literal
 
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.signal.io.atomic import write_text
+from tactogram.text_files import read_json
 from tactogram_capture import Block, Source, SourceEnded, open_source
 from tactogram_capture.live.recognition import WindowClassification
 from tactogram_capture.session.feed import Feed
 from tactogram_capture.session.plan import SessionPlan
 from tactogram_capture.stream.monitor import TappedSource
-from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io.atomic import write_text
 from tactogram_studio.pages.live.console import PageConsole, PageMetronome
 from tactogram_studio.pages.live.traces import Traces
-from tactogram.text_files import read_json
 
 State = Literal["idle", "opening", "watching", "recording"]
 LEVELS_S = 0.08

@@ -21,6 +21,7 @@ from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.atomic import write_text
+from tactogram.text_files import read_json
 from tactogram_studio.pages.make.form import (
     LONGEST_S,
     OF_A_STROKE,
@@ -32,7 +33,6 @@ from tactogram_studio.pages.make.form import (
 )
 from tactogram_studio.pages.make.material_map import levels_db, positions
 from tactogram_studio.workspace.folder import Workspace
-from tactogram.text_files import read_json
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun

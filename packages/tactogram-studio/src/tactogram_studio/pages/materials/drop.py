@@ -15,6 +15,7 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, SignalFile, read_file
 from tactogram.signal.io.files import USUAL
+from tactogram.workflows.data.stores import add_signal
 from tactogram_studio.layout import (
     NumberField,
     busy,
@@ -30,7 +31,6 @@ from tactogram_studio.pages.materials.media import HEAD, MaterialsContext, addre
 from tactogram_studio.pages.materials.neighbours import draw_similar
 from tactogram_studio.signals.view import add_routes, signal_card
 from tactogram_studio.workspace.uploads import save_upload
-from tactogram.workflows.data.stores import add_signal
 
 FIELDS = {
     "unit": "Unit",

@@ -14,6 +14,7 @@ from tactogram.datasets.mapping import TableMapping, layouts_by_columns, read_ma
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.signal.io.layout import TableLayout
+from tactogram.workflows.data.stores import list_sets
 from tactogram_studio.layout import heading, hint, in_background, page, report_errors, route
 from tactogram_studio.pages.materials import receiving
 from tactogram_studio.pages.materials.import_start import ImportStart
@@ -26,7 +27,6 @@ from tactogram_studio.pages.materials.receiving import (
     import_address,
 )
 from tactogram_studio.workspace.received import ReceivedFolders
-from tactogram.workflows.data.stores import list_sets
 
 MATERIALS = {
     "folder": "the first folder",

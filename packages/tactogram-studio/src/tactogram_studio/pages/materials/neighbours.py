@@ -10,10 +10,10 @@ from nicegui import app, ui
 from tactogram.errors import TactogramError
 from tactogram.models import available
 from tactogram.signal import Signal
+from tactogram.workflows.recognition.spectral_search import find_similar
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.materials.media import MaterialsContext, draw_recording
 from tactogram_studio.pages.train.run_summary import run_summary
-from tactogram.workflows.recognition.spectral_search import find_similar
 
 SPECTRAL = ""
 COUNT = 8

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
+from tactogram.workflows.data.stores import list_sets
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import NumberField, heading, hint, in_background, page, report_errors, route
 from tactogram_studio.pages.materials import drop, import_page, receiving, recording, store
@@ -15,7 +16,6 @@ from tactogram_studio.pages.materials.overview import StoreOverview
 from tactogram_studio.pages.materials.receiving import draw_chooser, drop_zone
 from tactogram_studio.pages.train.request import NAME
 from tactogram_studio.pages.train.trainings import command_line, free_name, trainings_of
-from tactogram.workflows.data.stores import list_sets
 
 
 def add(studio: Studio) -> None:

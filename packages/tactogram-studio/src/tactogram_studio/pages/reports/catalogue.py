@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.text_files import read_json
 from tactogram_benchmark.experiments.catalogue import BENCHMARKS, PUBLISHED, experiments, result_files
 from tactogram_studio.workspace.folder import RUN, SESSION, Workspace
-from tactogram.text_files import read_json
 
 Kind = Literal["report", "numbers", "figure", "text"]
 

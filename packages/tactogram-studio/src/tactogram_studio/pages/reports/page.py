@@ -12,6 +12,7 @@ from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
+from tactogram.workflows.table import table
 from tactogram_benchmark.experiments.catalogue import data_text
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import heading, hint, page, report_errors, route
@@ -28,7 +29,6 @@ from tactogram_studio.pages.reports.catalogue import (
     report_files,
 )
 from tactogram_studio.server.guard import REPORT_POLICY
-from tactogram.workflows.table import table
 
 TABS = {"reports": "Reports", "published": "Published and ours", "experiments": "Experiments"}
 

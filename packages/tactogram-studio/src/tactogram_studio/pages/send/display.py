@@ -13,6 +13,7 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.friction_calibration import read_calibrations
 from tactogram.signal import Signal
+from tactogram.workflows.rendering.render import levels_of, list_displays
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.send.cards import SignalFields, command_line, form_and_result, last_result
 from tactogram_studio.pages.send.device import DeviceCard
@@ -20,7 +21,6 @@ from tactogram_studio.pages.send.sending import DriveRequest, SendService
 from tactogram_studio.pages.send.sources import SelectedSignal
 from tactogram_studio.pages.send.speaker import Speaker
 from tactogram_studio.pages.send.wording import LEVEL_VALUES, LEVELS, level_text, warnings_of
-from tactogram.workflows.rendering.render import levels_of, list_displays
 
 
 @lru_cache(maxsize=64)

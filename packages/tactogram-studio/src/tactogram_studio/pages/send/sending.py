@@ -18,14 +18,14 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.rendering.displays.catalogue import shipped
 from tactogram.rendering.files.catalogue import file_name, haptic_formats
+from tactogram.text_files import displayable, read_json
+from tactogram.workflows.data.convert import check, convert
+from tactogram.workflows.rendering.render import render
 from tactogram_studio.pages.send.losses import zip_files
 from tactogram_studio.pages.send.sources import SelectedSignal, SignalSources
 from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram.text_files import displayable, read_json
-from tactogram.workflows.data.convert import check, convert
-from tactogram.workflows.rendering.render import render
 
 MOST_RESULTS = 40
 """Older results are deleted."""

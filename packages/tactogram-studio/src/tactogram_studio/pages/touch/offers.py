@@ -9,9 +9,9 @@ from typing import Literal
 
 from tactogram import models
 from tactogram.errors import TactogramError
+from tactogram.text_files import read_json, read_toml
 from tactogram_studio.workspace.folder import RUN, STORE, Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram.text_files import read_json, read_toml
 
 TextureOrigin = Literal["run", "kept", "file"]
 

@@ -18,6 +18,7 @@ from nicegui import app, events, ui
 from tactogram import models
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal.io import READABLE
+from tactogram.text_files import read_json
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import busy, in_background, page, report_errors, route, upload
 from tactogram_studio.pages.touch.offers import TextureOrigin, texture_choices
@@ -25,7 +26,6 @@ from tactogram_studio.pages.touch.pictures import picture_of
 from tactogram_studio.pages.touch.shared_page import shared_page
 from tactogram_studio.pages.touch.sources import TextureLayout, TextureRequest, TouchSources
 from tactogram_studio.workspace.uploads import save_upload
-from tactogram.text_files import read_json
 
 MARKUP = Path(__file__).parents[2] / "static" / "touch.html"
 UPLOADED = "uploads"

@@ -21,6 +21,8 @@ from tactogram.signal.modulated_noise import ModulatedNoise
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
+from tactogram.text_files import read_json
+from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
 from tactogram_studio.pages.touch.offers import SUPPORTED, TextureOrigin
 from tactogram_studio.pages.touch.tables import (
     ASSUMED_SPEED_MM_S,
@@ -30,8 +32,6 @@ from tactogram_studio.pages.touch.tables import (
 )
 from tactogram_studio.workspace.folder import STORE, Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram.text_files import read_json
-from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun

@@ -12,12 +12,12 @@ from nicegui import app, ui
 from tactogram.datasets import open_store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.models import ModelInfo, available
+from tactogram.workflows.training.model_choice import model_choice
+from tactogram.workflows.training.recipe_fields import RecipeField, assignments, recipe_fields, text_of
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.train.request import GROUPINGS, SPLIT_TEXTS, SPLITS, RunRequest, describe_model
 from tactogram_studio.pages.train.trainings import command_line, free_name
 from tactogram_studio.pages.train.widgets import TrainContext
-from tactogram.workflows.training.model_choice import model_choice
-from tactogram.workflows.training.recipe_fields import RecipeField, assignments, recipe_fields, text_of
 
 DEFAULTS = {"split": "", "last": 2, "by": "recording", "label": "material", "where": "", "name": ""}
 SETTINGS = "Recipe settings"

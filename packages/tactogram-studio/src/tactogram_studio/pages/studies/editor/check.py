@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import TactogramError
+from tactogram.validation import Fault
 from tactogram_studio.pages.studies.editor.draft import Place, StudyDraft
 from tactogram_studio.pages.studies.editor.fields import text_default
 from tactogram_study.study_file import Study
-from tactogram.validation import Fault
 from tactogram_study.workflows.studies import check_loaded
 
 LACKS = re.compile(r"([\w.{}:/-]+) lacks the language ([\w-]+);")

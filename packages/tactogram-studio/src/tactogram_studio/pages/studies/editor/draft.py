@@ -15,9 +15,9 @@ import tomli_w
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write, write_text
+from tactogram.text_files import parse_toml, read_text
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.study_file import NAME, Study, shipped_studies
-from tactogram.text_files import parse_toml, read_text
 
 Place = tuple[str | int, ...]
 """Keys of tables and indices of lists, from the top of the file."""

@@ -14,6 +14,7 @@ from nicegui import app, background_tasks, ui
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 
 from tactogram.errors import DataError, TactogramError
+from tactogram.validation import Fault
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import in_background, page, report_errors, route
 from tactogram_studio.pages.studies.editor import cards
@@ -24,7 +25,6 @@ from tactogram_studio.pages.studies.editor.side import SideCard
 from tactogram_studio.pages.studies.editor.stimuli_view import stimuli
 from tactogram_studio.pages.studies.editor.widgets import FaultMarks, part
 from tactogram_study.study_file import Study
-from tactogram.validation import Fault
 
 STATE = "studies_edited"
 """Key of the drafts in the browser's storage, by file."""

@@ -12,12 +12,12 @@ import tomli_w
 from nicegui import ui
 from nicegui.elements.mixins.validation_element import ValidationElement
 
+from tactogram.validation import Fault
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import NumberField, attribute, hint, report_errors
 from tactogram_studio.pages.studies.editor.draft import Place, StudyDraft
 from tactogram_studio.pages.studies.editor.fields import StudyField
 from tactogram_study.language_files import own_name
-from tactogram.validation import Fault
 
 DEBOUNCE_MS = 300
 LONG = ("consent", "instructions", "reference")

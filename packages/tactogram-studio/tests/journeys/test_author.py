@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-EXAMPLE = Path(__file__).parents[2] / "examples/benchmark_numpy.py"
+EXAMPLE = Path(__file__).parents[4] / "examples/benchmark_numpy.py"
 TASK = "strokes-name-speed"
 NOTEBOOK = """
 import numpy as np

@@ -73,7 +73,7 @@ def golden(request):
 
 def real_data(name: str) -> Path:
     """Return the folder of a real data set, or skip: real recordings are not part of the project."""
-    root = Path(os.environ.get("TACTOGRAM_REAL_DATA") or Path(__file__).parents[2] / "shared" / "data")
+    root = Path(os.environ.get("TACTOGRAM_REAL_DATA") or Path(__file__).parents[1] / "shared" / "data")
     folder = root / name
     if not folder.is_dir():
         pytest.skip(f"no real recordings at {name}: set TACTOGRAM_REAL_DATA to the folder that holds them")

@@ -1,6 +1,6 @@
 """Journeys: what five kinds of newcomers do first, as they would, with the time that each step took.
 
-`pytest tests/journeys -s` prints the times; nothing depends on them.
+`pytest packages/tactogram-studio/tests/journeys -s` prints the times; nothing depends on them.
 """
 
 import os
@@ -10,18 +10,6 @@ import time
 from contextlib import contextmanager
 
 import pytest
-
-from tests.studio.conftest import (  # noqa: F401
-    browser,
-    pytest_runtest_makereport,
-    served_fixture,
-    server,
-    surfaces,
-    tab,
-    watched_fixture,
-    window,
-    workspace,
-)
 
 
 def pytest_collection_modifyitems(items):
