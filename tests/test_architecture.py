@@ -58,6 +58,21 @@ def test_imports_point_one_way():
     assert done.returncode == 0, done.stdout
 
 
+APPLICATIONS = sorted((ROOT / "packages").glob("*/src/*"))
+
+
+@pytest.mark.parametrize("folder", APPLICATIONS, ids=lambda folder: folder.name)
+def test_an_application_imports_of_the_core_what_its_packages_list(folder):
+    inner = set()
+    for file in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("tactogram."):
+                place = ROOT / "src" / node.module.replace(".", "/")
+                public = node.module.count(".") == 1 or (place / "__init__.py").is_file()
+                inner |= set() if public else {node.module}
+    assert inner <= INNER
+
+
 def test_the_public_interface_is_what_type_checkers_see():
     module = ast.parse((ROOT / "src" / "tactogram" / "__init__.py").read_text())
     checked = next(part for part in module.body if isinstance(part, ast.If)).body

@@ -12,7 +12,7 @@ from string import Template
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram_studio import participants
+from tactogram_study import participants
 from tactogram_studio.pages.touch.pictures import picture_of
 from tactogram_studio.pages.touch.script_bundle import bundled
 from tactogram_studio.pages.touch.sources import TextureRequest, TouchSources
