@@ -70,7 +70,7 @@ def test_an_application_imports_of_the_core_what_its_packages_list(folder):
                 place = ROOT / "src" / node.module.replace(".", "/")
                 public = node.module.count(".") == 1 or (place / "__init__.py").is_file()
                 inner |= set() if public else {node.module}
-    assert inner <= INNER
+    assert inner <= {"tactogram.cli.printing", "tactogram.cli.verbs"}  # what verbs are declared with
 
 
 def test_the_public_interface_is_what_type_checkers_see():

@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from tactogram import model as protocols
-from tactogram import models
+from tactogram import model as protocols, models
 from tactogram.model import SignalKind, window_of
 from tactogram.recipe import Recipe
 from tactogram_capture.source import PlanFollower

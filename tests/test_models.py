@@ -1,8 +1,7 @@
 """The promises that every model keeps. A new model's folder is met here without an edit."""
 
 import sys
-from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures import TimeoutError as FutureTimeout
+from concurrent.futures import ThreadPoolExecutor, TimeoutError as FutureTimeout
 from dataclasses import replace
 from functools import cache
 from itertools import islice

@@ -4,7 +4,7 @@ import pytest
 
 from tactogram import models
 from tactogram.recipe import Recipe
-from tactogram.workflows.table import table
+from tactogram.workflows.results_table import table
 from tactogram_benchmark.experiments import (
     frictgan_figure3,
     stroke_cnn_table2,

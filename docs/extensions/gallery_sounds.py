@@ -9,8 +9,8 @@ from sphinx.application import Sphinx
 from sphinx_gallery.scrapers import figure_rst
 
 from tactogram.signal import Signal
-from tactogram.signal.audible import wav_bytes
 from tactogram.signal.figure import signal_figure
+from tactogram.signal.listening import wav_bytes
 
 FIRST = ("plot_first_steps", "plot_one_stroke", "plot_moving_finger")
 """Examples to begin with; the others follow by name."""

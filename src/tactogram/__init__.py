@@ -16,8 +16,7 @@ if TYPE_CHECKING:
     from tactogram.rendering.displays.catalogue import open_display as open_display
     from tactogram.rendering.drive.fit import fit as fit
     from tactogram.signal import Signal as Signal
-    from tactogram.signal.io import read_signal as read_signal
-    from tactogram.signal.io import write_signal as write_signal
+    from tactogram.signal.io import read_signal as read_signal, write_signal as write_signal
     from tactogram.signal.motion import Motion as Motion
     from tactogram.workflows.data.convert import convert as convert
     from tactogram.workflows.evaluation.crossval import crossval as crossval

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from benchmarks.experiments import study_recovery as recovery
-from benchmarks.experiments import study_truths
+from benchmarks.experiments import study_recovery as recovery, study_truths
 from benchmarks.experiments.study_cases import STUDIES
 
 from tactogram_study.simulated_participants import SimulatedEffect, simulated_answers

@@ -10,8 +10,7 @@ import numpy as np
 import openpyxl
 import pytest
 import soundfile
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from PIL import Image as Pillow
 
 from tactogram.datasets import open_store

@@ -4,8 +4,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 import torch
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.features import Spectrogram, spectral_convergence

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.signal import Signal
-from tactogram.signal.audible import audible
+from tactogram.signal.listening import audible
 
 
 def test_the_strongest_axis_is_heard_without_its_mean_at_its_level():

@@ -5,8 +5,7 @@ import csv
 import numpy as np
 import pytest
 import soundfile
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.linalg import solve_toeplitz
 from scipy.signal import freqz, lfilter, welch
 

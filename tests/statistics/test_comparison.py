@@ -10,7 +10,7 @@ from tactogram.statistics.comparison import (
     steel_dwass,
     student_t,
 )
-from tactogram.statistics.summary import summary
+from tactogram.statistics.groups import summary
 
 # S. Aoki's worked example of the Steel-Dwass test, with the t and p that he prints.
 AOKI = {

@@ -10,11 +10,9 @@ from tactogram.cli import main
 from tactogram.cli.parser import make_parser
 from tactogram.errors import ParameterError
 from tactogram.workflows.data.convert import convert_folder
-from tactogram.workflows.evaluation import crossval
-from tactogram.workflows.evaluation import mixing_ladder as mixing
+from tactogram.workflows.evaluation import crossval, mixing_ladder as mixing
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.training import loaded_run
-from tactogram.workflows.training import train as training
+from tactogram.workflows.training import loaded_run, train as training
 from tactogram_benchmark.experiments.reproduce import reproduce
 
 NOWHERE = Path(__file__) / "made"

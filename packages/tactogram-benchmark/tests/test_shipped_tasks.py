@@ -10,8 +10,7 @@ from tactogram import models
 from tactogram.datasets.importer import IMPORTERS
 from tactogram.datasets.simulate.sets import SETS
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram_benchmark.result import COMMITTED as BRIEF
-from tactogram_benchmark.result import BenchmarkResult, brief, check_result, read_results
+from tactogram_benchmark.result import COMMITTED as BRIEF, BenchmarkResult, brief, check_result, read_results
 from tactogram_benchmark.task import available_tasks
 from tactogram_benchmark.task_kind import kind_of
 

@@ -13,8 +13,8 @@ from jinja2 import Environment
 from matplotlib.figure import Figure
 
 from tactogram.signal import Signal
-from tactogram.signal.audible import wav_bytes
 from tactogram.signal.io.atomic import atomic_write, write_text
+from tactogram.signal.listening import wav_bytes
 
 SIMULATED = "Simulated data: made by formulas, not recorded from real surfaces."
 

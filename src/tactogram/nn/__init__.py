@@ -3,7 +3,9 @@
 from tactogram.nn.gradient_penalty import gradient_penalty as gradient_penalty
 from tactogram.nn.moving_average import MovingAverage as MovingAverage
 from tactogram.nn.phase_shuffle import PhaseShuffle as PhaseShuffle
-from tactogram.nn.strided_convolution import glorot_linear as glorot_linear
-from tactogram.nn.strided_convolution import strided_conv as strided_conv
-from tactogram.nn.strided_convolution import strided_conv_transpose as strided_conv_transpose
+from tactogram.nn.strided_convolution import (
+    glorot_linear as glorot_linear,
+    strided_conv as strided_conv,
+    strided_conv_transpose as strided_conv_transpose,
+)
 from tactogram.nn.wave_discriminator import WaveDiscriminator as WaveDiscriminator

@@ -3,6 +3,6 @@
 Only the types are imported here: scipy's filters take longer to load than a stimulus to play.
 """
 
-from tactogram.signal.signal import UNITS as UNITS
-from tactogram.signal.signal import Image as Image
-from tactogram.signal.signal import Signal as Signal
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -36,8 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.signal.filters import minimum_phase
-from tactogram.signal.local_amplitudes import LEVELS as LOCAL_LEVELS
-from tactogram.signal.local_amplitudes import WINDOWS_S
+from tactogram.signal.local_amplitudes import LEVELS as LOCAL_LEVELS, WINDOWS_S
 from tactogram.signal.mixing import checked_weights, symmetric_root
 from tactogram.signal.tones import Tones, mix_tones
 

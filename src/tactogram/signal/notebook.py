@@ -7,8 +7,8 @@ import html
 import io
 from typing import TYPE_CHECKING
 
-from tactogram.signal.audible import wav_bytes
 from tactogram.signal.figure import signal_figure
+from tactogram.signal.listening import wav_bytes
 
 if TYPE_CHECKING:
     from tactogram.signal.signal import Signal

@@ -30,10 +30,10 @@ from tactogram.signal.modulated_noise import (
     INNER,
     ModulatedNoise,
     band_edges,
+    mix as mix_noise,
     stretch_difference,
     stretched,
 )
-from tactogram.signal.modulated_noise import mix as mix_noise
 from tactogram.signal.tones import share_pattern
 
 Array = NDArray[np.float64]

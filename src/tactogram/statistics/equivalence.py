@@ -11,7 +11,7 @@ from scipy import stats
 from statsmodels.stats.proportion import binom_tost, binom_tost_reject_interval
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.summary import summary
+from tactogram.statistics.groups import summary
 
 
 def share_equivalence(count: int, n: int, *, margin: float) -> float:

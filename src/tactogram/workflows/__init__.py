@@ -1,1 +1,5 @@
 """Workflows: what each verb of the command line does, one function each."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from tactogram import models
 from tactogram.errors import RunError
 from tactogram.validation import validated
-from tactogram.workflows.evaluation_results import evaluation_results
+from tactogram.workflows.evaluated_runs import evaluation_results
 
 if TYPE_CHECKING:
     from tactogram.training.run import Run

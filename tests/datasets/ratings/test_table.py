@@ -6,8 +6,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tactogram.datasets import EVOKED, SEVEN_POINT, Ratings, Scale
 from tactogram.datasets.ratings.ratings import scale_of

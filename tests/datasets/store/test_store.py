@@ -10,8 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tactogram.datasets import Recording, RecordingInfo, add_recordings, create_store, open_store
 from tactogram.datasets.store import shard_writing

@@ -2,8 +2,7 @@ from math import erf
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import align, signal_to_noise_ratio_db, spqi, st_sim

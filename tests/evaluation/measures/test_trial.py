@@ -5,8 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import soundfile
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tactogram.evaluation.measures import memorisation, segments, signal_measures
 from tactogram.signal import Signal

@@ -2,12 +2,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.effects import Effect, Point, Track, Transient
-from tactogram.rendering.effects import editing as edit
+from tactogram.rendering.effects import Effect, Point, Track, Transient, editing as edit
 from tactogram.rendering.effects.effect import LEAST_S
 
 

@@ -17,8 +17,7 @@ from tactogram.rendering.effects.effect import effect_from_json
 from tactogram.rendering.effects.mixing import signal_of
 from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
 from tactogram.rendering.files.analysis import envelope_of
-from tactogram.rendering.files.events import Events
-from tactogram.rendering.files.events import Transient as Tap
+from tactogram.rendering.files.events import Events, Transient as Tap
 from tactogram.signal import Signal
 
 

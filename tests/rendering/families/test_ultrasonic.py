@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 from benchmarks.experiments.simulated_transducer import demodulated, simulate_envelope, simulate_waveform
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydantic import ValidationError
 
 from tactogram.errors import ParameterError, UnitError

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tactogram.rendering.files import check_file, haptic_formats, read_haptic, write_haptic
 from tactogram.rendering.files.analysis import envelope_of

@@ -3,8 +3,7 @@ from enum import IntEnum
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError, UnitError
 from tactogram.rendering.families.electrovibration import Settings as ElectrovibrationSettings

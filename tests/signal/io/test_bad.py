@@ -9,8 +9,7 @@ import numpy as np
 import openpyxl
 import pytest
 import soundfile
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import DataError
 from tactogram.signal import Signal

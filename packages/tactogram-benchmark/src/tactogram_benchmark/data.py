@@ -13,8 +13,7 @@ from tactogram.datasets import Examples, Split, Store, label_of, open_store, par
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.plugins import further_folders
-from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows import ProgressCallback, silent, simulate_to_store
 from tactogram_benchmark.task import BenchmarkTask, available_tasks
 
 STORES_VARIABLE = "TACTOGRAM_STORES"

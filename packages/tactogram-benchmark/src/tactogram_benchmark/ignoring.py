@@ -15,7 +15,7 @@ from scipy.signal import welch
 
 from tactogram.model import Condition
 from tactogram.signal import Image, Signal
-from tactogram.training.seeds import child_rng
+from tactogram.training import child_rng
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.questions import Answers, Question
 from tactogram_benchmark.task_kind import Baseline, Content, kind_of

@@ -17,12 +17,10 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.model import ImageExample
 from tactogram.models import available
 from tactogram.signal import Image, Signal
-from tactogram.signal.io.arrays import load_arrays
-from tactogram.signal.io.atomic import atomic_write, write_text
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io import atomic_write, check_writable, load_arrays, write_text
 from tactogram.text_files import read_json
 from tactogram.validation import validated
-from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows import ProgressCallback, silent
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.questions import Question, check_answers
 from tactogram_benchmark.rated_items import rated_examples, ratings_of

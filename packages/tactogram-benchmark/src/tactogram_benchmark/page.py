@@ -14,10 +14,8 @@ import numpy as np
 from markupsafe import escape
 
 from tactogram.errors import ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.audible import audible, strongest_axis
-from tactogram.signal.io import read_signal
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal import Signal, audible, strongest_axis
+from tactogram.signal.io import read_signal, write_text
 from tactogram_benchmark.ranking import RankedModel
 from tactogram_benchmark.result import brief, check_result, read_results
 from tactogram_benchmark.shown import REAL_FOLDER, RECORDED

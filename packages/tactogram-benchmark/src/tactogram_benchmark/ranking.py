@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import false_discovery_control
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures import margin_of, mean_interval
+from tactogram.evaluation import margin_of, mean_interval
 from tactogram_benchmark.ignoring import IGNORING
 from tactogram_benchmark.result import BenchmarkResult, Entry
 from tactogram_benchmark.task_kind import Figure

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings, Segment
-from tactogram.workflows.training.rated_examples import RatingData
+from tactogram.workflows import RatingData
 from tactogram_benchmark.data import OpenTask
 
 

@@ -14,7 +14,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io import write_text
 from tactogram.text_files import read_json
 from tactogram.validation import validated
 from tactogram_benchmark.data import OpenTask
@@ -216,7 +216,7 @@ def device() -> str:
     """Return the device that trainings run on here."""
     import torch
 
-    from tactogram.datasets.examples import cores
+    from tactogram.datasets import cores
 
     return torch.cuda.get_device_name() if torch.cuda.is_available() else f"CPU, {cores()} cores"
 

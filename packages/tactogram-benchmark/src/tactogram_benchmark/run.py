@@ -12,17 +12,19 @@ from typing import Any
 from tactogram import models
 from tactogram.errors import DataError, ParameterError, StoppedError, TactogramError, one_line
 from tactogram.plugins import further_folders
-from tactogram.signal.io.writable import check_writable
-from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
-from tactogram.workflows.workers import run_tasks
+from tactogram.signal.io import check_writable
+from tactogram.workflows import LoadedRun, ProgressCallback, load_run, run_tasks, silent
 from tactogram_benchmark.data import STORES_VARIABLE, OpenTask, open_task
 from tactogram_benchmark.ignoring import IGNORING
 from tactogram_benchmark.questions import check_answers
 from tactogram_benchmark.result import BenchmarkResult, Entry, device, result_of
 from tactogram_benchmark.shown import save_shown
-from tactogram_benchmark.task import FOLDERS_VARIABLE as TASKS_VARIABLE
-from tactogram_benchmark.task import BenchmarkTask, TaskRecipe, available_tasks
+from tactogram_benchmark.task import (
+    FOLDERS_VARIABLE as TASKS_VARIABLE,
+    BenchmarkTask,
+    TaskRecipe,
+    available_tasks,
+)
 from tactogram_benchmark.task_kind import TaskKind, kind_of
 from tactogram_benchmark.training import trained_for, training_plan, training_seconds
 

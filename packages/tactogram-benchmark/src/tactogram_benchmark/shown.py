@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import write_signal
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io import atomic_write, write_signal
 
 RECORDED = "recorded"
 REAL_FOLDER = "recorded-data"

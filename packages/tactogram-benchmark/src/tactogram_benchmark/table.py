@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tactogram.workflows.evaluation.reference_models import HOLDING_RECORDINGS
+from tactogram.workflows import HOLDING_RECORDINGS
 from tactogram_benchmark.ignoring import IGNORING, RANDOM
 from tactogram_benchmark.ranking import RankedModel, rank_models
 from tactogram_benchmark.result import BenchmarkResult

@@ -18,8 +18,7 @@ from tactogram.model import Condition
 from tactogram.models import ModelInfo
 from tactogram.plugins import PluginGroup
 from tactogram.signal import Image, Signal
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task import BenchmarkTask

@@ -10,16 +10,19 @@ from pathlib import Path
 
 from tactogram.models import ModelInfo
 from tactogram.recipe import Recipe
-from tactogram.signal.io.atomic import write_text
-from tactogram.signal.io.locks import lock
-from tactogram.training.run import Run
+from tactogram.signal.io import lock, write_text
+from tactogram.training import Run
 from tactogram.validation import with_changes
-from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
-from tactogram.workflows.training.plan import TrainingPlan
-from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.requests import never
-from tactogram.workflows.training.train import train_plan
+from tactogram.workflows import (
+    LoadedRun,
+    ProgressCallback,
+    RatingData,
+    TrainingPlan,
+    load_run,
+    never,
+    silent,
+    train_plan,
+)
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.rated_items import rated_surfaces
 from tactogram_benchmark.task import TaskRecipe

@@ -15,8 +15,13 @@ from tactogram.evaluation.pictures.image_spread import ImageSpread
 from tactogram.model import ImageKind
 from tactogram.signal import Image, Signal
 from tactogram.workflows.progress import silent
-from tactogram_benchmark.experiments import artifacts, cross_modal, image_cells, image_comparison
-from tactogram_benchmark.experiments import tactile_image_cgan_figure4 as figure4
+from tactogram_benchmark.experiments import (
+    artifacts,
+    cross_modal,
+    image_cells,
+    image_comparison,
+    tactile_image_cgan_figure4 as figure4,
+)
 
 PLATES = ("plate01", "plate02", "plate03")
 

@@ -18,9 +18,12 @@ from tactogram.nn.photo_translation import PhotoTranslation
 from tactogram.recipe import Recipe
 from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
-from tactogram_benchmark.experiments import artifacts, picture_cells
-from tactogram_benchmark.experiments import visual_tactile_gan_table3 as table3
-from tactogram_benchmark.experiments import visual_tactile_gan_table4 as table4
+from tactogram_benchmark.experiments import (
+    artifacts,
+    picture_cells,
+    visual_tactile_gan_table3 as table3,
+    visual_tactile_gan_table4 as table4,
+)
 from tactogram_benchmark.experiments.picture_cells import against
 
 

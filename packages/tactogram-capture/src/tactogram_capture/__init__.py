@@ -4,20 +4,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tactogram_capture.catalogue import find_sources as find_sources
-    from tactogram_capture.catalogue import open_source as open_source
-    from tactogram_capture.logs.log import SensorLog as SensorLog
-    from tactogram_capture.logs.log import read_log as read_log
+    from tactogram_capture.catalogue import find_sources as find_sources, open_source as open_source
+    from tactogram_capture.logs.log import SensorLog as SensorLog, read_log as read_log
     from tactogram_capture.logs.xdf import read_xdf as read_xdf
-    from tactogram_capture.source import Block as Block
-    from tactogram_capture.source import Source as Source
-    from tactogram_capture.source import SourceEnded as SourceEnded
-    from tactogram_capture.source import SourceLost as SourceLost
-    from tactogram_capture.stream.gaps import filled as filled
-    from tactogram_capture.stream.gaps import gap_free as gap_free
-    from tactogram_capture.stream.gaps import gaps as gaps
-    from tactogram_capture.stream.rate_estimate import RateEstimate as RateEstimate
-    from tactogram_capture.stream.rate_estimate import estimate_rate as estimate_rate
+    from tactogram_capture.source import (
+        Block as Block,
+        Source as Source,
+        SourceEnded as SourceEnded,
+        SourceLost as SourceLost,
+    )
+    from tactogram_capture.stream.gaps import filled as filled, gap_free as gap_free, gaps as gaps
+    from tactogram_capture.stream.rate_estimate import (
+        RateEstimate as RateEstimate,
+        estimate_rate as estimate_rate,
+    )
 
 _PLACES = {
     "find_sources": "catalogue",

@@ -59,8 +59,7 @@ def make_app(
     imported("nicegui", extra="studio", what="the studio")
     from fastapi import FastAPI
     from fastapi.staticfiles import StaticFiles
-    from nicegui import app as pages_app
-    from nicegui import ui
+    from nicegui import app as pages_app, ui
     from nicegui.storage import Storage
 
     from tactogram_studio.layout import show_error

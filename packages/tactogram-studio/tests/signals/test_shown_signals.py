@@ -12,8 +12,7 @@ from nicegui import Client, ui
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram_studio.signals import registry as holding
-from tactogram_studio.signals import view
+from tactogram_studio.signals import registry as holding, view
 from tactogram_studio.signals.registry import ShownSignals, key_of
 from tactogram_studio.signals.traits import traits_of
 

@@ -5,8 +5,7 @@ import io
 import numpy as np
 import pytest
 import soundfile
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal

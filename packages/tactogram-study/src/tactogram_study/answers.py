@@ -19,9 +19,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from tactogram.datasets.cells import cell_text, read_cells
+from tactogram.datasets import cell_text, read_cells
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io import atomic_write
 
 SUFFIXES = (".csv", ".tsv", ".parquet")
 Targets = Mapping[str, Mapping[str, float]]

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_study.session import progress as session_standing
-from tactogram_study.session import store as session_store
+from tactogram_study.session import progress as session_standing, store as session_store
 from tactogram_study.session.participants import CODE, drawn_code
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.signal.figure import AXIS_COLOURS
 from tactogram.statistics.figures import BLUE, GRAY, INK, ORANGE
-from tactogram.statistics.summary import nan_mean
+from tactogram.statistics.groups import nan_mean
 
 MARKS = "osD^vP*Xh<>"
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.summary import nan_mean
+from tactogram.statistics.groups import nan_mean
 
 Floats = NDArray[np.float64]
 SPLITS = 100

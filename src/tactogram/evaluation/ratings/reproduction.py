@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from tactogram.datasets import Ratings
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.comparison import Comparison, paired_t, student_t
-from tactogram.statistics.summary import nan_mean, summary
+from tactogram.statistics.groups import nan_mean, summary
 
 Floats = NDArray[np.float64]
 STRAIGHT = "sensor"

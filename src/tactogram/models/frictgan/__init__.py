@@ -1,4 +1,5 @@
 """FrictGAN: friction over displacement from a photograph of a fabric."""
 
-from tactogram.models.frictgan.config import Config as Config
-from tactogram.models.frictgan.learner import build as build
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -15,8 +15,7 @@ from tactogram.signal.modulated_noise import ARRAYS, FRAME_S, ModulatedNoise, mi
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
-from tactogram.signal.tones import ARRAYS as TONE_ARRAYS
-from tactogram.signal.tones import Tones
+from tactogram.signal.tones import ARRAYS as TONE_ARRAYS, Tones
 from tactogram.training.texture_learner import TextureLearner
 
 if TYPE_CHECKING:

@@ -1,4 +1,5 @@
 """A display's vibration from sensory words: one CGAN per cluster of surfaces."""
 
-from tactogram.models.ultrasonic_cgan.config import Config as Config
-from tactogram.models.ultrasonic_cgan.learner import build as build
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -14,16 +14,23 @@ from tactogram.rendering.effects.effect import (
     LEAST_S,
     LONGEST_S,
     LOWEST_HZ,
+    MOST_POINTS as MOST_TRANSIENTS,
     Effect,
     Point,
     Track,
     Transient,
 )
-from tactogram.rendering.effects.effect import MOST_POINTS as MOST_TRANSIENTS
 from tactogram.rendering.files.analysis import HIGHEST_HZ, carrier, events_of
 from tactogram.rendering.files.conversion import GRAVITY
-from tactogram.rendering.files.events import JUMP_S, Events, Part, densified, joined, thinned
-from tactogram.rendering.files.events import Transient as Tap
+from tactogram.rendering.files.events import (
+    JUMP_S,
+    Events,
+    Part,
+    Transient as Tap,
+    densified,
+    joined,
+    thinned,
+)
 from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 

@@ -17,8 +17,7 @@ from tactogram.rendering.files.documents import DecodedDocument, Node, Notes, pa
 from tactogram.rendering.files.events import Events
 from tactogram.rendering.files.format import HapticFormat
 from tactogram.signal import Signal
-from tactogram.signal.io.description import SignalDescription
-from tactogram.signal.io.description import decode as read_description
+from tactogram.signal.io.description import SignalDescription, decode as read_description
 
 MOST_BYTES = 500_000_000
 """Largest file that is read."""

@@ -23,8 +23,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image as Pillow
-from PIL import ImageOps, PngImagePlugin, UnidentifiedImageError
+from PIL import Image as Pillow, ImageOps, PngImagePlugin, UnidentifiedImageError
 
 from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.extras import imported

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from dataclasses import replace as replace_field
+from dataclasses import asdict, replace as replace_field
 from pathlib import Path
 from typing import Any
 

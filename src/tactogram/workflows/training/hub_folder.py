@@ -18,7 +18,7 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
 from tactogram.workflows import hub
-from tactogram.workflows.evaluation_results import evaluation_results
+from tactogram.workflows.evaluated_runs import evaluation_results
 from tactogram.workflows.new_folder import new_folder
 from tactogram.workflows.training import known_photographs
 from tactogram.workflows.training.loaded_run import model_of

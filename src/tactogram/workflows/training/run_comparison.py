@@ -10,7 +10,7 @@ from tactogram.errors import ParameterError
 from tactogram.recipe import dotted
 from tactogram.training.remote_run import open_run
 from tactogram.training.run import Run
-from tactogram.workflows.evaluation_results import evaluation_results, numbers_of
+from tactogram.workflows.evaluated_runs import evaluation_results, numbers_of
 
 OMITTED = ("model", "seed")
 """Settings with a row of their own."""

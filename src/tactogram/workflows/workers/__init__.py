@@ -4,6 +4,8 @@ Starting a worker imports this package: `kept`, which needs more, is imported by
 """
 
 from tactogram.workflows.workers.outcome import Outcome as Outcome
-from tactogram.workflows.workers.tasks import absolute as absolute
-from tactogram.workflows.workers.tasks import in_order as in_order
-from tactogram.workflows.workers.tasks import run_tasks as run_tasks
+from tactogram.workflows.workers.tasks import (
+    absolute as absolute,
+    in_order as in_order,
+    run_tasks as run_tasks,
+)

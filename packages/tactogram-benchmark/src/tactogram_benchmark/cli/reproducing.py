@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, terminal_width, text_of
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Argument, Option, Request
-from tactogram.workflows.worker_options import ON
+from tactogram.workflows import ON, Argument, Option, Request
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ def _short(file: Path) -> str:
 
 def _table(request: _TableRequest, show: Printer) -> None:
     from tactogram.errors import ParameterError
-    from tactogram.workflows.table import table
+    from tactogram.workflows import table
 
     chosen = {"model": request.model, "data": request.data, "what": request.figure}
     rows = [

@@ -10,11 +10,8 @@ from typing import Any
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, TactogramError
-from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.train import train
-from tactogram.workflows.workers import absolute, run_tasks
+from tactogram.signal.io import write_text
+from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, simulate_to_store, train
 
 
 def find_or_simulate(

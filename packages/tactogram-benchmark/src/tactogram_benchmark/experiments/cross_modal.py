@@ -17,19 +17,20 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Ratings
-from tactogram.datasets.ratings.table import read_table
-from tactogram.datasets.simulate.raters import draw_people, score_together, score_vibrations
+from tactogram.datasets import Ratings, draw_people, read_table, score_together, score_vibrations
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.cross_modal import ALPHA, CrossModalResult, compare_cross_modal, errors_of
-from tactogram.evaluation.ratings.cross_modal_figures import overall_figure, per_word_figure
-from tactogram.evaluation.report import save_figure
+from tactogram.evaluation import (
+    ALPHA,
+    CrossModalResult,
+    compare_cross_modal,
+    errors_of,
+    overall_figure,
+    per_word_figure,
+    save_figure,
+)
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import write_image, write_signal
-from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import load_run
+from tactogram.signal.io import write_image, write_signal, write_text
+from tactogram.workflows import ProgressCallback, generate_rated_surfaces, load_run
 from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from tactogram.evaluation.ratings.reproduction import STRAIGHT
+from tactogram.evaluation import STRAIGHT
 
 RATER_MODEL = "a rater model"
 KNOWS_NEAREST = (

@@ -20,16 +20,11 @@ from torch import Tensor
 
 from tactogram.datasets import Store, part_examples
 from tactogram.errors import MissingExtraError, ParameterError
-from tactogram.evaluation.measures.geometry_score import geometry_score
-from tactogram.evaluation.pictures.figures import COLOURS
-from tactogram.evaluation.report import save_figure
-from tactogram.features.registered_pairs import FrictionBatch
+from tactogram.evaluation import COLOURS, geometry_score, save_figure
+from tactogram.features import FrictionBatch
 from tactogram.model import Example
-from tactogram.models.frictgan.fabric_evaluation import compare_fabrics, fabric_windows, summary
-from tactogram.models.frictgan.learner import FrictGANLearner
-from tactogram.models.frictgan.texture_free import MODELS
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import load_run, test_part
+from tactogram.models.frictgan import MODELS, FrictGANLearner, compare_fabrics, fabric_windows, summary
+from tactogram.workflows import ProgressCallback, load_run, test_part
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     cached_result,

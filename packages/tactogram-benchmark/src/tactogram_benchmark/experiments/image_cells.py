@@ -13,15 +13,11 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Split, Store
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.distances import ImageQuality
-from tactogram.evaluation.pictures.image_spread import ImageSpread
-from tactogram.evaluation.ratings.label_following import LabelFidelity, label_fidelity
+from tactogram.evaluation import ImageQuality, ImageSpread, LabelFidelity, label_fidelity
 from tactogram.model import SpreadReporter
 from tactogram.signal import Image
-from tactogram.training.labelled_images import as_floats, square
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.recognition.score import score
-from tactogram.workflows.training.loaded_run import load_run
+from tactogram.training import as_floats, square
+from tactogram.workflows import ProgressCallback, load_run, score
 from tactogram_benchmark.experiments.artifacts import cached_result, trained_run
 
 WEIGHTS = (1, 1000, 5000, 10000)

@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import Store
-from tactogram.evaluation.pictures.distances import MEASURES, ImageQuality
-from tactogram.evaluation.pictures.image_figures import (
+from tactogram.evaluation import (
+    MEASURES,
     GeneratorRow,
+    ImageQuality,
     TradeOff,
     generated_figure,
+    save_figure,
     trade_off_figure,
 )
-from tactogram.evaluation.report import save_figure
-from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows import load_run
 from tactogram_benchmark.experiments.image_cells import (
     DRAWS,
     RatedPlates,

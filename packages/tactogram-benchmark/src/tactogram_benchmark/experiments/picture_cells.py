@@ -13,13 +13,11 @@ from scipy.stats import ttest_rel
 
 from tactogram.datasets import Store
 from tactogram.errors import DataError, ParameterError
-from tactogram.evaluation.pictures.distances import PictureWeights
-from tactogram.features.photo_pairs import Protocol
+from tactogram.evaluation import PictureWeights
+from tactogram.features import Protocol
 from tactogram.nn.weight_files import ALEXNET, DENSENET201, INCEPTION, VGG19, weight_file
 from tactogram.recipe import Preparation
-from tactogram.workflows.evaluation.pictures import evaluate_pictures
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.train import train
+from tactogram.workflows import ProgressCallback, evaluate_pictures, train
 from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate
 
 MEASURES = (

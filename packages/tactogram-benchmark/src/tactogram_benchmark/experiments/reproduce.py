@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.signal.io.atomic import write_text
-from tactogram.signal.io.writable import check_writable
-from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.signal.io import check_writable, write_text
+from tactogram.workflows import ProgressCallback, silent
 from tactogram_benchmark.experiments.catalogue import experiments
 
 

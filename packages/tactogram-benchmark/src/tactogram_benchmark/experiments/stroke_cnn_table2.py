@@ -12,8 +12,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.workflows.evaluation.crossval import crossval
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows import ProgressCallback, crossval
 from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, kind_of
 
 PUBLISHED = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}

@@ -15,14 +15,10 @@ from statistics import mean
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
-from tactogram.evaluation.measures import log_spectral_distance
-from tactogram.evaluation.report import save_figure
+from tactogram.evaluation import log_spectral_distance, save_figure, spectrograms_figure
 from tactogram.signal import Image, Signal
-from tactogram.training.run import Run
-from tactogram.workflows.evaluation.mixing_ladder import recorded
-from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.training import Run
+from tactogram.workflows import ProgressCallback, generate, recorded
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     facts_of,

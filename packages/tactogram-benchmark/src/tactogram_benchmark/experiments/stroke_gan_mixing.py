@@ -16,9 +16,8 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
-from tactogram.evaluation.mixing.placement import IndistinctEndsError
-from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.evaluation import IndistinctEndsError
+from tactogram.workflows import ProgressCallback, mixing_ladder
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     facts_of,

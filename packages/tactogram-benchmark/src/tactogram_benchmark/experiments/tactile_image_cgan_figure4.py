@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import find_or_simulate
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, image_run, rater_run
 from tactogram_benchmark.experiments.image_comparison import compare_generators

@@ -17,21 +17,26 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets import Ratings, Store
-from tactogram.datasets.ratings.table import read_table, write_table
-from tactogram.datasets.simulate.raters import draw_people, score_vibrations
+from tactogram.datasets import Ratings, Store, draw_people, read_table, score_vibrations, write_table
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.figures import word_map_figure
-from tactogram.evaluation.ratings.prediction import distances_to_targets, one_rater_error, split_half_error
-from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
-from tactogram.evaluation.report import save_figure
+from tactogram.evaluation import (
+    NEAREST,
+    STRAIGHT,
+    distances_to_targets,
+    one_rater_error,
+    save_figure,
+    split_half_error,
+    word_map_figure,
+)
 from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
-from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
-from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
-from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.signal.io import write_signal, write_text
+from tactogram.workflows import (
+    ProgressCallback,
+    crossval_ratings,
+    evaluate_reproduction,
+    generate_rated_surfaces,
+    predicted_ratings,
+)
 from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, trained_run
 from tactogram_benchmark.experiments.figure7_text import RATER_MODEL, figure7_text
 

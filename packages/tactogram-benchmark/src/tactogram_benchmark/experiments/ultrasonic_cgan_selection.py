@@ -14,16 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets.simulate.raters import draw_people, score_vibrations
+from tactogram.datasets import draw_people, score_vibrations
 from tactogram.errors import ParameterError
-from tactogram.evaluation.checkpoint_selection import SelectionRule, choose, smoothed
-from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, reproduction
-from tactogram.models.ultrasonic_cgan import Config
-from tactogram.models.ultrasonic_cgan.surfaces import clusters_of, tree_of
+from tactogram.evaluation import NEAREST, STRAIGHT, SelectionRule, choose, reproduction, smoothed
+from tactogram.models.ultrasonic_cgan import Config, clusters_of, tree_of
 from tactogram.signal import Signal
-from tactogram.workflows.evaluation.word_signals import WordGenerationResult, generate_rated_surfaces
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows import ProgressCallback, WordGenerationResult, generate_rated_surfaces, load_run
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     facts_of,

@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 
 from tactogram.datasets import Store
 from tactogram.errors import ParameterError
-from tactogram.evaluation.report import save_figure
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.evaluation import save_figure
+from tactogram.workflows import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import facts_of
 from tactogram_benchmark.experiments.picture_cells import (
     compared,

@@ -12,8 +12,7 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.nn.weight_files import VGG19
-from tactogram.workflows.evaluation.picture_report import compare_pictures
-from tactogram.workflows.progress import ProgressCallback
+from tactogram.workflows import ProgressCallback, compare_pictures
 from tactogram_benchmark.experiments.artifacts import facts_of
 from tactogram_benchmark.experiments.picture_cells import (
     compared,

@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.classification import pooled
-from tactogram.evaluation.measures import linear_discriminant, wilson
+from tactogram.evaluation import linear_discriminant, pooled, wilson
 from tactogram.model import WindowClassifier
 from tactogram.models import ModelInfo
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind

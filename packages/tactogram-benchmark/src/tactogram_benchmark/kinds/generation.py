@@ -16,31 +16,32 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import (
+from tactogram.evaluation import (
     CEILING,
     FLOOR,
     MODEL,
     GenerationResult,
+    PiecePlan,
+    describe_measures,
+    evaluate_generation,
+    mean_interval,
+    plan_pieces,
+    signal_measures,
 )
-from tactogram.evaluation.generation.measures import describe_measures
-from tactogram.evaluation.generation.protocol import evaluate_generation
-from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
-from tactogram.evaluation.measures import mean_interval, signal_measures
 from tactogram.model import Condition, Example
 from tactogram.models import ModelInfo
-from tactogram.signal import Signal
-from tactogram.signal.resampling import resample
-from tactogram.training.seeds import child_seed
-from tactogram.workflows.evaluation.reference_models import (
+from tactogram.signal import Signal, resample
+from tactogram.training import child_seed
+from tactogram.workflows import (
     EVALUATION_SPEED_MM_S,
     EvaluationSettings,
+    LoadedRun,
+    ProgressCallback,
     ReferenceModels,
     classifier_of,
     felt,
     tactile_kind,
 )
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.ignoring import IGNORING
 from tactogram_benchmark.questions import AnswerForm, Answers, Question

@@ -8,14 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures import mean_interval
-from tactogram.evaluation.mixing.placement import OVERALL, positions
+from tactogram.evaluation import OVERALL, mean_interval, positions
 from tactogram.models import ModelInfo
-from tactogram.signal import Signal
-from tactogram.signal.resampling import resample
-from tactogram.training.seeds import child_seed
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram.signal import Signal, resample
+from tactogram.training import child_seed
+from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task import TaskOptions, options_of

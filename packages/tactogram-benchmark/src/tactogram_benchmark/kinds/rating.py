@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures import mean_interval
+from tactogram.evaluation import mean_interval
 from tactogram.model import Condition, ImageExample
 from tactogram.models import ModelInfo
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.ignoring import IGNORING
 from tactogram_benchmark.questions import AnswerForm, Answers, Question

@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures import classifier_features, mean_interval, wilson
+from tactogram.evaluation import classifier_features, mean_interval, wilson
 from tactogram.models import ModelInfo
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
-from tactogram.workflows.training.surface_index import SurfaceIndex, surface_vector
+from tactogram.workflows import LoadedRun, ProgressCallback, SurfaceIndex, surface_vector
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind

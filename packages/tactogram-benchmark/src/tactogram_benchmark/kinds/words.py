@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 
 from tactogram import models
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.label_following import label_fidelity
+from tactogram.evaluation import label_fidelity
 from tactogram.model import Condition, Example
 from tactogram.models import ModelInfo
 from tactogram.signal import Image, Signal
-from tactogram.training.seeds import child_rng, child_seed
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.loaded_run import LoadedRun
+from tactogram.training import child_rng, child_seed
+from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.ignoring import IGNORING, array_of
 from tactogram_benchmark.questions import AnswerForm, Answers, Question

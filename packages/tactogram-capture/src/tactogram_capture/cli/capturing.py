@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, text_of
 from tactogram.cli.verbs import Verb, with_options
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows import Argument, Option, Request
 from tactogram_capture.workflows.requests import CaptureRequest, LiveRequest, LogRequest
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Self, TextIO
 
 from tactogram.errors import DataError
-from tactogram.signal.io.locks import lock
+from tactogram.signal.io import lock
 from tactogram.text_files import parse_json
 
 FILE = "session.jsonl"

@@ -14,8 +14,7 @@ from pathlib import Path
 from time import monotonic, sleep
 from typing import Any
 
-from tactogram.datasets import Store
-from tactogram.datasets.store.appending import append_recording, recover_store
+from tactogram.datasets import Store, append_recording, recover_store
 from tactogram.errors import DataError, ParameterError, TactogramError, one_line
 from tactogram.signal import Signal
 from tactogram_capture.session.console import CaptureStatus, Console

@@ -10,8 +10,7 @@ from contextlib import contextmanager
 from math import log10
 from typing import Any, Self
 
-from rich.console import Console as RichConsole
-from rich.console import Group, RenderableType
+from rich.console import Console as RichConsole, Group, RenderableType
 from rich.live import Live
 from rich.panel import Panel
 from rich.progress_bar import ProgressBar

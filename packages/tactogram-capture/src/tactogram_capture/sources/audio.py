@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import DeviceError, MissingExtraError, one_line
 from tactogram.extras import device_errors, imported, silenced
-from tactogram.signal.units import parse_unit
+from tactogram.signal import parse_unit
 from tactogram_capture.source import Block
 from tactogram_capture.source_kind import SourceKind
 from tactogram_capture.stream.channels import axis_names, source_facts

@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import ParameterError, one_line
 from tactogram.extras import device_errors, imported
-from tactogram.rendering.transducer.digilent import find_devices
-from tactogram.signal.units import parse_unit
+from tactogram.rendering import find_devices
+from tactogram.signal import parse_unit
 from tactogram_capture.source import Block, SourceLost
 from tactogram_capture.source_kind import SourceKind
 from tactogram_capture.stream.channels import axis_names, source_facts

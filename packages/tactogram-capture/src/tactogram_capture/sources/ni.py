@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import ParameterError, one_line
 from tactogram.extras import device_errors, imported
-from tactogram.signal.units import STANDARD_GRAVITY, parse_unit
+from tactogram.signal import STANDARD_GRAVITY, parse_unit
 from tactogram_capture.source import Block, SourceLost
 from tactogram_capture.source_kind import SourceKind
 from tactogram_capture.stream.channels import axis_names, source_facts

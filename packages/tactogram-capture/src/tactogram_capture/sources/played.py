@@ -17,9 +17,7 @@ from pydantic import Field
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.resampling import resample
-from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram.signal import STANDARD_GRAVITY, Signal, resample
 from tactogram_capture.session.plan import PlannedTake
 from tactogram_capture.source_kind import SourceKind, required_place
 from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions

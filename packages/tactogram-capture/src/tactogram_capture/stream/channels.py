@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError, UnitError
-from tactogram.signal.units import parse_unit
+from tactogram.signal import parse_unit
 from tactogram_capture.stream.rate_estimate import RateMeter
 
 LEAST_GAP_S = 0.05

@@ -10,12 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.signal.io.content import default_axes
-from tactogram.signal.io.raw_table import RawTable
-from tactogram.signal.io.roles import roles_of
-from tactogram.signal.io.table_content import unit_note
-from tactogram.signal.io.table_head import TableHead
-from tactogram.signal.units import parse_unit
+from tactogram.signal import parse_unit
+from tactogram.signal.io import RawTable, TableHead, default_axes, roles_of, unit_note
 from tactogram_capture.stream.channels import axis_names
 
 

@@ -6,8 +6,7 @@ import math
 import re
 from collections import Counter
 
-from tactogram.signal.io.table_head import TableHead, head_of
-from tactogram.signal.io.table_lines import pairs_in, unstamped
+from tactogram.signal.io import TableHead, head_of, pairs_in, unstamped
 
 LONGEST_LINE = 4096
 COMMENTS = ("#", "%", "//")

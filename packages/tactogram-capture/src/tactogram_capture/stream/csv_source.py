@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.units import TIME_UNITS, parse_unit
+from tactogram.signal import TIME_UNITS, parse_unit
 from tactogram_capture.source import Block
 from tactogram_capture.stream.byte_source import ByteSource
 from tactogram_capture.stream.byte_stream import BAUD, ByteStream

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram.signal import STANDARD_GRAVITY
 
 Mode = Literal["single", "fifo", "low_energy"]
 Form = Literal["hex", "binary", "standard", "semicolon", "comma"]

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.resampling import resample
-from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram.signal import STANDARD_GRAVITY, Signal, resample
 from tactogram_capture.source import SourceEnded, SourceLost
 from tactogram_capture.stream.byte_stream import SerialPort
 from tactogram_capture.twelite.messages import (

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram.signal import STANDARD_GRAVITY
 from tactogram_capture.source import Block
 from tactogram_capture.stream.byte_source import ByteSource
 from tactogram_capture.stream.byte_stream import ByteStream

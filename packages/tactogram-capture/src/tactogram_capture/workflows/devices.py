@@ -280,7 +280,7 @@ def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
 
 
 def _mouse() -> ProbeResult:
-    from tactogram.rendering.streaming.recorded_motion import MICE, MouseMotion
+    from tactogram.rendering import MICE, MouseMotion
 
     if not MICE.exists():
         return "no hardware", f"no mouse: {MICE} is missing (a mouse as a finger needs Linux)", {}

@@ -11,9 +11,15 @@ from tactogram.datasets import part_examples
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import window_of
 from tactogram.signal import Signal
-from tactogram.workflows.request import takes
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
-from tactogram.workflows.training.surface_index import SurfaceIndex, prediction_limit, surface_vector
+from tactogram.workflows import (
+    LoadedRun,
+    SurfaceIndex,
+    load_run,
+    prediction_limit,
+    surface_vector,
+    takes,
+    test_part,
+)
 from tactogram_capture import open_source
 from tactogram_capture.live.recognition import Classification, Latencies, classify_windows
 from tactogram_capture.session.feed import Feed

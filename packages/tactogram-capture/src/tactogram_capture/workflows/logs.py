@@ -7,11 +7,10 @@ from typing import Any
 
 from tactogram.datasets import Recording, add_recordings, create_store, open_store
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal import Signal
+from tactogram.signal import Signal, check_rate
 from tactogram.signal.io import write_signal
-from tactogram.signal.signal import check_rate
 from tactogram.validation import validated
-from tactogram.workflows.request import takes
+from tactogram.workflows import takes
 from tactogram_capture import SensorLog, filled, gap_free, read_log, read_xdf
 from tactogram_capture.logs.log import LogKind
 from tactogram_capture.session.take import STREAM_OF_UNIT, rate_of

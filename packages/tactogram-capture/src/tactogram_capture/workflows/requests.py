@@ -5,10 +5,10 @@ from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows import Argument, Option, Request
 
 if TYPE_CHECKING:
-    from tactogram.workflows.training.loaded_run import LoadedRun
+    from tactogram.workflows import LoadedRun
     from tactogram_capture.live.recognition import WindowClassification
     from tactogram_capture.session.console import Console
     from tactogram_capture.session.metronome import Metronome

@@ -14,7 +14,7 @@ from tactogram.datasets import open_store
 from tactogram.errors import TactogramError
 from tactogram.extras import device_errors, imported
 from tactogram.signal import Signal
-from tactogram.workflows.request import takes
+from tactogram.workflows import takes
 from tactogram_capture import Source, open_source
 from tactogram_capture.catalogue import parse_address
 from tactogram_capture.session.console import Console, LineConsole
@@ -101,7 +101,7 @@ def _next_log(folder: Path) -> Path:
 
 def _recogniser(run: Path | str) -> Recognise:
     # Imports torch: a session without a classifier begins at once.
-    from tactogram.workflows.training.loaded_run import load_run
+    from tactogram.workflows import load_run
 
     loaded = load_run(run)
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, lines_of
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Argument, Option
+from tactogram.workflows import Argument, Option
 from tactogram_studio.cli.studio import ServerOptions, bound_port, shown_qr_code
 from tactogram_study.workflows.requests import CHANGES
 

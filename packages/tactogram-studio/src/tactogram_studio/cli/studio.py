@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tactogram.cli.printing import Printer, lines_of
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Option, Request
+from tactogram.workflows import Option, Request
 
 if TYPE_CHECKING:
     from tactogram_studio.server.listening import ListeningPort

@@ -21,8 +21,7 @@ from tactogram.extras import imported
 from tactogram_study.participants.secret_files import write_secret
 
 if TYPE_CHECKING:
-    from cryptography.x509 import Certificate as ParsedCertificate
-    from cryptography.x509 import GeneralName
+    from cryptography.x509 import Certificate as ParsedCertificate, GeneralName
 
 VALIDITY = timedelta(days=397)
 """Of a self-signed certificate. Apple's browsers refuse more than 825 days (support.apple.com/103769)."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
-from tactogram.signal.perception import FELT_HZ, detection_threshold
+from tactogram.signal import FELT_HZ, detection_threshold
 from tactogram_studio.signals.traits import WITH_THRESHOLD, SharedScales, SignalTraits, scales_of, unit_of
 
 COLOURS = ("#2166ac", "#c0452f", "#3f7d1d", "#6d5fa8", "#9a4a04", "#555555")

@@ -10,8 +10,7 @@ import soundfile
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.resampling import resample
+from tactogram.signal import Signal, resample
 
 RATE = 48_000
 NORMAL_PEAK = 0.5
@@ -100,7 +99,7 @@ def _one_channel(signal: Signal) -> NDArray[np.float64]:
 
 def _combined(signal: Signal) -> Signal:
     """Return a signal whose first two or three axes are combined by DFT321."""
-    from tactogram.signal.filters import dft321
+    from tactogram.signal import dft321
 
     x = signal.samples
     first = np.zeros((3, len(signal)), np.float32)

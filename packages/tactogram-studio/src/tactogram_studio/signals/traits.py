@@ -13,9 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from tactogram.signal import Signal
-from tactogram.signal.perception import FELT_HZ, sensation_level_db
-from tactogram.signal.signal import Domain
+from tactogram.signal import FELT_HZ, Domain, Signal, sensation_level_db
 
 WIDTH = 600
 """Width of a waveform's picture, pixels."""

@@ -16,8 +16,7 @@ from pathlib import Path, PurePosixPath
 from typing import IO
 
 from tactogram.errors import DataError, one_line
-from tactogram.signal.io import READABLE
-from tactogram.signal.io.archives import UnpackedSizeError, check_archive
+from tactogram.signal.io import READABLE, UnpackedSizeError, check_archive
 from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.uploads import LONGEST_NAME, MIB, RESERVED, check_unpacked_size, most_bytes_of

@@ -13,8 +13,7 @@ from typing import Any
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_image, read_signal, write_image, write_signal
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io import read_image, read_signal, write_image, write_signal, write_text
 from tactogram.text_files import read_json
 from tactogram_studio.workspace.dated_folders import DatedFolders
 

@@ -78,8 +78,7 @@ class StarterData:
 
 def make(store: Path, run: Path) -> None:
     """Simulate the surfaces and fit their textures, with progress on stdout."""
-    from tactogram.workflows.data.simulate import simulate_to_store
-    from tactogram.workflows.training.train import train
+    from tactogram.workflows import simulate_to_store, train
 
     sys.stdout.write("simulating nine surfaces\n")
     sys.stdout.flush()

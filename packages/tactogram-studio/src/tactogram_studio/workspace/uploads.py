@@ -18,16 +18,24 @@ from typing import Any, BinaryIO, Literal
 import soundfile
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering.files.catalogue import haptic_suffixes
+from tactogram.rendering import haptic_suffixes
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import READABLE, decode_image, read_signal
-from tactogram.signal.io.archives import UnpackedSizeError, check_archive
-from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.files import JSON_LINES, PACKED, SOUND, TEXTS
-from tactogram.signal.io.hdf5 import MAGIC
-from tactogram.signal.io.matlab import check_unpacked
-from tactogram.signal.io.picture import picture_size
-from tactogram.signal.io.riff import read_header
+from tactogram.signal.io import (
+    JSON_LINES,
+    MAGIC,
+    PACKED,
+    READABLE,
+    SOUND,
+    TEXTS,
+    UnpackedSizeError,
+    atomic_write,
+    check_archive,
+    check_unpacked,
+    decode_image,
+    picture_size,
+    read_header,
+    read_signal,
+)
 from tactogram.text_files import decode_text, detected_text, parse_toml
 from tactogram_study.study_file import Study
 
@@ -192,7 +200,7 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
         picture_size(data, name=safe)
     _check_unpacked(io.BytesIO(data), safe)
     if suffix == ".parquet":
-        from tactogram.datasets.parquet_table import check_parquet
+        from tactogram.datasets import check_parquet
 
         check_parquet(io.BytesIO(data), safe)
     return safe

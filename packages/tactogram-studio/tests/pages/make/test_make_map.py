@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tactogram.signal import Signal
 from tactogram_studio.pages.make.map_view import NARROW_PX, WIDE_PX, label_shifts, map_html

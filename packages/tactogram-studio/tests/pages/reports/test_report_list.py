@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.workflows.table import table
+from tactogram.workflows.results_table import table
 from tactogram_studio.pages.reports.catalogue import (
     experiments_with_results,
     is_simulated,

@@ -8,7 +8,7 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.models import find
 from tactogram.recipe import parse_changes
-from tactogram.workflows.evaluation_results import evaluation_results
+from tactogram.workflows.evaluated_runs import evaluation_results
 from tactogram.workflows.generation.preview import sample, sample_choices
 from tactogram.workflows.training.compatibility import check_training
 from tactogram.workflows.training.recipe_fields import assignments, recipe_fields

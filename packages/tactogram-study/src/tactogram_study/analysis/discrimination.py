@@ -12,10 +12,14 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from tactogram.statistics.clustered import pooled_share
-from tactogram.statistics.equivalence import share_equivalence
-from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.shares import corrected, share_of, smallest_significant
+from tactogram.statistics import (
+    corrected,
+    holm,
+    pooled_share,
+    share_equivalence,
+    share_of,
+    smallest_significant,
+)
 from tactogram_study.analysis.exact import exact_finding, share_columns
 from tactogram_study.analysis.findings import (
     ALPHA,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactogram.statistics.shares import ShareEstimate
+from tactogram.statistics import ShareEstimate
 from tactogram_study.analysis.findings import Finding, Role
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram.statistics.figures import BLUE, GRAY, INK, ORANGE
+from tactogram.statistics import BLUE, GRAY, INK, ORANGE
 from tactogram_study.analysis.findings import AnalysisSection
 
 SLANTED: dict[str, Any] = {"rotation": 30, "ha": "right", "rotation_mode": "anchor"}

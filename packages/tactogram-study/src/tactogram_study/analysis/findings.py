@@ -15,7 +15,7 @@ from tactogram.errors import DataError
 from tactogram_study.answers import Answers
 
 if TYPE_CHECKING:
-    from tactogram.statistics.clustered import EffectEstimate  # with it comes statsmodels
+    from tactogram.statistics import EffectEstimate  # with it comes statsmodels
 
 ALPHA = 0.05
 """A difference is shown if p is below, unless the study has another."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.statistics.summary import nan_mean
+from tactogram.statistics import nan_mean
 from tactogram_study.analysis.findings import Finding
 from tactogram_study.analysis.paired import holm_paired
 from tactogram_study.answers import Answers

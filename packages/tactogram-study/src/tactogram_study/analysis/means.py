@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.statistics.summary import summary
+from tactogram.statistics import summary
 from tactogram_study.analysis.findings import AnalysisSection, Finding, numeric_answers, section_of
 from tactogram_study.analysis.paired import holm_paired
 from tactogram_study.answers import Answers

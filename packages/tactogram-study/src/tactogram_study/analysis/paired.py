@@ -8,10 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tactogram.statistics.equivalence import paired_equivalence
-from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
-from tactogram.statistics.summary import summary
+from tactogram.statistics import holm, paired_equivalence, pseudomedian, signed_rank_p, summary
 from tactogram_study.analysis.findings import Finding, Role
 
 Numbers = NDArray[np.float64]

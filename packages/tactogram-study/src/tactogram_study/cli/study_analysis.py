@@ -5,7 +5,7 @@ from typing import Annotated
 
 from tactogram.cli.printing import Printer
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows import Argument, Option, Request
 from tactogram_study.workflows.requests import AnalysisRequest
 
 

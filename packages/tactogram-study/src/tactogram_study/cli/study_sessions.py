@@ -6,7 +6,7 @@ from typing import Annotated
 
 from tactogram.cli.printing import Printer, columns, lines_of
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows import Argument, Option, Request
 
 
 @dataclass(frozen=True)

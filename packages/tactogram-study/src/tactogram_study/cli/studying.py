@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, lines_of
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows import Argument, Option, Request
 from tactogram_study.workflows.requests import CHANGES, ParticipantsRequest
 
 MOST_KEYS = 8

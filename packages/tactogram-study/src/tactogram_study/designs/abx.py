@@ -96,7 +96,7 @@ class Abx(Design):
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
         """Return the shares correct, over all and by texture, with the d' of ABX."""
-        from tactogram.statistics.shares import d_prime_abx
+        from tactogram.statistics import d_prime_abx
         from tactogram_study.analysis.discrimination import analyse_discrimination
 
         margin = plan.margins.get("abx")
@@ -118,7 +118,7 @@ class Abx(Design):
     @classmethod
     def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
         """Return the share correct in ABX at a simulated participant's d'."""
-        from tactogram.statistics.shares import abx_share
+        from tactogram.statistics import abx_share
 
         return abx_share(participant.d_prime)
 

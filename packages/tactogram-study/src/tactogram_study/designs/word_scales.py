@@ -23,7 +23,7 @@ from tactogram_study.wording import Wording
 
 
 def _ten_words() -> tuple[str, ...]:
-    from tactogram.datasets.ratings.words import WORDS  # imports libraries that listing designs does not need
+    from tactogram.datasets import WORDS  # imports libraries that listing designs does not need
 
     return WORDS
 

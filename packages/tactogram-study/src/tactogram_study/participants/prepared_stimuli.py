@@ -13,8 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.display import Display
+from tactogram.rendering import Display, open_display
 from tactogram.signal import Signal
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study

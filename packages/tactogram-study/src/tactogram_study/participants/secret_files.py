@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io import atomic_write
 
 
 def write_secret(path: Path, data: bytes, *, replace: bool = False) -> None:

@@ -17,8 +17,7 @@ from anyio import CapacityLimiter
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram_study.participants.prepared_stimuli import PreparedStimuli
 from tactogram_study.participants.server_display import ServerDisplay
-from tactogram_study.participants.tickets import FILE as KEYS
-from tactogram_study.participants.tickets import SessionKeys, load_keys
+from tactogram_study.participants.tickets import FILE as KEYS, SessionKeys, load_keys
 from tactogram_study.session.participants import UnknownParticipantError
 from tactogram_study.session.progress import ParticipantState
 from tactogram_study.session.store import SessionStore

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy import special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.equivalence import share_equivalence_power
-from tactogram.statistics.shares import exact_ps
+from tactogram.statistics import exact_ps, share_equivalence_power
 from tactogram_study.power.assumptions import PowerAssumptions
 
 Numbers = NDArray[np.float64]

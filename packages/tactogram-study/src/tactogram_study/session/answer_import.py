@@ -11,11 +11,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from tactogram.datasets.cells import read_cells
-from tactogram.datasets.ratings.columns import MISSING, RatingColumns
-from tactogram.datasets.ratings.questionnaires import Export, export_of, rows_left_out
-from tactogram.datasets.ratings.questions import Questions
-from tactogram.datasets.ratings.ratings import Scale
+from tactogram.datasets import (
+    MISSING,
+    Export,
+    Questions,
+    RatingColumns,
+    Scale,
+    export_of,
+    read_cells,
+    rows_left_out,
+)
 from tactogram.errors import DataError, ParameterError
 from tactogram_study.answers import COLUMNS, KINDS, Answers, answers_of
 

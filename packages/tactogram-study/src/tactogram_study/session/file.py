@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from tactogram.errors import DataError
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io import check_writable
 from tactogram_study.session.salvage import (
     DamagedSessionError,
     UnreadableRowError,

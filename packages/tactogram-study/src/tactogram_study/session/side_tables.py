@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io import atomic_write
 from tactogram_study.session.device_facts import COLUMN, fact_description, fact_text
 from tactogram_study.session.store import SessionStore
 

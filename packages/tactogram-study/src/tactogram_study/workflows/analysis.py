@@ -14,13 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tactogram.datasets.cells import read_cells
-from tactogram.datasets.ratings.ratings import SEVEN_POINT, Scale, scale_of
-from tactogram.datasets.ratings.table import read_table
+from tactogram.datasets import SEVEN_POINT, Scale, read_cells, read_table, scale_of
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.atomic import atomic_write, write_text
-from tactogram.signal.io.writable import check_writable
-from tactogram.workflows.request import takes
+from tactogram.signal.io import atomic_write, check_writable, write_text
+from tactogram.workflows import takes
 from tactogram_study.analysis.findings import ALPHA, AnalysisSection
 from tactogram_study.analysis.naming import named_answers, named_section
 from tactogram_study.answers import Answers, Targets

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.catalogue import open_display, shipped
-from tactogram.rendering.displays.display import Display
+from tactogram.rendering import Display, open_display, shipped
 
 BROWSER_RATES = (8000, 96_000)
 """Rates that every browser plays, Hz (Web Audio API, createBuffer); beyond them Firefox refuses."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tactogram.errors import ParameterError
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io import write_text
 from tactogram_study.answers import Answers, write_answers
 from tactogram_study.session.export import export_bids
 from tactogram_study.session.salvage import salvage_session

@@ -12,7 +12,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from tactogram.evaluation.report import (
+from tactogram.evaluation import (
     Block,
     ReportFigure,
     ReportSection,

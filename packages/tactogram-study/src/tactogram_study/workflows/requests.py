@@ -5,11 +5,10 @@ from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows import Argument, Option, ProgressCallback, Request, silent
 
 if TYPE_CHECKING:
-    from tactogram.datasets.ratings.ratings import Scale
+    from tactogram.datasets import Scale
 
 CHANGES = Option("change a value of the study", "KEY=VALUE", "--set")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io import write_text
 from tactogram.text_files import read_json
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study, shipped_studies

@@ -9,7 +9,7 @@ from typing import Any
 from tactogram.errors import DataError, ParameterError
 from tactogram.text_files import read_json
 from tactogram.validation import validated
-from tactogram.workflows.request import takes
+from tactogram.workflows import takes
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_participants import SimulatedEffect, simulate
 from tactogram_study.study_file import Study

@@ -14,22 +14,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tactogram.datasets.simulate.sets import SETS, make, tasks
-from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
+from tactogram.datasets import FAMILIES, SETS, make, tactile_image, tasks
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.models import shipped_run
-from tactogram.rendering.displays.catalogue import open_display, shipped
-from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
-from tactogram.rendering.drive.fit import Drive, fit
-from tactogram.rendering.level import Level, parse_level
-from tactogram.rendering.streaming.output import check_streams
-from tactogram.rendering.streaming.textures import StreamingTexture
-from tactogram.signal import Image, Signal
-from tactogram.signal.autoregressive_fit import fit_autoregressive
+from tactogram.rendering import (
+    Display,
+    Drive,
+    Level,
+    StreamingTexture,
+    check_streams,
+    display_family,
+    fit,
+    open_display,
+    parse_level,
+    shipped,
+)
+from tactogram.signal import Image, Signal, fit_autoregressive, synthesise
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
-from tactogram.signal.synthesis import synthesise
-from tactogram.workflows.streaming.textures import TextureSettings, live_texture
+from tactogram.workflows import TextureSettings, live_texture
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
@@ -42,7 +44,7 @@ from tactogram_study.workflows.streams import (
 )
 
 if TYPE_CHECKING:
-    from tactogram.workflows.training.loaded_run import LoadedRun
+    from tactogram.workflows import LoadedRun
 
 SHOWN = 8
 """Lines on what is limited."""
@@ -196,7 +198,7 @@ class StudyStimuli:
             return True
         if not (runs := [name for name in (stimulus.run, stimulus.image_run) if name]):
             return False
-        from tactogram.training.remote_run import open_run  # loads torch
+        from tactogram.training import open_run  # loads torch
 
         return any(open_run(self._run(name)).kind().simulated for name in runs)
 
@@ -262,7 +264,7 @@ class StudyStimuli:
         else:
             raise ParameterError("it has no signal; give file, run or simulated")
         if stimulus.autoregressive:
-            from tactogram.training.seeds import surface_seed
+            from tactogram.training import surface_seed
 
             # Over displacement, too: a model only counts samples.
             model = fit_autoregressive(replace(signal, domain="time"))
@@ -274,7 +276,7 @@ class StudyStimuli:
         return _reconstructed(signal, stimulus) if stimulus.reconstructed else signal
 
     def _generated(self, stimulus: Stimulus, run: str) -> Signal | Image:
-        from tactogram.workflows.generation.generate import generate
+        from tactogram.workflows import generate
 
         loaded = self._loaded(run)
         [made] = generate(
@@ -295,13 +297,13 @@ class StudyStimuli:
         return condition
 
     def _limits(self, stimulus: Stimulus, run: LoadedRun) -> list[str]:
-        from tactogram.workflows.generation.generate import limits
+        from tactogram.workflows import limits
 
         missing = run.missing_band(read_signal(self._file(stimulus.vibration))) if stimulus.vibration else []
         return [*map(str, limits(run, self._condition(stimulus, run))), *missing]
 
     def _loaded(self, name: str) -> LoadedRun:
-        from tactogram.workflows.training.loaded_run import load_run  # loads torch
+        from tactogram.workflows import load_run  # loads torch
 
         return load_run(self._run(name))
 
@@ -368,7 +370,7 @@ def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signa
 
 
 def _reconstructed(signal: Signal, stimulus: Stimulus) -> Signal:
-    from tactogram.features.spectrogram_picture import reconstructed  # loads torch
+    from tactogram.features import reconstructed  # loads torch
 
     if stimulus.reconstructed == "griffin_lim":
         return reconstructed(signal, start="random", iteration="griffin_lim", seed=stimulus.seed)

@@ -18,22 +18,25 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
-from tactogram.rendering.drive.level_scaling import without_constant
-from tactogram.rendering.level import Level
-from tactogram.rendering.streaming.backends import Clock
-from tactogram.rendering.streaming.contact import ContactSettings
-from tactogram.rendering.streaming.engine import LONGEST_BLOCK_S, Engine
-from tactogram.rendering.streaming.motion import MotionSample, MotionSettings
-from tactogram.rendering.streaming.output import DisplayOutput, check_streams
-from tactogram.rendering.streaming.stream import Stream
-from tactogram.rendering.streaming.surface import SurfaceTexture
-from tactogram.rendering.streaming.textures import StreamingTexture
+from tactogram.rendering import (
+    LONGEST_BLOCK_S,
+    Clock,
+    ContactSettings,
+    Display,
+    DisplayOutput,
+    Engine,
+    Level,
+    MotionSample,
+    MotionSettings,
+    Stream,
+    StreamingTexture,
+    SurfaceTexture,
+    check_streams,
+    display_family,
+    without_constant,
+)
 from tactogram.signal import Signal
-from tactogram.workflows.streaming.session import Backend, run
-from tactogram.workflows.streaming.stream import rehearsal
-from tactogram.workflows.streaming.textures import TextureSettings, surface_of
+from tactogram.workflows import Backend, TextureSettings, rehearsal, run, surface_of
 
 FORCE_N = 0.5
 """Force of a finger that touches the page, N: a screen reports contact only. Our choice."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.level import parse_level
+from tactogram.rendering import parse_level
 from tactogram_study.designs import designs
 from tactogram_study.language_files import language_texts, missing_texts, own_name
 from tactogram_study.session_length import planned_minutes

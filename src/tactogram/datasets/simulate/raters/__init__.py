@@ -4,12 +4,16 @@ No model, feature or evaluation may import this (by an import contract): they mu
 """
 
 from tactogram.datasets.simulate.raters.felt import TouchCues as TouchCues
-from tactogram.datasets.simulate.raters.people import SimulatedRater as SimulatedRater
-from tactogram.datasets.simulate.raters.people import draw_people as draw_people
-from tactogram.datasets.simulate.raters.scoring import score_images as score_images
-from tactogram.datasets.simulate.raters.scoring import score_plates as score_plates
-from tactogram.datasets.simulate.raters.scoring import score_surfaces as score_surfaces
-from tactogram.datasets.simulate.raters.scoring import score_together as score_together
-from tactogram.datasets.simulate.raters.scoring import score_vibrations as score_vibrations
-from tactogram.datasets.simulate.raters.scoring import sight_weight as sight_weight
-from tactogram.datasets.simulate.raters.scoring import surface_cues as surface_cues
+from tactogram.datasets.simulate.raters.people import (
+    SimulatedRater as SimulatedRater,
+    draw_people as draw_people,
+)
+from tactogram.datasets.simulate.raters.scoring import (
+    score_images as score_images,
+    score_plates as score_plates,
+    score_surfaces as score_surfaces,
+    score_together as score_together,
+    score_vibrations as score_vibrations,
+    sight_weight as sight_weight,
+    surface_cues as surface_cues,
+)

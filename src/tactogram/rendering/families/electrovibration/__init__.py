@@ -1,14 +1,16 @@
 """Electrovibration: a friction coefficient as the amplitude of a carrier, by the square law."""
 
 from tactogram.rendering.displays.family import DisplayFamily
-from tactogram.rendering.families.electrovibration.friction import Settings as Settings
-from tactogram.rendering.families.electrovibration.friction import drive as drive
-from tactogram.rendering.families.electrovibration.friction import friction as friction
-from tactogram.rendering.families.electrovibration.friction import voltage as voltage
+from tactogram.rendering.families.electrovibration.friction import (
+    Settings as Settings,
+    drive as drive,
+    friction as friction,
+    voltage as voltage,
+)
 from tactogram.rendering.families.electrovibration.stream import (
     ElectrovibrationStream as ElectrovibrationStream,
+    SurfaceStream,
 )
-from tactogram.rendering.families.electrovibration.stream import SurfaceStream
 
 FAMILY = DisplayFamily(
     name="electrovibration",

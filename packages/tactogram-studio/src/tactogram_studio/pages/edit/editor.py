@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.effects import Effect, Track
+from tactogram.rendering import LEAST_S, LONGEST_S, MOST_TRACKS, Effect, Track
 from tactogram.rendering.effects import editing as edit
-from tactogram.rendering.effects.effect import LEAST_S, LONGEST_S, MOST_TRACKS
 
 Operation = Literal["trim", "clear", "in", "out", "repeat"]
 MOST_STEPS = 200

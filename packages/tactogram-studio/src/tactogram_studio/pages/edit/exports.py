@@ -10,17 +10,18 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError
-from tactogram.rendering.effects import Effect, mixed
-from tactogram.rendering.files import (
+from tactogram.rendering import (
     DocumentHeader,
+    Effect,
     HapticFile,
+    events_of,
+    file_name,
     haptic_format,
+    mixed,
     read_haptic,
     to_one_axis,
     write_haptic,
 )
-from tactogram.rendering.files.analysis import events_of
-from tactogram.rendering.files.catalogue import file_name
 from tactogram.signal import Signal
 from tactogram.text_files import read_json
 from tactogram_studio.workspace.dated_folders import DatedFolders

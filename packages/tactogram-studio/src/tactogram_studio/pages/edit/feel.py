@@ -15,7 +15,7 @@ from fastapi.responses import HTMLResponse, JSONResponse
 from nicegui import app
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.rendering.files import haptic_format
+from tactogram.rendering import haptic_format
 from tactogram_studio.layout import in_background
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
 from tactogram_studio.signals.byte_ranges import range_response

@@ -7,9 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering.effects import Effect
-from tactogram.rendering.effects.mixing import signal_of
-from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
+from tactogram.rendering import Effect, haptic_format, haptic_formats, signal_of
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles

@@ -9,8 +9,7 @@ from fastapi.responses import FileResponse
 from nicegui import app, ui
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering.effects import Effect, Track
-from tactogram.rendering.effects.mixing import signal_of
+from tactogram.rendering import Effect, Track, signal_of
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import confirm, page, report_errors, route
 from tactogram_studio.pages.edit.editor import Editor

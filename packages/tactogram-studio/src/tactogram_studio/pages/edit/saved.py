@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactogram.errors import DataError
-from tactogram.rendering.effects import Effect
-from tactogram.rendering.effects.effect import effect_from_json
-from tactogram.signal.io.atomic import write_text
+from tactogram.rendering import Effect, effect_from_json
+from tactogram.signal.io import write_text
 from tactogram.text_files import read_text
 from tactogram_studio.workspace.dated_folders import DatedFolders
 

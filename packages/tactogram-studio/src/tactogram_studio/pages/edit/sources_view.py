@@ -8,9 +8,7 @@ from functools import partial
 from nicegui import events, ui
 
 from tactogram.errors import DataError
-from tactogram.rendering.effects import Track, ready_effects, track_of, track_of_signal
-from tactogram.rendering.effects.effect import effect_from_json
-from tactogram.rendering.files import to_one_axis
+from tactogram.rendering import Track, effect_from_json, ready_effects, to_one_axis, track_of, track_of_signal
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import heading, hint, in_background, report_errors, upload
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles

@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import events, ui
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.effects import Track
+from tactogram.rendering import Track
 from tactogram_studio.layout import attribute, hint, report_errors
 from tactogram_studio.pages.edit.editor import LINES, TONE, Editor, Operation
 

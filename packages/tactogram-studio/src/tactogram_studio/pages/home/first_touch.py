@@ -7,7 +7,7 @@ from urllib.parse import quote
 from nicegui import app, ui
 from nicegui.events import UploadEventArguments
 
-from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
+from tactogram.rendering import SPEED_MM_S, WIDTH_MM, photo_to_touch
 from tactogram.signal.io import decode_image_metadata
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import NumberField, busy, heading, hint, in_background, report_errors

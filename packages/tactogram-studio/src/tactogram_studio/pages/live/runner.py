@@ -16,7 +16,7 @@ from time import monotonic
 from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io import write_text
 from tactogram.text_files import read_json
 from tactogram_capture import Block, Source, SourceEnded, open_source
 from tactogram_capture.live.recognition import WindowClassification

@@ -11,8 +11,8 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering.files.catalogue import file_name, haptic_formats
-from tactogram.workflows.data.convert import SIGNAL_FORMATS, convert, list_formats
+from tactogram.rendering import file_name, haptic_formats
+from tactogram.workflows import SIGNAL_FORMATS, convert, list_formats
 from tactogram_studio.layout import attribute, busy, in_background, report_errors
 from tactogram_studio.signals.sound import PLAYBACK_MM_S
 from tactogram_studio.workspace.shelf import KeptResult

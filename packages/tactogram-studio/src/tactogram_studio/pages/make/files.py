@@ -11,10 +11,9 @@ from nicegui import ui
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.streaming.recorded_motion import MotionFile
+from tactogram.rendering import MotionFile
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import write_image, write_signal
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.signal.io import atomic_write, write_image, write_signal
 from tactogram_studio.layout import heading, hint, in_background, report_errors
 from tactogram_studio.pages.make.form import Crop
 from tactogram_studio.workspace.uploads import (

@@ -8,8 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
-from tactogram.datasets.ratings.ratings import SEVEN_POINT
-from tactogram.datasets.ratings.words import JAPANESE
+from tactogram.datasets import JAPANESE, SEVEN_POINT
 from tactogram.errors import ParameterError
 from tactogram.model import CONDITIONS, Kind, SignalKind
 from tactogram.models import ModelDescription

@@ -19,8 +19,7 @@ from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_image, read_signal
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io import read_image, read_signal, write_text
 from tactogram.text_files import read_json
 from tactogram_studio.pages.make.form import (
     LONGEST_S,
@@ -35,7 +34,7 @@ from tactogram_studio.pages.make.material_map import levels_db, positions
 from tactogram_studio.workspace.folder import Workspace
 
 if TYPE_CHECKING:
-    from tactogram.workflows.training.loaded_run import LoadedRun
+    from tactogram.workflows import LoadedRun
 
 MAP_S = 1.0
 """Length of the signals whose spectra place the materials on the map, s."""
@@ -137,7 +136,7 @@ class RunCatalogue:
         with self._lock:
             loaded = self.load(run)
             condition = self._condition(request, loaded, run.form)
-            from tactogram.workflows.generation.generate import generate
+            from tactogram.workflows import generate
 
             pieces = generate(
                 loaded, condition, seconds=request.seconds, seed=request.seed, count=request.count
@@ -159,11 +158,11 @@ class RunCatalogue:
         if request.text:
             condition["text"] = request.text
         if form.some_words and request.words:
-            from tactogram.workflows.generation.word_scores import some_words
+            from tactogram.workflows import some_words
 
             condition["words"] = some_words(run, request.words)
         elif "words" in form.needs:
-            from tactogram.workflows.generation.word_scores import ask
+            from tactogram.workflows import ask
 
             rest = None if set(form.words) <= set(request.words) else "mean"
             condition["words"] = ask([run], request.words, rest=rest).on_scale_of(run)  # type: ignore[arg-type]
@@ -175,7 +174,7 @@ class RunCatalogue:
         given = {name: getattr(request, name) for name in OF_A_STROKE}
         condition |= {name: value for name, value in given.items() if value is not None}
         if request.motion:
-            from tactogram.workflows.generation.generate import SIMULATED, motion_of
+            from tactogram.workflows import SIMULATED, motion_of
 
             simulated = request.motion == SIMULATED
             source = SIMULATED if simulated else self.workspace.inside(request.motion)
@@ -196,8 +195,7 @@ class RunCatalogue:
 
     def said(self, request: GenerationRequest) -> dict[str, Any]:
         """Return `condition_facts` of a request, and what they say of its description in a sentence, ``described``."""
-        from tactogram.workflows.generation.generate import condition_facts
-        from tactogram.workflows.generation.photographs import description_text
+        from tactogram.workflows import condition_facts, description_text
 
         run = self.get(request.run)
         request = run.form.used(request)
@@ -214,7 +212,7 @@ class RunCatalogue:
 
         Raises `ParameterError` if the run mixes materials and it is like no name of them.
         """
-        from tactogram.workflows.generation.descriptions import with_materials
+        from tactogram.workflows import with_materials
 
         given = {"text": text} | ({"image": self.photograph(request)} if request.photo else {})
         with self._lock:
@@ -263,7 +261,7 @@ class RunCatalogue:
 
     def classify(self, classifier: FinishedRun, signal: Signal) -> dict[str, Any]:
         """Return a classifier's prediction, as `tactogram.workflows.recognition.classify`."""
-        from tactogram.workflows.recognition.classify import classify
+        from tactogram.workflows import classify
 
         with self._lock:
             return classify(self.load(classifier), signal)
@@ -293,7 +291,7 @@ class RunCatalogue:
             loaded = self.load(run)
             classifier = self.classifier_for(run)
             if classifier is not None and classifier.data.get("sha256") == run.data.get("sha256"):
-                from tactogram.workflows.recognition.search import search
+                from tactogram.workflows import search
 
                 found = search(self.load(classifier), signal, data=store.path, count=count)["nearest"]
                 return f"by {classifier.name}", [
@@ -365,7 +363,7 @@ def _version(folder: Path) -> tuple[Path, int]:
 
 @lru_cache(maxsize=4)
 def _load(folder: Path, changed_ns: int) -> LoadedRun:
-    from tactogram.workflows.training.loaded_run import load_run
+    from tactogram.workflows import load_run
 
     return load_run(folder)
 

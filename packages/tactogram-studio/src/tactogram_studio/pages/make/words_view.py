@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from tactogram.datasets.ratings.ratings import SEVEN_POINT
+from tactogram.datasets import SEVEN_POINT
 from tactogram_studio.layout import attribute, hint, report_errors
 from tactogram_studio.pages.make.form import word_label
 

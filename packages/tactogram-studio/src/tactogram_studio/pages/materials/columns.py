@@ -7,10 +7,19 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.signal.io.content import default_axes
-from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
-from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, heading, time_unit_of
-from tactogram.signal.units import parse_seconds, parse_unit, split_heading
+from tactogram.signal import parse_seconds, parse_unit, split_heading
+from tactogram.signal.io import (
+    IGNORED,
+    LABELS,
+    RATE,
+    STREAM_OF_UNIT,
+    TIME,
+    UNCLEAR,
+    TableLayout,
+    default_axes,
+    heading,
+    time_unit_of,
+)
 from tactogram.validation import validated
 
 STREAM_ROLES = ("force", "position")

@@ -13,9 +13,8 @@ from nicegui import app, events, ui
 from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
-from tactogram.signal.io import READABLE, SignalFile, read_file
-from tactogram.signal.io.files import USUAL
-from tactogram.workflows.data.stores import add_signal
+from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
+from tactogram.workflows import add_signal
 from tactogram_studio.layout import (
     NumberField,
     busy,

@@ -9,12 +9,11 @@ from typing import Any
 
 from nicegui import app, ui
 
-from tactogram.datasets.importers.folder import MATERIAL_FROM
-from tactogram.datasets.mapping import TableMapping, layouts_by_columns, read_mapping
+from tactogram.datasets import MATERIAL_FROM, TableMapping, layouts_by_columns, read_mapping
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.recipe import parse_changes
-from tactogram.signal.io.layout import TableLayout
-from tactogram.workflows.data.stores import list_sets
+from tactogram.signal.io import TableLayout
+from tactogram.workflows import list_sets
 from tactogram_studio.layout import heading, hint, in_background, page, report_errors, route
 from tactogram_studio.pages.materials import receiving
 from tactogram_studio.pages.materials.import_start import ImportStart

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from tactogram.datasets.mapping import read_mapping, write_mapping
-from tactogram.datasets.preview import proposed_layouts
+from tactogram.datasets import proposed_layouts, read_mapping, write_mapping
 from tactogram.errors import ParameterError, TactogramError
 from tactogram_studio.layout import heading, hint, in_background, report_errors
 from tactogram_studio.pages.materials.media import address

@@ -13,7 +13,7 @@ from nicegui import ui
 from tactogram.datasets import Recording
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
-from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
+from tactogram.signal.io import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
 from tactogram_studio.layout import NumberField, attribute, heading, hint
 from tactogram_studio.pages.materials.columns import ROLES, TIME_UNITS, UNITS, ColumnChoices
 from tactogram_studio.pages.materials.recordings import trace_svg

@@ -10,7 +10,7 @@ from nicegui import app, ui
 from tactogram.errors import TactogramError
 from tactogram.models import available
 from tactogram.signal import Signal
-from tactogram.workflows.recognition.spectral_search import find_similar
+from tactogram.workflows import find_similar
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.materials.media import MaterialsContext, draw_recording
 from tactogram_studio.pages.train.run_summary import run_summary
@@ -84,8 +84,7 @@ def _search(
             store, signal, stream=stream or None, count=COUNT, without=without, cache=cache
         ) | {"unit": "dB"}
     # Brings torch.
-    from tactogram.workflows.recognition.search import search
-    from tactogram.workflows.training.surface_index import calibration_text
+    from tactogram.workflows import calibration_text, search
 
     result = search(workspace.inside(run), signal, data=store.path, count=COUNT + len(without))
     nearest = [each for each in result["nearest"] if each["id"] not in without][:COUNT]
@@ -99,7 +98,7 @@ def _search(
 
 
 def _classify(context: MaterialsContext, run: str, signal: Signal) -> dict[str, Any]:
-    from tactogram.workflows.recognition.classify import classify  # brings torch
+    from tactogram.workflows import classify  # brings torch
 
     return classify(context.studio.workspace.inside(run), signal)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.workflows.data.stores import list_sets
+from tactogram.workflows import list_sets
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import NumberField, heading, hint, in_background, page, report_errors, route
 from tactogram_studio.pages.materials import drop, import_page, receiving, recording, store

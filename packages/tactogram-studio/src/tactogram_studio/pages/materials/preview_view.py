@@ -10,12 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
-from tactogram.datasets import Recording
-from tactogram.datasets.kinds import in_one_line
-from tactogram.datasets.mapping import layouts_by_columns
-from tactogram.datasets.preview import preview_dataset, preview_file
+from tactogram.datasets import Recording, in_one_line, layouts_by_columns, preview_dataset, preview_file
 from tactogram.errors import TactogramError
-from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io import TableLayout
 from tactogram_studio.layout import heading, hint, in_background, report_errors
 from tactogram_studio.pages.materials.layout_card import LayoutCard, by_key, headings_of
 

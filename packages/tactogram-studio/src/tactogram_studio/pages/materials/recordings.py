@@ -9,8 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from PIL import Image as Pillow
-from PIL import ImageOps
+from PIL import Image as Pillow, ImageOps
 
 from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import ParameterError

@@ -144,7 +144,7 @@ COLUMNS = {
 
 
 def published_html(rows: Sequence[Mapping[str, Any]], words: str = "") -> tuple[str, int]:
-    """Return the rows of `tactogram.workflows.table.table` that contain all ``words`` as a table, and their number."""
+    """Return the rows of `tactogram.workflows.results_table.table` with all ``words``, as a table, and their number."""
     shown = [row for row in rows if matching(words, (str(value) for value in row.values()))]
     head = "".join(f'<th scope="col" class="{kind}">{name}</th>' for name, kind in COLUMNS.items())
     body = "".join(_published_row(row) for row in shown)

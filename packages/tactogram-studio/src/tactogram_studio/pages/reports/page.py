@@ -12,7 +12,7 @@ from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
-from tactogram.workflows.table import table
+from tactogram.workflows import table
 from tactogram_benchmark.experiments.catalogue import data_text
 from tactogram_studio.context import Studio
 from tactogram_studio.layout import heading, hint, page, report_errors, route

@@ -7,9 +7,9 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering import open_display
 from tactogram.signal.io import read_signal
-from tactogram.workflows.rendering.playback import CAREFUL, NULL, outputs
+from tactogram.workflows import CAREFUL, NULL, outputs
 from tactogram_studio.layout import heading, hint, in_background, report_errors
 from tactogram_studio.pages.send.cards import command_line
 from tactogram_studio.pages.send.sending import DriveRequest, SendResult, SendService

@@ -9,11 +9,9 @@ from typing import Any
 from nicegui import ui
 
 from tactogram.errors import TactogramError
-from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.family import display_family
-from tactogram.rendering.drive.friction_calibration import read_calibrations
+from tactogram.rendering import display_family, open_display, read_calibrations
 from tactogram.signal import Signal
-from tactogram.workflows.rendering.render import levels_of, list_displays
+from tactogram.workflows import levels_of, list_displays
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.send.cards import SignalFields, command_line, form_and_result, last_result
 from tactogram_studio.pages.send.device import DeviceCard

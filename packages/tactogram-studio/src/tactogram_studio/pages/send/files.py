@@ -7,7 +7,7 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
+from tactogram.rendering import haptic_format, haptic_formats
 from tactogram.signal import Signal
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.send.cards import SignalFields, command_line, form_and_result, last_result

@@ -12,15 +12,16 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.drive.level_scaling import without_constant
-from tactogram.rendering.files.analysis import envelope_of
-from tactogram.rendering.files.catalogue import haptic_format
-from tactogram.rendering.files.conversion import GRAVITY
-from tactogram.rendering.files.reading import read_haptic
-from tactogram.rendering.files.reduction import to_one_axis
-from tactogram.signal import Signal
-from tactogram.signal.displacement import played
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.rendering import (
+    GRAVITY,
+    envelope_of,
+    haptic_format,
+    read_haptic,
+    to_one_axis,
+    without_constant,
+)
+from tactogram.signal import Signal, played
+from tactogram.signal.io import atomic_write
 
 MOST_POINTS = 500
 Curve = tuple[list[float], list[float]]

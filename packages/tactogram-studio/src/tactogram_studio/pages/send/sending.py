@@ -16,11 +16,9 @@ from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import parse_changes
-from tactogram.rendering.displays.catalogue import shipped
-from tactogram.rendering.files.catalogue import file_name, haptic_formats
+from tactogram.rendering import file_name, haptic_formats, shipped
 from tactogram.text_files import displayable, read_json
-from tactogram.workflows.data.convert import check, convert
-from tactogram.workflows.rendering.render import render
+from tactogram.workflows import check, convert, render
 from tactogram_studio.pages.send.losses import zip_files
 from tactogram_studio.pages.send.sources import SelectedSignal, SignalSources
 from tactogram_studio.workspace.dated_folders import DatedFolders

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering.displays.display import Display
+from tactogram.rendering import Display
 from tactogram.signal import Signal
 from tactogram.text_files import parse_json, read_text
-from tactogram.workflows.rendering.playback import Playback
+from tactogram.workflows import Playback
 
 LOG = "played.jsonl"
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from tactogram.rendering.displays.catalogue import shipped
-from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
+from tactogram.rendering import Display, display_family, shipped
 
 LEVELS = {
     "physical": "Physical: the output equals the signal, in its own unit. Recordings often feel weak this way.",

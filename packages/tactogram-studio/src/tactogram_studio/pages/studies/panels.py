@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from nicegui import ui
 
-from tactogram.datasets.cells import finite_number
+from tactogram.datasets import finite_number
 from tactogram.errors import ParameterError
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.studies.catalogue import (

@@ -184,7 +184,7 @@ def _choose(*names: str) -> None:
 
 
 def _clone(out: Path, recordings: Sequence[Path] = (), **given: Any) -> Path:
-    from tactogram.workflows.generation.clone import clone
+    from tactogram.workflows import clone
 
     return clone(recordings, out=out, **given).folder
 

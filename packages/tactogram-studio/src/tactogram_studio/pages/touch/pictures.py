@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
-from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.streaming.surface import looped
-from tactogram.signal import Image, Signal
-from tactogram.signal.displacement import over_displacement
+from tactogram.rendering import combined, looped
+from tactogram.signal import Image, Signal, over_displacement
 from tactogram_studio.pages.touch.sources import TextureRequest, TouchSources
 from tactogram_studio.pages.touch.tables import ASSUMED_SPEED_MM_S
 

@@ -12,10 +12,10 @@ from string import Template
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram_study import participants
 from tactogram_studio.pages.touch.pictures import picture_of
 from tactogram_studio.pages.touch.script_bundle import bundled
 from tactogram_studio.pages.touch.sources import TextureRequest, TouchSources
+from tactogram_study import participants
 
 STATIC = Path(__file__).parents[2] / "static"
 PARTICIPANTS = Path(str(participants.__file__)).parent / "static"

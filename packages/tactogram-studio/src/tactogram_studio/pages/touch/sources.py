@@ -14,15 +14,18 @@ import numpy as np
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import TextureMapModel
-from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_metadata, read_signal
-from tactogram.signal.io.files import READABLE, USUAL
-from tactogram.signal.modulated_noise import ModulatedNoise
-from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
-from tactogram.signal.synthesis import synthesise
-from tactogram.signal.texture_map import NoiseMap, TextureMap
+from tactogram.signal import (
+    Image,
+    ModulatedNoise,
+    NoiseMap,
+    Signal,
+    TextureMap,
+    synthesise,
+    synthesise_modulated_noise,
+)
+from tactogram.signal.io import READABLE, USUAL, read_metadata, read_signal
 from tactogram.text_files import read_json
-from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
+from tactogram.workflows import TextureSettings, texture_of_map
 from tactogram_studio.pages.touch.offers import SUPPORTED, TextureOrigin
 from tactogram_studio.pages.touch.tables import (
     ASSUMED_SPEED_MM_S,
@@ -34,7 +37,7 @@ from tactogram_studio.workspace.folder import STORE, Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
 
 if TYPE_CHECKING:
-    from tactogram.workflows.training.loaded_run import LoadedRun
+    from tactogram.workflows import LoadedRun
 
 T = TypeVar("T")
 TextureLayout = Literal["auto", "table", "path", "x", "y"]
@@ -159,7 +162,7 @@ class TouchSources:
             simulated, limited = bool(facts.get("simulated", False)), facts.get("limited", ())
         signal, speed = self.signal(request)
         if request.where == "run":
-            from tactogram.workflows.generation.generate import limits
+            from tactogram.workflows import limits
 
             limited = map(str, limits(run, {"material": request.material, "speed_mm_s": speed}))
         return table_of_signal(
@@ -175,7 +178,7 @@ class TouchSources:
 
     def _loaded(self, path: Path) -> LoadedRun:
         def load() -> LoadedRun:
-            from tactogram.workflows.training.loaded_run import load_run
+            from tactogram.workflows import load_run
 
             return load_run(path)
 
@@ -187,7 +190,7 @@ class TouchSources:
         own = float(np.median(table.grid.speeds)) if surface.has_conditions[0] else ASSUMED_SPEED_MM_S
         speed = own if request.speed_mm_s is None else request.speed_mm_s
         model = table.at(speed, float(np.median(table.grid.forces)))
-        from tactogram.training.seeds import surface_seed
+        from tactogram.training import surface_seed
 
         seed = surface_seed(request.seed, {"material": request.material})
         if isinstance(model, ModulatedNoise):
@@ -256,7 +259,7 @@ def _by_table(surface: TextureMap | NoiseMap, request: TextureRequest) -> bool:
 
 
 def _generated(run: LoadedRun, request: TextureRequest) -> tuple[Signal, float | None]:
-    from tactogram.workflows.generation.generate import generate
+    from tactogram.workflows import generate
 
     if lacking := set(run.facts.needs) - SUPPORTED:
         raise ParameterError(

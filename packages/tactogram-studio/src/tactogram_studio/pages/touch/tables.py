@@ -16,24 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.drive.strength import StrengthSettings, strength
-from tactogram.rendering.level import Level
-from tactogram.rendering.streaming.contact import ContactSettings
-from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.noise_texture import NoiseTable
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.surface import OVERSAMPLED, Along, SurfaceTexture, looped
-from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import StreamingTexture
-from tactogram.signal import Signal
-from tactogram.signal.modulated_noise import SCORES, level_factor
-from tactogram.signal.modulated_noise_synthesis import band_sections
-from tactogram.signal.perception import FELT_HZ
-from tactogram.signal.texture_map import NoiseMap, TextureMap
-from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
+from tactogram.rendering import (
+    OVERSAMPLED,
+    Along,
+    ContactSettings,
+    Display,
+    Engine,
+    Level,
+    NoiseTable,
+    SimulatedHand,
+    StreamingTexture,
+    StrengthSettings,
+    SurfaceTexture,
+    TextureTable,
+    combined,
+    looped,
+    open_display,
+    strength,
+)
+from tactogram.signal import FELT_HZ, SCORES, NoiseMap, Signal, TextureMap, band_sections, level_factor
+from tactogram.workflows import TextureSettings, texture_of_map
 
 MAGIC = b"TGTT"
 VERSION = 1

@@ -43,7 +43,7 @@ def add(context: TrainContext) -> None:
 
 
 def _read(context: TrainContext, names: Sequence[str]) -> tuple[dict[str, Curves], dict[str, Any]]:
-    from tactogram.workflows.training.run_comparison import compare_runs  # brings torch
+    from tactogram.workflows import compare_runs  # brings torch
 
     workspace = context.studio.workspace
     folders = [workspace.inside(name) for name in dict.fromkeys(names)][:MOST_RUNS]

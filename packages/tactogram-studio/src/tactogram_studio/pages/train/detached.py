@@ -14,7 +14,7 @@ from pathlib import Path
 
 import psutil
 
-from tactogram.workflows.progress import VARIABLE
+from tactogram.workflows import VARIABLE
 
 SAME_S = 2.0
 """Tolerance between two readings of a process's start time: the clock may be adjusted in between."""

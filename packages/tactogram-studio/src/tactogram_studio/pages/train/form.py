@@ -12,8 +12,7 @@ from nicegui import app, ui
 from tactogram.datasets import open_store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.models import ModelInfo, available
-from tactogram.workflows.training.model_choice import model_choice
-from tactogram.workflows.training.recipe_fields import RecipeField, assignments, recipe_fields, text_of
+from tactogram.workflows import RecipeField, assignments, model_choice, recipe_fields, text_of
 from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.train.request import GROUPINGS, SPLIT_TEXTS, SPLITS, RunRequest, describe_model
 from tactogram_studio.pages.train.trainings import command_line, free_name
@@ -224,6 +223,6 @@ class _TrainingForm:
 
 
 def _check(request: RunRequest, data: Path) -> None:
-    from tactogram.workflows.training.compatibility import check_training  # brings torch
+    from tactogram.workflows import check_training  # brings torch
 
     check_training(request.training_request(data))

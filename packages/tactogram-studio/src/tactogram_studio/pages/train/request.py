@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
 
-from tactogram.datasets import Label
-from tactogram.datasets.splits.split import By
+from tactogram.datasets import By, Label
 from tactogram.errors import ParameterError
 from tactogram.models import ModelInfo
 from tactogram.recipe import parse_changes
-from tactogram.workflows.training.requests import TrainingRequest
+from tactogram.workflows import TrainingRequest
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 SPLITS = {

@@ -21,10 +21,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.datasets.store.pending import clear_stale_parts
+from tactogram.datasets import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.training.run_lock import is_training
+from tactogram.signal.io import write_text
+from tactogram.workflows import is_training
 from tactogram_studio.pages.train.detached import DetachedProcess, start
 from tactogram_studio.pages.train.log import TaskProgress, last_message, progress_of, reports_stop
 from tactogram_studio.workspace.folder import Workspace

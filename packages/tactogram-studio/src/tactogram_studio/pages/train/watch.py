@@ -341,13 +341,13 @@ class _RunView:
 
 
 def _sample_choices(run: Path) -> list[str]:
-    from tactogram.workflows.generation.preview import sample_choices  # brings torch
+    from tactogram.workflows import sample_choices  # brings torch
 
     return sample_choices(run)
 
 
 def _write_sample(run: Path, of: str | None) -> None:
-    from tactogram.workflows.generation.preview import sample  # brings torch
+    from tactogram.workflows import sample  # brings torch
 
     sample(run, of=of)
 

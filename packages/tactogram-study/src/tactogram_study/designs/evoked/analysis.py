@@ -7,11 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram.statistics.clustered import pooled_share
-from tactogram.statistics.figures import INK
-from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.reliability import krippendorff_alpha
-from tactogram.statistics.shares import share_of
+from tactogram.statistics import INK, holm, krippendorff_alpha, pooled_share, share_of
 from tactogram_study.analysis.exact import exact_finding, share_columns
 from tactogram_study.analysis.figures import title_of
 from tactogram_study.analysis.findings import (

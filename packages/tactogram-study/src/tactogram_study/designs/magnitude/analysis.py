@@ -16,9 +16,7 @@ from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 from scipy import stats
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.statistics.equivalence import paired_equivalence
-from tactogram.statistics.figures import BLUE, ORANGE
-from tactogram.statistics.summary import summary
+from tactogram.statistics import BLUE, ORANGE, paired_equivalence, summary
 from tactogram_study.analysis.figures import title_of
 from tactogram_study.analysis.findings import AnalysisSection, Finding, numeric_answers, section_of
 from tactogram_study.analysis.paired import paired_findings

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from scipy import special, stats
 
 from tactogram.errors import DataError
-from tactogram.statistics.figures import BLUE, GRAY
-from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.shares import share_of
+from tactogram.statistics import BLUE, GRAY, holm, share_of
 from tactogram_study.analysis.bradley_terry import (
     LEAST,
     PRIOR_SD,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.multiplicity import holm_rows
+from tactogram.statistics import holm_rows
 from tactogram_study.analysis.bradley_terry import curvature, gap_errors, strengths_by_participant
 from tactogram_study.power.assumptions import PowerAssumptions
 from tactogram_study.power.methods import PowerMethod, StudyBatch, Truths

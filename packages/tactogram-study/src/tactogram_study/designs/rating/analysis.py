@@ -18,18 +18,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.ratings.words import WORDS
+from tactogram.datasets import WORDS
 from tactogram.errors import DataError
-from tactogram.statistics.clustered import bootstrap_by_participant
-from tactogram.statistics.comparison import (
+from tactogram.statistics import (
     INDEPENDENT,
     Comparison,
+    bootstrap_by_participant,
     friedman_wilcoxon,
+    holm,
+    nan_mean,
     steel_dwass,
     student_t,
 )
-from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.summary import nan_mean
 from tactogram_study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram_study.analysis.item_contrasts import item_contrasts
 from tactogram_study.analysis.paired import holm_paired

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram.signal.figure import AXIS_COLOURS
-from tactogram.statistics.figures import GRAY, error_figure
+from tactogram.signal import AXIS_COLOURS
+from tactogram.statistics import GRAY, error_figure
 from tactogram_study.analysis.figures import title_of
 from tactogram_study.analysis.findings import SHOWN, AnalysisSection
 

@@ -1,4 +1,3 @@
 """Staircases: an intensity that follows the answers to two alternatives."""
 
-from tactogram_study.designs.staircase.design import Staircase as Staircase
-from tactogram_study.designs.staircase.design import StaircaseTrack as StaircaseTrack
+from tactogram_study.designs.staircase.design import Staircase as Staircase, StaircaseTrack as StaircaseTrack

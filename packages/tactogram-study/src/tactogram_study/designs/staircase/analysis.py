@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.figure import AXIS_COLOURS
-from tactogram.statistics.figures import GRAY, INK
-from tactogram.statistics.summary import summary
+from tactogram.signal import AXIS_COLOURS
+from tactogram.statistics import GRAY, INK, summary
 from tactogram_study.analysis.figures import title_of
 from tactogram_study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
 from tactogram_study.analysis.paired import paired_findings

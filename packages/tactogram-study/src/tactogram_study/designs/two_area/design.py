@@ -151,7 +151,7 @@ class TwoArea(Design):
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
         """Return the share correct, and the difference of the marks for realism."""
-        from tactogram.statistics.shares import d_prime_2afc
+        from tactogram.statistics import d_prime_2afc
         from tactogram_study.analysis.discrimination import analyse_discrimination
         from tactogram_study.designs.two_area.realism import analyse_realism
 

@@ -14,10 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tactogram.errors import DataError
-from tactogram.statistics.clustered import mixed_difference
-from tactogram.statistics.comparison import student_t
-from tactogram.statistics.figures import BLUE, GRAY, INK, ORANGE
-from tactogram.statistics.summary import summary
+from tactogram.statistics import BLUE, GRAY, INK, ORANGE, mixed_difference, student_t, summary
 from tactogram_study.analysis.figures import SLANTED, title_of
 from tactogram_study.analysis.findings import (
     AnalysisSection,

@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering.displays.catalogue import shipped
+from tactogram.rendering import shipped
 from tactogram_studio.layout import NumberField, attribute, heading, hint, report_errors
 from tactogram_studio.pages.send.wording import LEVEL_VALUES, LEVELS, level_text
 from tactogram_studio.pages.studies.editor.fields import fields_of, help_of

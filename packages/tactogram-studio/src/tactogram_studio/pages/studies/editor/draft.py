@@ -14,7 +14,7 @@ from typing import Any
 import tomli_w
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io.atomic import atomic_write, write_text
+from tactogram.signal.io import atomic_write, write_text
 from tactogram.text_files import parse_toml, read_text
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.study_file import NAME, Study, shipped_studies

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets.simulate.sets import SETS
+from tactogram.datasets import SETS
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_metadata, write_signal
 from tactogram_studio.pages.send.sources import SelectedSignal

@@ -1,0 +1,122 @@
+from .cells import (
+    cell_text as cell_text,
+    finite_number as finite_number,
+    read_cells as read_cells,
+)
+from .examples import (
+    Examples as Examples,
+    cores as cores,
+    part_examples as part_examples,
+    require_photographs as require_photographs,
+    signal_kind as signal_kind,
+)
+from .importers.folder import (
+    MATERIAL_FROM as MATERIAL_FROM,
+)
+from .kinds import (
+    in_one_line as in_one_line,
+)
+from .labels import (
+    Label as Label,
+    label_of as label_of,
+)
+from .mapping import (
+    TableMapping as TableMapping,
+    layouts_by_columns as layouts_by_columns,
+    read_mapping as read_mapping,
+    write_mapping as write_mapping,
+)
+from .parquet_table import (
+    check_parquet as check_parquet,
+)
+from .preview import (
+    preview_dataset as preview_dataset,
+    preview_file as preview_file,
+    proposed_layouts as proposed_layouts,
+)
+from .ratings.columns import (
+    MISSING as MISSING,
+    RatingColumns as RatingColumns,
+)
+from .ratings.questionnaires import (
+    Export as Export,
+    export_of as export_of,
+    rows_left_out as rows_left_out,
+)
+from .ratings.questions import (
+    Questions as Questions,
+)
+from .ratings.ratings import (
+    EVOKED as EVOKED,
+    SEVEN_POINT as SEVEN_POINT,
+    Ratings as Ratings,
+    Scale as Scale,
+    item_of as item_of,
+    join_ratings as join_ratings,
+    scale_of as scale_of,
+)
+from .ratings.table import (
+    read_table as read_table,
+    write_table as write_table,
+)
+from .ratings.words import (
+    JAPANESE as JAPANESE,
+    WORDS as WORDS,
+)
+from .recording import (
+    Recording as Recording,
+    RecordingInfo as RecordingInfo,
+)
+from .simulate.raters.people import (
+    draw_people as draw_people,
+)
+from .simulate.raters.scoring import (
+    score_together as score_together,
+    score_vibrations as score_vibrations,
+)
+from .simulate.sets import (
+    SETS as SETS,
+    make as make,
+    tasks as tasks,
+)
+from .simulate.tactile_images import (
+    FAMILIES as FAMILIES,
+    tactile_image as tactile_image,
+)
+from .splits.part_photographs import (
+    PhotographRegions as PhotographRegions,
+    materials_without_photographs as materials_without_photographs,
+    materials_without_recordings as materials_without_recordings,
+)
+from .splits.photograph_splitting import (
+    split_photographs as split_photographs,
+    whole_photographs as whole_photographs,
+)
+from .splits.split import (
+    By as By,
+    Region as Region,
+    Segment as Segment,
+    Split as Split,
+)
+from .splits.splitting import (
+    contiguous_blocks as contiguous_blocks,
+    kfold as kfold,
+    split_fractions as split_fractions,
+    split_last as split_last,
+)
+from .store.appending import (
+    append_recording as append_recording,
+    recover_store as recover_store,
+)
+from .store.pending import (
+    clear_stale_parts as clear_stale_parts,
+)
+from .store.store import (
+    Store as Store,
+    open_store as open_store,
+)
+from .store.writing import (
+    add_ratings as add_ratings,
+    add_recordings as add_recordings,
+    create_store as create_store,
+)

@@ -1,0 +1,103 @@
+from .checkpoint_selection import (
+    SelectionRule as SelectionRule,
+    choose as choose,
+    smoothed as smoothed,
+)
+from .classification import (
+    pooled as pooled,
+)
+from .generation.comparison import (
+    CEILING as CEILING,
+    FLOOR as FLOOR,
+    MODEL as MODEL,
+    GenerationResult as GenerationResult,
+)
+from .generation.measures import (
+    describe_measures as describe_measures,
+)
+from .generation.protocol import (
+    evaluate_generation as evaluate_generation,
+)
+from .generation.segments import (
+    PiecePlan as PiecePlan,
+    plan_pieces as plan_pieces,
+)
+from .generation.spectrogram_figures import (
+    spectrograms_figure as spectrograms_figure,
+)
+from .measures.distances.log_spectral_distance_db import (
+    log_spectral_distance as log_spectral_distance,
+)
+from .measures.downstream import (
+    classifier_features as classifier_features,
+    linear_discriminant as linear_discriminant,
+)
+from .measures.geometry_score import (
+    geometry_score as geometry_score,
+)
+from .measures.intervals import (
+    margin_of as margin_of,
+    mean_interval as mean_interval,
+    wilson as wilson,
+)
+from .measures.measure import (
+    signal_measures as signal_measures,
+)
+from .mixing.placement import (
+    OVERALL as OVERALL,
+    IndistinctEndsError as IndistinctEndsError,
+    positions as positions,
+)
+from .pictures.distances import (
+    MEASURES as MEASURES,
+    ImageQuality as ImageQuality,
+    PictureWeights as PictureWeights,
+)
+from .pictures.figures import (
+    COLOURS as COLOURS,
+)
+from .pictures.image_figures import (
+    GeneratorRow as GeneratorRow,
+    TradeOff as TradeOff,
+    generated_figure as generated_figure,
+    trade_off_figure as trade_off_figure,
+)
+from .pictures.image_spread import (
+    ImageSpread as ImageSpread,
+)
+from .ratings.cross_modal import (
+    ALPHA as ALPHA,
+    CrossModalResult as CrossModalResult,
+    compare_cross_modal as compare_cross_modal,
+    errors_of as errors_of,
+)
+from .ratings.cross_modal_figures import (
+    overall_figure as overall_figure,
+    per_word_figure as per_word_figure,
+)
+from .ratings.figures import (
+    word_map_figure as word_map_figure,
+)
+from .ratings.label_following import (
+    LabelFidelity as LabelFidelity,
+    label_fidelity as label_fidelity,
+)
+from .ratings.prediction import (
+    distances_to_targets as distances_to_targets,
+    one_rater_error as one_rater_error,
+    split_half_error as split_half_error,
+)
+from .ratings.reproduction import (
+    NEAREST as NEAREST,
+    STRAIGHT as STRAIGHT,
+    reproduction as reproduction,
+)
+from .report import (
+    Block as Block,
+    ReportFigure as ReportFigure,
+    ReportSection as ReportSection,
+    ReportTable as ReportTable,
+    ReportText as ReportText,
+    save_figure as save_figure,
+    write_report as write_report,
+)

@@ -1,0 +1,124 @@
+from .displays.catalogue import (
+    open_display as open_display,
+    shipped as shipped,
+)
+from .displays.display import (
+    Display as Display,
+)
+from .displays.family import (
+    display_family as display_family,
+)
+from .drive.axes import (
+    combined as combined,
+)
+from .drive.fit import (
+    Drive as Drive,
+    fit as fit,
+)
+from .drive.friction_calibration import (
+    read_calibrations as read_calibrations,
+)
+from .drive.level_scaling import (
+    without_constant as without_constant,
+)
+from .drive.strength import (
+    StrengthSettings as StrengthSettings,
+    strength as strength,
+)
+from .effects.effect import (
+    LEAST_S as LEAST_S,
+    LONGEST_S as LONGEST_S,
+    MOST_TRACKS as MOST_TRACKS,
+    Effect as Effect,
+    Track as Track,
+    effect_from_json as effect_from_json,
+)
+from .effects.library import (
+    ready_effects as ready_effects,
+)
+from .effects.mixing import (
+    mixed as mixed,
+    signal_of as signal_of,
+    track_of as track_of,
+    track_of_signal as track_of_signal,
+)
+from .files.analysis import (
+    envelope_of as envelope_of,
+    events_of as events_of,
+)
+from .files.catalogue import (
+    file_name as file_name,
+    haptic_format as haptic_format,
+    haptic_formats as haptic_formats,
+    haptic_suffixes as haptic_suffixes,
+)
+from .files.conversion import (
+    GRAVITY as GRAVITY,
+    write_haptic as write_haptic,
+)
+from .files.documents import (
+    DocumentHeader as DocumentHeader,
+)
+from .files.reading import (
+    HapticFile as HapticFile,
+    read_haptic as read_haptic,
+)
+from .files.reduction import (
+    to_one_axis as to_one_axis,
+)
+from .level import (
+    Level as Level,
+    parse_level as parse_level,
+)
+from .photo_relief import (
+    SPEED_MM_S as SPEED_MM_S,
+    WIDTH_MM as WIDTH_MM,
+    photo_to_touch as photo_to_touch,
+)
+from .streaming.backends import (
+    Clock as Clock,
+)
+from .streaming.contact import (
+    ContactSettings as ContactSettings,
+)
+from .streaming.engine import (
+    LONGEST_BLOCK_S as LONGEST_BLOCK_S,
+    Engine as Engine,
+)
+from .streaming.motion import (
+    MotionSample as MotionSample,
+    MotionSettings as MotionSettings,
+)
+from .streaming.noise_texture import (
+    NoiseTable as NoiseTable,
+)
+from .streaming.output import (
+    DisplayOutput as DisplayOutput,
+    check_streams as check_streams,
+)
+from .streaming.recorded_motion import (
+    MICE as MICE,
+    MotionFile as MotionFile,
+    MouseMotion as MouseMotion,
+)
+from .streaming.simulated_hand import (
+    SimulatedHand as SimulatedHand,
+)
+from .streaming.stream import (
+    Stream as Stream,
+)
+from .streaming.surface import (
+    OVERSAMPLED as OVERSAMPLED,
+    Along as Along,
+    SurfaceTexture as SurfaceTexture,
+    looped as looped,
+)
+from .streaming.texture_table import (
+    TextureTable as TextureTable,
+)
+from .streaming.textures import (
+    StreamingTexture as StreamingTexture,
+)
+from .transducer.digilent import (
+    find_devices as find_devices,
+)

@@ -1,0 +1,55 @@
+from .autoregressive_fit import (
+    fit_autoregressive as fit_autoregressive,
+)
+from .displacement import (
+    over_displacement as over_displacement,
+    played as played,
+)
+from .figure import (
+    AXIS_COLOURS as AXIS_COLOURS,
+)
+from .filters import (
+    dft321 as dft321,
+)
+from .listening import (
+    audible as audible,
+    strongest_axis as strongest_axis,
+)
+from .modulated_noise import (
+    SCORES as SCORES,
+    ModulatedNoise as ModulatedNoise,
+    level_factor as level_factor,
+)
+from .modulated_noise_synthesis import (
+    band_sections as band_sections,
+    synthesise_modulated_noise as synthesise_modulated_noise,
+)
+from .perception import (
+    FELT_HZ as FELT_HZ,
+    detection_threshold as detection_threshold,
+    sensation_level_db as sensation_level_db,
+)
+from .resampling import (
+    resample as resample,
+)
+from .signal import (
+    UNITS as UNITS,
+    Domain as Domain,
+    Image as Image,
+    Signal as Signal,
+    check_rate as check_rate,
+)
+from .synthesis import (
+    synthesise as synthesise,
+)
+from .texture_map import (
+    NoiseMap as NoiseMap,
+    TextureMap as TextureMap,
+)
+from .units import (
+    STANDARD_GRAVITY as STANDARD_GRAVITY,
+    TIME_UNITS as TIME_UNITS,
+    parse_seconds as parse_seconds,
+    parse_unit as parse_unit,
+    split_heading as split_heading,
+)

@@ -1,0 +1,25 @@
+from .checkpoint import (
+    load_state as load_state,
+    save_state as save_state,
+)
+from .labelled_images import (
+    as_floats as as_floats,
+    square as square,
+)
+from .loop import (
+    TrainingPosition as TrainingPosition,
+    fit as fit,
+)
+from .remote_run import (
+    open_run as open_run,
+)
+from .run import (
+    Run as Run,
+)
+from .seeds import (
+    child_generator as child_generator,
+    child_rng as child_rng,
+    child_seed as child_seed,
+    surface_seed as surface_seed,
+    torch_seeded as torch_seeded,
+)

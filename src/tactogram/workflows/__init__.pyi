@@ -1,0 +1,179 @@
+from .data.convert import (
+    SIGNAL_FORMATS as SIGNAL_FORMATS,
+    check as check,
+    convert as convert,
+    list_formats as list_formats,
+)
+from .data.simulate import (
+    simulate_to_store as simulate_to_store,
+)
+from .data.stores import (
+    add_signal as add_signal,
+    list_sets as list_sets,
+)
+from .evaluated_runs import (
+    evaluation_results as evaluation_results,
+    numbers_of as numbers_of,
+)
+from .evaluation.crossval import (
+    crossval as crossval,
+)
+from .evaluation.mixing_ladder import (
+    mixing_ladder as mixing_ladder,
+    recorded as recorded,
+)
+from .evaluation.picture_report import (
+    compare_pictures as compare_pictures,
+)
+from .evaluation.pictures import (
+    evaluate_pictures as evaluate_pictures,
+)
+from .evaluation.rating_crossval import (
+    crossval_ratings as crossval_ratings,
+)
+from .evaluation.ratings import (
+    evaluate_reproduction as evaluate_reproduction,
+    predicted_ratings as predicted_ratings,
+)
+from .evaluation.reference_models import (
+    EVALUATION_SPEED_MM_S as EVALUATION_SPEED_MM_S,
+    HOLDING_RECORDINGS as HOLDING_RECORDINGS,
+    EvaluationSettings as EvaluationSettings,
+    ReferenceModels as ReferenceModels,
+    classifier_of as classifier_of,
+    felt as felt,
+    tactile_kind as tactile_kind,
+)
+from .evaluation.word_signals import (
+    WordGenerationResult as WordGenerationResult,
+    generate_rated_surfaces as generate_rated_surfaces,
+)
+from .generation.clone import (
+    clone as clone,
+)
+from .generation.descriptions import (
+    with_materials as with_materials,
+)
+from .generation.generate import (
+    SIMULATED as SIMULATED,
+    condition_facts as condition_facts,
+    generate as generate,
+    limits as limits,
+    motion_of as motion_of,
+)
+from .generation.photographs import (
+    description_text as description_text,
+)
+from .generation.preview import (
+    sample as sample,
+    sample_choices as sample_choices,
+)
+from .generation.word_scores import (
+    ask as ask,
+    some_words as some_words,
+)
+from .progress import (
+    VARIABLE as VARIABLE,
+    ProgressCallback as ProgressCallback,
+    silent as silent,
+)
+from .recognition.classify import (
+    classify as classify,
+)
+from .recognition.score import (
+    score as score,
+)
+from .recognition.search import (
+    search as search,
+)
+from .recognition.spectral_search import (
+    find_similar as find_similar,
+)
+from .rendering.carrier_tracking import (
+    CarrierTracking as CarrierTracking,
+)
+from .rendering.playback import (
+    CAREFUL as CAREFUL,
+    NULL as NULL,
+    Playback as Playback,
+    full_scale_of as full_scale_of,
+    outputs as outputs,
+)
+from .rendering.render import (
+    levels_of as levels_of,
+    list_displays as list_displays,
+    render as render,
+)
+from .request import (
+    Argument as Argument,
+    Option as Option,
+    Request as Request,
+    takes as takes,
+)
+from .results_table import (
+    table as table,
+)
+from .streaming.session import (
+    Backend as Backend,
+    carrier_of as carrier_of,
+    run as run,
+)
+from .streaming.stream import (
+    rehearsal as rehearsal,
+)
+from .streaming.textures import (
+    TextureSettings as TextureSettings,
+    live_texture as live_texture,
+    surface_of as surface_of,
+    texture_of_map as texture_of_map,
+)
+from .training.compatibility import (
+    check_training as check_training,
+)
+from .training.loaded_run import (
+    LoadedRun as LoadedRun,
+    load_run as load_run,
+    test_part as test_part,
+)
+from .training.model_choice import (
+    model_choice as model_choice,
+)
+from .training.plan import (
+    TrainingPlan as TrainingPlan,
+)
+from .training.rated_examples import (
+    RatingData as RatingData,
+)
+from .training.recipe_fields import (
+    RecipeField as RecipeField,
+    assignments as assignments,
+    recipe_fields as recipe_fields,
+    text_of as text_of,
+)
+from .training.requests import (
+    TrainingRequest as TrainingRequest,
+    never as never,
+)
+from .training.run_comparison import (
+    compare_runs as compare_runs,
+)
+from .training.run_lock import (
+    is_training as is_training,
+)
+from .training.surface_index import (
+    SurfaceIndex as SurfaceIndex,
+    calibration_text as calibration_text,
+    prediction_limit as prediction_limit,
+    surface_vector as surface_vector,
+)
+from .training.train import (
+    train as train,
+    train_plan as train_plan,
+)
+from .worker_options import (
+    ON as ON,
+)
+from .workers.tasks import (
+    absolute as absolute,
+    run_tasks as run_tasks,
+)
