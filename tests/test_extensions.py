@@ -43,7 +43,7 @@ ROOMS = (
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of extension: its group, its recipe in docs/extend*.md, and the folders where its names mean nothing else."""
+    """A kind of extension: its group, its recipe in docs, and the folders where its names mean nothing else."""
 
     group: PluginGroup
     recipe: str

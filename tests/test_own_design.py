@@ -1,4 +1,4 @@
-"""The study design in docs/extend-studies.md: its files and commands as written, and everything else that a design meets."""
+"""The study design in docs/extend-studies.md: its files and commands as written, and all else that a design meets."""
 
 import ast
 import json
