@@ -44,7 +44,7 @@ ROOMS = (
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of extension: its group, its recipe in CONTRIBUTING, and the folders where its names mean nothing else."""
+    """A kind of extension: its group, its recipe in docs, and the folders where its names mean nothing else."""
 
     group: PluginGroup
     recipe: str
@@ -141,9 +141,9 @@ def test_no_shared_file_names_a_built_in_one(kind):
 
 @pytest.fixture(name="recipe")
 def recipe_fixture(request, tmp_path, monkeypatch):
-    """Write the files of a recipe in CONTRIBUTING; give its Python files and its commands."""
+    """Write the files of a recipe in docs/extend*.md; give its Python files and its commands."""
     kind = KINDS[request.param]
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    text = "".join(page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("extend*.md")))
     block = re.search(rf"<!-- {kind.recipe} -->\n(.*?)<!-- /{kind.recipe} -->", text, re.DOTALL)[1]
     *files, (_, commands) = re.findall(r"```(\w+)\n(.*?)```", block, re.DOTALL)
     modules = []

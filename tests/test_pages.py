@@ -19,6 +19,14 @@ from tactogram.cli.parser import make_parser, verb_places
 
 DOCS = Path(__file__).parents[1] / "docs"
 KINDS = ("tutorials", "how-to", "reference", "explanation")
+GENERATED = ("benchmark-results",)
+"""Pages that a program writes, of any length."""
+WORDS = {"README.md": 800, "CONTRIBUTING.md": 500} | {
+    f"docs/{path.name}": 1500 for path in DOCS.glob("*.md") if path.stem not in GENERATED
+}
+"""Most words of each page, as `wc -w` counts them."""
+CELL = 120
+"""Most characters of a table's cell, as read: without the addresses of links."""
 ENVIRONMENT = {
     **os.environ,
     "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}",
@@ -109,3 +117,24 @@ def test_every_page_is_of_one_kind():
     ]
     pages = {path.stem for path in DOCS.glob("*.md")} - {*KINDS, "index", "plan"}
     assert sorted(name for name in below if name in pages) == sorted(pages)
+
+
+def wide_cells(text):
+    """Return the cells of the tables of a text that are too long to be read in a table."""
+    rows = [line for line in text.splitlines() if line.lstrip().startswith("|")]
+    read = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", row) for row in rows]
+    cells = [cell.strip() for row in read for cell in re.split(r"(?<!\\)\|", row)]
+    return [cell for cell in cells if len(cell) > CELL]
+
+
+@pytest.mark.parametrize("page", WORDS)
+def test_a_page_is_short_enough_to_be_read(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    assert len(text.split()) <= WORDS[page]
+    assert wide_cells(text) == []
+
+
+def test_a_cell_is_measured_as_it_is_read():
+    link = f"[{'a' * CELL}](https://b.c)"
+    assert wide_cells(f"| one | {link} |\n{'x' * 200}") == []
+    assert wide_cells(f"| one \\| {'a' * CELL} | two |") == [f"one \\| {'a' * CELL}"]

@@ -1,4 +1,4 @@
-"""The study design in CONTRIBUTING.md: its files and commands as written, and everything else that a design meets."""
+"""The study design in docs/extend-studies.md: its files and commands as written, and all else that a design meets."""
 
 import ast
 import json
@@ -28,10 +28,10 @@ SHARED = ("study", "workflows/study", "studio/pages/studies", "studio/participan
 
 @pytest.fixture
 def recipe(tmp_path, monkeypatch):
-    """Write the files of CONTRIBUTING.md beside each other, and return its commands."""
+    """Write the files of docs/extend-studies.md beside each other, and return its commands."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv(FOLDERS_VARIABLE, "")  # each main() adds to it; undone at the end
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs/extend-studies.md").read_text(encoding="utf-8")
     [block] = re.findall(r"<!-- own design -->\n(.*?)<!-- /own design -->", text, re.DOTALL)
     *files, (_, commands) = re.findall(r"```(\w+)\n(.*?)```", block, re.DOTALL)
     for _, content in files:
@@ -44,7 +44,7 @@ def recipe(tmp_path, monkeypatch):
 
 @pytest.fixture
 def own(recipe, monkeypatch):
-    """Return the study of CONTRIBUTING.md, whose design is found."""
+    """Return the study of docs/extend-studies.md, whose design is found."""
     monkeypatch.setenv(FOLDERS_VARIABLE, "mine")
     return Study.load("mine/floors.toml")
 

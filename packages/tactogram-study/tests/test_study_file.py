@@ -98,7 +98,7 @@ def test_values_of_a_shipped_study_can_be_changed():
 
 
 def test_the_study_in_the_documentation_is_one():
-    text = (Path(__file__).parents[3] / "docs" / "studies.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "study-files.md").read_text(encoding="utf-8")
     study = Study.of(tomllib.loads(text.partition("```toml\n")[2].partition("```")[0]))
     assert [stimulus.name for stimulus in study.all_stimuli][:2] == ["cork/recorded", "cork/generated"]
     assert study.all_stimuli[1].run == "runs/my-run"

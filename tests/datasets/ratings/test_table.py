@@ -235,7 +235,7 @@ def test_a_broken_table_is_refused_with_its_row(tmp_path, name):
         read_table(write(tmp_path / "r.csv", text))
     assert "\n" not in str(caught.value)
     said = str(caught.value).removeprefix(f"{tmp_path / 'r.csv'}: ")
-    assert f"| {name} | `{said}` |" in (ROOT / "docs/ratings.md").read_text(encoding="utf-8")
+    assert f"- {name}: `{said}`\n" in (ROOT / "docs/rating-tables.md").read_text(encoding="utf-8")
 
 
 def test_files_that_are_no_tables_are_refused(tmp_path):

@@ -1,4 +1,4 @@
-"""The sketch in docs/capture.md: compiled for this computer, on a pseudo-terminal, read by the commands beside it."""
+"""The sketch in docs/boards.md: compiled for this computer, on a pseudo-terminal, read by the commands beside it."""
 
 import os
 import re
@@ -20,7 +20,7 @@ from tactogram_capture.stream.byte_stream import SerialPort
 pytest.importorskip("serial")
 tty = pytest.importorskip("tty")
 
-DOCS = (Path(__file__).parents[4] / "docs/capture.md").read_text(encoding="utf-8")
+DOCS = (Path(__file__).parents[4] / "docs/boards.md").read_text(encoding="utf-8")
 [SKETCH] = re.findall(r"```cpp\n(.*?)```", DOCS, re.DOTALL)
 HEADING = "t_us,ax_g,ay_g,az_g"
 
