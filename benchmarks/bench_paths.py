@@ -135,7 +135,7 @@ def _photograph_to_file() -> Callable[[], Any]:
 
 
 def _answers_to_report() -> Callable[[], Any]:
-    from tactogram.workflows.study.analysis import analyse_study
+    from tactogram_study.workflows.analysis import analyse_study
 
     return lambda: analyse_study("answers", "report-2")
 
