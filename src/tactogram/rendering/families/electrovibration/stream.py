@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +31,7 @@ class ElectrovibrationStream:
 
     The scaling is determined in advance from the whole texture; ``facts`` holds that of `friction_target`. The
     ``rate`` (Hz) must be above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
-    ``outside`` is as in `PathPlayback`, ``level`` as in `drive`.
+    ``level`` is as in `drive`.
     """
 
     def __init__(
@@ -42,18 +42,13 @@ class ElectrovibrationStream:
         rate: float,
         level: Level,
         highest_hz: float = HIGHEST_HZ,
-        outside: Literal["mirror", "hold"] = "mirror",
     ) -> None:
         settings.check_rate(rate, highest_hz)
         target, facts, sentences = friction_target(texture, settings, level)
         self.facts: dict[str, Any] = {**facts, **sentences}
         self.settings, self.rate = settings, float(rate)
         self._playback = PathPlayback(
-            target,
-            rate=rate,
-            highest_hz=highest_hz,
-            hysteresis_mm=settings.hysteresis_mm,
-            outside=outside,
+            target, rate=rate, highest_hz=highest_hz, hysteresis_mm=settings.hysteresis_mm
         )
         self._slew = settings.slew_v_per_s / rate
         self._release = 1 / max(1.0, settings.release_s * rate)
