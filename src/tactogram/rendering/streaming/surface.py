@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.drive.path_playback import OVERSAMPLED as OVERSAMPLED
-from tactogram.rendering.drive.path_playback import band_limited, copy_count, play_loop
+from tactogram.rendering.drive.path_playback import OVERSAMPLED, band_limited, copy_count, play_loop
 from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.signal.displacement import over_displacement
 from tactogram.signal.joining import join

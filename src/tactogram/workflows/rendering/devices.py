@@ -14,10 +14,12 @@ from importlib.metadata import version
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactogram.capture.catalogue import SOURCES, find_devices
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
+from tactogram.rendering.sound_card import opened_card
 
 State = Literal["works", "no hardware", "missing", "failed"]
 
@@ -235,47 +237,27 @@ def _audio() -> ProbeResult:
 
 def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     """Play silence through miniaudio, on its null device or a real one."""
-    miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
     calls: list[int] = []
 
-    def frames() -> Any:
-        count = yield b""
-        while True:
-            calls.append(count)
-            count = yield bytes(4 * count)
+    def silence(frames: int) -> NDArray[np.float32]:
+        calls.append(frames)
+        return np.zeros((frames, 1), np.float32)
 
+    missing = f"no audio output was found by miniaudio, and {because or 'nothing else was tried'}"
     try:
-        with silenced():
-            device = miniaudio.PlaybackDevice(
-                output_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=1,
-                sample_rate=8000,
-                buffersize_msec=5,
-                backends=[miniaudio.Backend.NULL] if null else None,
-            )
-    except miniaudio.MiniaudioError:
-        return (
-            "no hardware",
-            f"no audio output was found by miniaudio, and {because or 'nothing else was tried'}",
-            {},
-        )
-    backend = str(device.backend)
-    if not null and "null" in backend.lower():
-        device.close()
-        return "no hardware", f"no audio output was found: miniaudio has only its null device ({because})", {}
-    source = frames()
-    next(source)
-    begun = time.perf_counter()
-    device.start(source)
-    time.sleep(0.5)
-    device.stop()
-    seconds = time.perf_counter() - begun
-    device.close()
+        with opened_card(silence, rate=8000, channels=1, buffer_ms=5, null=null) as card:
+            begun = time.perf_counter()
+            card.start()
+            time.sleep(0.5)
+            card.stop()
+            seconds = time.perf_counter() - begun
+    except DeviceError:
+        return "no hardware", missing, {}
     facts = {"calls": len(calls), "frames_per_call": float(np.mean(calls)) if calls else 0.0}
     facts["pace"] = sum(calls) / 8000 / seconds
     if not calls:
         return "failed", "the device opened and never requested samples", facts
-    line = f"{backend}: requested {len(calls)} times {facts['frames_per_call']:.0f} frames in {seconds:.2f} s"
+    line = f"{card.backend}: requested {len(calls)} times {facts['frames_per_call']:.0f} frames in {seconds:.2f} s"
     return "works", f"{line}; silence was played" + (", no actuator connected" if null else ""), facts
 
 

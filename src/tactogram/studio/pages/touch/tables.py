@@ -19,13 +19,14 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.axes import combined
+from tactogram.rendering.drive.path_playback import OVERSAMPLED
 from tactogram.rendering.drive.strength import StrengthSettings, strength
 from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.noise_texture import NoiseTable
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.surface import OVERSAMPLED, Along, SurfaceTexture, looped
+from tactogram.rendering.streaming.surface import Along, SurfaceTexture, looped
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal
