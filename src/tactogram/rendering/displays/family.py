@@ -73,10 +73,8 @@ class DisplayFamily:
         Returns a `StreamDrive` for the display, the unit of the signal and the facts of ``drive`` on a rehearsal.
     stream_surface : callable, optional
         Returns one for the display, the whole surface and the level. A family without either cannot be streamed to.
-    equalise : callable, optional
-        Returns settings with the equaliser on or off.
     response_known : callable
-        Whether the display's response is known, so that it can be equalised.
+        Whether the display's response is known.
     measured_by : str
         How to measure the response, as an imperative sentence.
     swept : bool
@@ -97,7 +95,6 @@ class DisplayFamily:
     renders: Literal["vibration", "friction"] = "vibration"
     stream_signal: Callable[[Display, str, Mapping[str, Any]], StreamDrive] | None = None
     stream_surface: Callable[[Display, SurfaceTexture, Level], StreamDrive] | None = None
-    equalise: Callable[[Any, bool], BaseModel] | None = None
     response_known: Callable[[Display], bool] = lambda display: display.response is not None
     measured_by: str = ""
     swept: bool = False

@@ -263,17 +263,11 @@ def _stream_design(display: Display, settings: Settings, motion: int) -> Equalis
     return equaliser(display.rate, band, wanted, checked=checked)
 
 
-def _equalised(settings: Settings, on: bool) -> Settings:
-    how = settings.equalise if on and settings.equalise != "none" else "full" if on else "none"
-    return settings.model_copy(update={"equalise": how})
-
-
 FAMILY = DisplayFamily(
     name="linear",
     settings=Settings,
     drive=drive,
     stream_signal=LinearStream,
-    equalise=_equalised,
     measured_by="measure it with `tactogram sweep` and `tactogram response`",
     swept=True,
 )

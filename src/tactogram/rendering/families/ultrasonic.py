@@ -346,7 +346,6 @@ FAMILY = DisplayFamily(
     settings=Settings,
     drive=drive,
     stream_signal=UltrasonicStream,
-    equalise=lambda settings, on: settings.model_copy(update={"pre_emphasis": on}),
     response_known=lambda display: isinstance(display.settings, Settings) and display.settings.q is not None,
     measured_by="set its q, which `tactogram transducer` determines from a measured admittance",
     hazard=(

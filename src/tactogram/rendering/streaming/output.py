@@ -125,18 +125,3 @@ class DisplayOutput:
             f"({facts['error_rms_db']:.2f} dB rms, largest at {facts['error_most_hz']:.0f} Hz), raises by up to "
             f"{facts['raised_db']:.0f} dB, delays by {delay}"
         )
-
-
-def equalised(display: Display, *, on: bool) -> Display:
-    """Return a display whose response is equalised or not, in streams and files alike.
-
-    Raises `ParameterError` if its family has no equaliser, or ``on`` is set where the response is not known.
-    """
-    family = display_family(display.family)
-    if family.equalise is None:
-        raise ParameterError(f"{display.name}: the family {family.name} has no equaliser to switch")
-    if on and not family.response_known(display):
-        raise ParameterError(
-            f"{display.name}: its response is not known, so it cannot be equalised; {family.measured_by}"
-        )
-    return display.of(settings=family.equalise(display.settings, on))

@@ -15,7 +15,7 @@ from tactogram.rendering.streaming.backends import Clock, run_unpaced
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.network import NetworkMotion
-from tactogram.rendering.streaming.output import DisplayOutput, check_streams, equalised
+from tactogram.rendering.streaming.output import DisplayOutput, check_streams
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
@@ -61,7 +61,9 @@ def stream(request: StreamRequest) -> dict[str, Any]:
     out = Path(request.out) if request.out is not None else None
     figure = Path(request.figure) if request.figure is not None else None
     _check_files(out, figure)
-    display = _display(request)
+    display = None
+    if request.display is not None:
+        display = open_display(request.display, changes=request.changes)
     backend = _backend(request, display)
     rate = PLAIN_RATE if display is None else display.rate
     if display is not None:
@@ -125,13 +127,6 @@ def _check_files(out: Path | None, figure: Path | None) -> None:
         raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
     for path in filter(None, (out, figure)):
         check_writable(path)
-
-
-def _display(request: StreamRequest) -> Display | None:
-    if request.display is None:
-        return None
-    display = open_display(request.display, changes=request.changes)
-    return display if request.equalise is None else equalised(display, on=request.equalise)
 
 
 def _backend(request: StreamRequest, display: Display | None) -> Backend:
