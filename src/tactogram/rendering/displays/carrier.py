@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.display import Display
 
 
 class CarrierSettings(BaseModel):
@@ -43,8 +44,24 @@ class CarrierSettings(BaseModel):
                 f"{self.output} of this display needs a rate above {least:g} Hz, got {rate:g}"
             )
 
-    def output_of(self, envelope: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-        """Return the modulated carrier, or the envelope itself, as ``output`` says; same unit and shape (time,)."""
+    def output_of(self, envelope: NDArray[np.float64], rate: float, *, first: int = 0) -> NDArray[np.float64]:
+        """Return the modulated carrier, or the envelope itself, as ``output`` says; same unit and shape (time,).
+
+        ``first`` is the number of the first sample in a stream.
+        """
         if self.output == "envelope":
             return envelope
-        return np.asarray(envelope * np.sin(2 * np.pi * self.carrier_hz * np.arange(len(envelope)) / rate))
+        # Reduced to one period, since a float loses the carrier's phase within hours.
+        turns = (first + np.arange(len(envelope))) * (self.carrier_hz / rate) % 1.0
+        return np.asarray(envelope * np.sin(2 * np.pi * turns))
+
+
+def carrier_of(display: Display) -> CarrierSettings:
+    """Return the carrier of a display whose generator makes it; raises `ParameterError` for others."""
+    settings = display.settings
+    if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
+        raise ParameterError(
+            f"{display.name} has no carrier that a device could make: its drive must be a modulated carrier, with "
+            "output = 'envelope'"
+        )
+    return settings

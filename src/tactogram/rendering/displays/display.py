@@ -7,7 +7,7 @@ is what reaches the skin; a measured `Response` relates the two. The `DisplayFam
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validat
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.response import Positive, ResponseSource, SignalUnit
+
+S = TypeVar("S", bound=BaseModel)
 
 
 class Display(BaseModel):
@@ -94,15 +96,16 @@ class Display(BaseModel):
         values = {name: getattr(self, name) for name in type(self).model_fields}
         return type(self).model_validate(values | changes)
 
+    def settings_as(self, kind: type[S]) -> S:
+        """Return the settings of a ``kind``; `ParameterError` for a display of another family."""
+        if not isinstance(self.settings, kind):
+            raise ParameterError(f"{self.name}: a display of the family {self.family} does not fit here")
+        return self.settings
+
     def check_volts(self, peak_v: float, *, lower: str) -> None:
         """Refuse several channels, another unit than V, or a limit below the ``peak_v`` that the settings allow.
 
         ``lower`` is the setting to lower, for the error.
-
-        Raises
-        ------
-        ParameterError
-            Which of the three.
         """
         if len(self.channels) != 1 or self.unit != "V":
             raise ParameterError(

@@ -41,7 +41,6 @@ class DriveFunction(Protocol):
 class StreamDrive(Protocol):
     """Drive of a display, block by block."""
 
-    delay_s: float
     runs_on: bool
     """Whether `process` is called without motion, too: a carrier held at an instant would be a direct voltage."""
 

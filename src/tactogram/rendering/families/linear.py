@@ -218,14 +218,11 @@ class LinearStream:
     runs_on = False
 
     def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(f"{display.name}: expected a linear display, got {display.family}")
+        settings = display.settings_as(Settings)
         self._channels = len(display.channels)
         self._factor = float(facts["factor"])
         self.equalises = display.response is not None and settings.equalise != "none"
         self._equaliser = Equaliser(_stream_design(display, settings, kinematic_power(unit, display)))
-        self.delay_s = self.design.facts()["delay_ms"] / 1e3
 
     @property
     def design(self) -> EqualiserDesign:

@@ -183,15 +183,10 @@ class TabletStream:
     runs_on = False
 
     def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(f"{display.name}: expected a display with strings, got {display.family}")
-        self._settings, self._limit = settings, display.limit
+        self._settings, self._limit = display.settings_as(Settings), display.limit
         self._order = [CORNERS.index(name) for name in display.channels]
         self._newton_per_unit = float(facts["newton_per_unit"])
-        design = equaliser(display.rate, _band(display), np.ones_like)
-        self._edges = Equaliser(design)
-        self.delay_s = design.facts()["delay_ms"] / 1e3
+        self._edges = Equaliser(equaliser(display.rate, _band(display), np.ones_like))
         self.limited = 0
 
     def process(self, block: NDArray[np.float32], motion: MotionBlock | None = None) -> NDArray[np.float64]:

@@ -288,9 +288,7 @@ class UltrasonicStream:
     runs_on = False
 
     def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(f"{display.name}: expected an ultrasonic display, got {display.family}")
+        settings = display.settings_as(Settings)
         if settings.mapping != "vibration":
             raise ParameterError(
                 f"{display.name}: only the mapping vibration can be streamed, got {settings.mapping}"
@@ -299,9 +297,7 @@ class UltrasonicStream:
         self._full_scale = float(facts["full_scale"])
         self.equalises = settings.pre_emphasis
         self._equaliser = Equaliser(_stream_design(display, settings))
-        self.delay_s = self.design.facts()["delay_ms"] / 1e3
-        self._turn = 2 * np.pi * settings.carrier_hz / display.rate
-        self._sent = 0
+        self._rate, self._sent = display.rate, 0
         self.limited = 0
 
     @property
@@ -315,12 +311,8 @@ class UltrasonicStream:
         x = self._equaliser.process(np.asarray(block[:1], np.float64) / self._full_scale)
         self.limited += int(np.count_nonzero(np.abs(x) > 1))
         envelope = s.carrier_v * (1 + s.modulated_depth * np.clip(x, -1, 1))
-        if s.output == "envelope":
-            return np.asarray(envelope)
-        # Reduced to one period, since a float loses the carrier's phase within hours.
-        phase = (self._turn * (self._sent + np.arange(x.shape[1]))) % (2 * np.pi)
         self._sent += x.shape[1]
-        return np.asarray(envelope * np.sin(phase))
+        return s.output_of(envelope[0], self._rate, first=self._sent - x.shape[1])[None]
 
     def facts(self) -> dict[str, Any]:
         """Return full scale, carrier, over-modulated samples and the equaliser's facts."""

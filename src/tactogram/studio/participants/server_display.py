@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from tactogram.errors import ParameterError, TactogramError
+from tactogram.rendering.displays.carrier import carrier_of
 from tactogram.rendering.displays.display import Display
 from tactogram.signal import Signal
 from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
 from tactogram.workflows.rendering.playback import Playback, full_scale_of
-from tactogram.workflows.streaming.session import Backend, carrier_of
+from tactogram.workflows.streaming.session import Backend
 from tactogram.workflows.study.streams import FingerStream
 
 PATIENCE_S = 2.0

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.carrier import CarrierSettings
+from tactogram.rendering.displays.carrier import carrier_of
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.streaming.backends import (
     Clock,
@@ -178,17 +178,6 @@ def _run_digilent(
     with backend.opened(generator(settings, serial=backend.device)) as device:
         device.play(envelope(), rate=rate, longest_s=seconds)
         return device.facts()
-
-
-def carrier_of(display: Display) -> CarrierSettings:
-    """Return the carrier of a display whose generator makes it; raises `ParameterError` for others."""
-    settings = display.settings
-    if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
-        raise ParameterError(
-            f"{display.name} has no carrier that a Digilent could make: its drive must be a modulated carrier, with "
-            "output = 'envelope'"
-        )
-    return settings
 
 
 def status_lines(running: Stream, status: Callable[[str, float], None]) -> StatusCallback:

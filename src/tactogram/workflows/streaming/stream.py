@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.carrier import carrier_of
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
@@ -29,7 +30,7 @@ from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.request import takes
 from tactogram.workflows.streaming.report import limited, write_sent
 from tactogram.workflows.streaming.requests import StreamRequest
-from tactogram.workflows.streaming.session import Backend, carrier_of, motion_of, run, status_lines
+from tactogram.workflows.streaming.session import Backend, motion_of, run, status_lines
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 
 PLAIN_RATE = 8000.0

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.modulation import limited
 from tactogram.rendering.drive.path_playback import PathPlayback
@@ -81,10 +80,7 @@ class ElectrovibrationStream:
             step = self._release if alive[i] else -self._release
             self._gain = min(max(self._gain + step, 0.0), 1.0)
             envelope[i] = self._amplitude * self._gain
-        samples = envelope
-        if self.settings.output == "waveform":
-            at = (self._count + np.arange(length)) * (self.settings.carrier_hz / self.rate)
-            samples = envelope * np.sin(2 * np.pi * (at % 1.0))
+        samples = self.settings.output_of(envelope, self.rate, first=self._count)
         self._count += length
         return limited(samples / self.settings.amplifier_gain, self.settings.peak_v)
 
@@ -101,15 +97,10 @@ class SurfaceStream:
     the transients of landings, which are no friction. Beyond the surface's ends it is mirrored.
     """
 
-    delay_s = 0.0
     runs_on = True
 
     def __init__(self, display: Display, surface: SurfaceTexture, level: Level) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(
-                f"{display.name}: expected an electrovibration display, got {display.family}"
-            )
+        settings = display.settings_as(Settings)
         display.check_volts(settings.peak_v, lower="v_max")
         self._along = surface.along
         self._stream = ElectrovibrationStream(
