@@ -27,14 +27,13 @@ from tactogram.rendering.streaming.backends import (
     uninterrupted,
 )
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.latency import Durations
-from tactogram.rendering.streaming.output import DisplayOutput
+from tactogram.rendering.streaming.output import DisplayOutput, Stream
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
 from tactogram.rendering.streaming.simulated_hand import HandSettings, SimulatedHand
-from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
+from tactogram.rendering.streaming.timing import Durations
 from tactogram.signal import Signal
 
 RATE, MOST = 8000.0, 40

@@ -99,7 +99,9 @@ class Display(BaseModel):
     def settings_as(self, kind: type[S]) -> S:
         """Return the settings of a ``kind``; `ParameterError` for a display of another family."""
         if not isinstance(self.settings, kind):
-            raise ParameterError(f"{self.name}: a display of the family {self.family} does not fit here")
+            raise ParameterError(
+                f"{self.name}: the family {self.family} does not fit here; choose another display"
+            )
         return self.settings
 
     def check_volts(self, peak_v: float, *, lower: str) -> None:

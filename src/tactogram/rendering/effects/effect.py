@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Self, TypeVar
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from tactogram.errors import DataError, ParameterError, shown
+from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.events import PHONE_HZ, PULSE_S
+from tactogram.validation import validated
 
 LONGEST_S = 60.0
 LEAST_S = 0.001
@@ -29,9 +30,6 @@ class EffectPart(BaseModel):
     """Part of an effect: frozen, strictly typed, finite numbers; unknown keys are ignored."""
 
     model_config = ConfigDict(frozen=True, strict=True, extra="ignore", allow_inf_nan=False)
-
-
-T = TypeVar("T", bound=EffectPart)
 
 
 class Point(EffectPart):
@@ -96,7 +94,7 @@ class Track(EffectPart):
 
     def changed(self, **values: Any) -> Track:
         """Return a track with other values; `ParameterError` if they are not valid."""
-        return _validated(Track, {**dict(self), **values})
+        return validated(Track, {**dict(self), **values}, where="")
 
 
 class Effect(EffectPart):
@@ -113,7 +111,7 @@ class Effect(EffectPart):
 
     def changed(self, **values: Any) -> Effect:
         """Return an effect with other values; `ParameterError` if they are not valid."""
-        return _validated(Effect, {**dict(self), **values})
+        return validated(Effect, {**dict(self), **values}, where="")
 
     def track(self, number: int) -> Track:
         """Return a track by its index; `ParameterError` if there is none."""
@@ -136,18 +134,6 @@ def effect_from_json(text: str, *, where: str) -> Effect:
     try:
         return Effect.model_validate_json(text)
     except ValidationError as error:
-        raise DataError(f"{where}: not an effect: {_problem(error)}") from None
-
-
-def _validated(kind: type[T], values: dict[str, Any]) -> T:
-    try:
-        return kind.model_validate(values)
-    except ValidationError as error:
-        raise ParameterError(_problem(error)) from None
-
-
-def _problem(error: ValidationError) -> str:
-    first = error.errors(include_url=False)[0]
-    place = ".".join(str(part) for part in first["loc"]) or "document"
-    message = first["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-    return f"{place}: {message}, got {shown(first['input'])}"
+        first = error.errors(include_url=False)[0]
+        place = ".".join(map(str, first["loc"])) or "document"
+        raise DataError(f"{where}: not an effect: {place}: {first['msg']}") from None

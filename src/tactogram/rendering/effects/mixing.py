@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.drive.axes import to_one_axis
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.effects.effect import (
     DIGITS,
@@ -24,7 +25,6 @@ from tactogram.rendering.files.analysis import HIGHEST_HZ, carrier, events_of
 from tactogram.rendering.files.conversion import GRAVITY
 from tactogram.rendering.files.events import JUMP_S, Events, Part, densified, joined, thinned
 from tactogram.rendering.files.events import Transient as Tap
-from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 
 AMPLITUDE_STEP, FREQUENCY_STEP_HZ = 0.02, 5.0

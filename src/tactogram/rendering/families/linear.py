@@ -14,9 +14,9 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.displays.response import EDGE_OCTAVES, InverseResponse, edges, inverse
-from tactogram.rendering.drive.band_table import band_table, out_of_band_db
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.level_scaling import MOTION, factor_of, kinematic_power, within_limits
+from tactogram.rendering.drive.report import band_table, out_of_band_db
 from tactogram.rendering.drive.safety import settled
 from tactogram.rendering.level import Level
 from tactogram.signal.perception import sensation_level_db

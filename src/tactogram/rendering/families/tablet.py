@@ -26,9 +26,8 @@ from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.displays.response import edges
-from tactogram.rendering.drive.band_table import out_of_band_db
 from tactogram.rendering.drive.equaliser import Equaliser, equaliser
-from tactogram.rendering.drive.report import amount
+from tactogram.rendering.drive.report import amount, out_of_band_db
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal

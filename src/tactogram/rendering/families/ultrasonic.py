@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
-from tactogram.rendering.drive.modulation import limited, pre_emphasis, scaled_within, shaped
+from tactogram.rendering.drive.modulation import CarrierSettings, limited, pre_emphasis, scaled_within, shaped
 from tactogram.rendering.drive.report import amount
 from tactogram.rendering.drive.safety import fade_window
 from tactogram.rendering.level import Level

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported
 from tactogram.rendering.sound_card import opened_card
-from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.output import Stream
 
 Block = NDArray[np.float32]
 Sink = Callable[[Block, float], None]

@@ -22,10 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.streaming.block_clock import BlockClock
 from tactogram.rendering.streaming.contact import ActiveTransients, ContactSettings
 from tactogram.rendering.streaming.finger_path import STATES, FingerTracker
-from tactogram.rendering.streaming.latency import Latency
 from tactogram.rendering.streaming.motion import (
     FingerState,
     MixWeights,
@@ -35,6 +33,7 @@ from tactogram.rendering.streaming.motion import (
     Tap,
 )
 from tactogram.rendering.streaming.textures import StreamingTexture
+from tactogram.rendering.streaming.timing import BlockClock, Latency
 
 Block = NDArray[np.float32]
 

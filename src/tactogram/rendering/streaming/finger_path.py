@@ -8,8 +8,7 @@ Contact and movement are gains with ramps of their own: rest, landing and lift a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numba
 import numpy as np
@@ -43,32 +42,11 @@ TRACED_HZ, TRACED = 1000.0, 5
 _X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH, _MOVEMENT = range(8)
 
 
-@dataclass(eq=False)
-class MotionBlock:
-    """The finger over one block: arrays with room for ``most`` samples, of which the first ``count`` are valid.
+class MotionSamples(NamedTuple):
+    """The finger at the samples of a block: position and length of the path so far in mm.
 
-    Position and length of the path so far are in mm; ``contact`` and ``movement`` are gains from 0 (lifted, at rest)
-    to 1 (touching, sliding).
+    ``contact`` and ``movement`` are gains from 0 (lifted, at rest) to 1 (touching, sliding).
     """
-
-    most: int
-    count: int = 0
-    x_mm: NDArray[np.float64] = field(init=False)
-    y_mm: NDArray[np.float64] = field(init=False)
-    path_mm: NDArray[np.float64] = field(init=False)
-    speed_mm_s: NDArray[np.float64] = field(init=False)
-    force_n: NDArray[np.float64] = field(init=False)
-    contact: NDArray[np.float32] = field(init=False)
-    movement: NDArray[np.float32] = field(init=False)
-
-    def __post_init__(self) -> None:
-        for name in _Samples._fields:
-            kind = np.float32 if name in ("contact", "movement") else np.float64
-            setattr(self, name, np.zeros(self.most, kind))
-
-
-class _Samples(NamedTuple):
-    """The arrays of a `MotionBlock`, as numba takes them."""
 
     x_mm: NDArray[np.float64]
     y_mm: NDArray[np.float64]
@@ -77,6 +55,16 @@ class _Samples(NamedTuple):
     force_n: NDArray[np.float64]
     contact: NDArray[np.float32]
     movement: NDArray[np.float32]
+
+
+class MotionBlock(MotionSamples):
+    """`MotionSamples` with room for ``most``, of which the first ``count`` are valid."""
+
+    count = 0
+
+    def __new__(cls, most: int) -> Self:
+        """Return a block without samples."""
+        return super().__new__(cls, *np.zeros((5, most)), *np.zeros((2, most), np.float32))
 
 
 class _Target(NamedTuple):
@@ -102,7 +90,7 @@ class FingerTracker:
         self.state: State = "lost"
         self._step_s = 1 / rate
         self._values = np.zeros(8)
-        self._samples = _Samples(*(getattr(self.block, name) for name in _Samples._fields))
+        self._samples = MotionSamples(*self.block)
 
     def follow(self, finger: FingerState, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
         """Return the finger over the next ``count`` samples, the first of them ``ahead_s`` after ``now_s``."""
@@ -171,7 +159,9 @@ def followed(source: MotionSource, seconds: float) -> Motion:
 
 
 @numba.njit(cache=True, nogil=True)
-def _follow(values: NDArray[np.float64], target: _Target, step: float, count: int, out: _Samples) -> None:
+def _follow(
+    values: NDArray[np.float64], target: _Target, step: float, count: int, out: MotionSamples
+) -> None:
     pull = 1 / (target.following_s * target.following_s)
     damping = 2 / target.following_s
     decay = math.exp(-step / FORCE_S)

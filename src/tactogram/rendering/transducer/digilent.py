@@ -24,7 +24,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import DeviceError, ParameterError, UnitError
 from tactogram.extras import device_errors, imported
-from tactogram.rendering.displays.carrier import CarrierSettings
+from tactogram.rendering.drive.modulation import CarrierSettings
 from tactogram.signal.signal import Signal
 from tactogram.validation import validated
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.rendering.displays.carrier import carrier_of
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.signal import Signal
 from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
 from tactogram.workflows.rendering.playback import Playback, full_scale_of

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.carrier import carrier_of
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.friction_calibration import calibrated, read_pairs, write_calibrations
+from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.rendering.drive.safety import safe
 from tactogram.rendering.transducer.circuit import fitted_transducer, read_sweep
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator

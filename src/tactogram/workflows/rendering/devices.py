@@ -1,6 +1,6 @@
 """Paths to devices, how each was tested, and a self-test that a user can run and report.
 
-`docs/devices.md` and the names of the self-test are made from `PATHS`.
+`docs/devices.md` and the names of the self-test are made from ``devices.toml``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -20,6 +21,7 @@ from tactogram.capture.catalogue import SOURCES, find_devices
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
 from tactogram.rendering.sound_card import opened_card
+from tactogram.text_files import read_toml
 
 State = Literal["works", "no hardware", "missing", "failed"]
 
@@ -43,64 +45,9 @@ class DevicePath:
     hardware: str = UNTOUCHED
 
 
-PATHS: tuple[DevicePath, ...] = (
-    DevicePath(
-        "serial",
-        "TWE-Lite receivers on a serial port",
-        "in",
-        "devices",
-        "a simulated receiver on a pseudo-terminal",
-    ),
-    DevicePath(
-        "serial",
-        "boards that send lines of numbers (Arduino, Teensy)",
-        "in",
-        "devices",
-        "pseudo-terminals and logs",
-    ),
-    DevicePath("lsl", "Lab Streaming Layer", "in", "lsl", "outlet and inlet in one process"),
-    DevicePath("daq", "National Instruments (NI-DAQmx)", "in", "daq", "a stand-in for its library"),
-    DevicePath("dwf", "Digilent oscilloscopes (WaveForms)", "in", "dwf", "a stand-in for its library"),
-    DevicePath(
-        "dwf",
-        "Digilent Analog Discovery as generator, envelope on its AM node",
-        "out",
-        "dwf",
-        "a stand-in for its library",
-    ),
-    DevicePath(
-        "audio", "audio inputs", "in", "devices", "a stand-in for its library; miniaudio's null input"
-    ),
-    DevicePath(
-        "audio",
-        "audio displays and actuators on a sound card",
-        "out",
-        "devices",
-        "a stand-in for PortAudio's library; miniaudio on its null device",
-    ),
-    DevicePath(
-        "null",
-        "a null sound card, no actuator connected (miniaudio)",
-        "out",
-        "devices",
-        "it is itself a simulation",
-    ),
-    DevicePath(
-        "",
-        "game engines over OSC",
-        "in and out",
-        "devices",
-        "a sender in Python over loopback; no game engine",
-    ),
-    DevicePath("mouse", "a mouse as a finger (Linux)", "in", "", "its bytes through a named pipe"),
-)
-
-
-ALSO = {
-    "digilent": "dwf",
-    "ni": "daq",
-    "twelite": "serial",
-}
+FILE = Path(__file__).with_suffix(".toml")
+PATHS = tuple(DevicePath(**path) for path in read_toml(FILE)["path"])
+ALSO = {"digilent": "dwf", "ni": "daq", "twelite": "serial"}
 """Names of sources and backends that share a self-test."""
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.carrier import carrier_of
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.rendering.streaming.backends import (
     Clock,
     clocked_blocks,
@@ -22,9 +22,9 @@ from tactogram.rendering.streaming.backends import (
 )
 from tactogram.rendering.streaming.motion import MotionSource
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
+from tactogram.rendering.streaming.output import Stream
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.transducer.digilent import PREFILL_S, AnalogDiscovery, generator
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
 from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTracking

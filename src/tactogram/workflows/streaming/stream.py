@@ -7,18 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.carrier import carrier_of
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
+from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.backends import Clock, run_unpaced
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.network import NetworkMotion
-from tactogram.rendering.streaming.output import DisplayOutput, check_streams
+from tactogram.rendering.streaming.output import DisplayOutput, Stream, check_streams
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.rendering.transducer.digilent import AnalogDiscovery

@@ -26,8 +26,7 @@ from tactogram.rendering.streaming.backends import Clock
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import LONGEST_BLOCK_S, Engine
 from tactogram.rendering.streaming.motion import MotionSample, MotionSettings
-from tactogram.rendering.streaming.output import DisplayOutput, check_streams
-from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.output import DisplayOutput, Stream, check_streams
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.signal import Signal

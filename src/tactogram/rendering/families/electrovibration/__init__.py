@@ -5,10 +5,10 @@ from tactogram.rendering.families.electrovibration.friction import Settings as S
 from tactogram.rendering.families.electrovibration.friction import drive as drive
 from tactogram.rendering.families.electrovibration.friction import friction as friction
 from tactogram.rendering.families.electrovibration.friction import voltage as voltage
-from tactogram.rendering.families.electrovibration.stream import (
+from tactogram.rendering.families.electrovibration.path_stream import (
     ElectrovibrationStream as ElectrovibrationStream,
 )
-from tactogram.rendering.families.electrovibration.stream import SurfaceStream
+from tactogram.rendering.families.electrovibration.path_stream import SurfaceStream
 
 FAMILY = DisplayFamily(
     name="electrovibration",

@@ -25,9 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.modulation import limited, shaped
+from tactogram.rendering.drive.modulation import CarrierSettings, limited, shaped
 from tactogram.rendering.drive.report import percent
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample

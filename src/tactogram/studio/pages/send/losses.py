@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.drive.axes import to_one_axis
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.catalogue import haptic_format
 from tactogram.rendering.files.conversion import GRAVITY
 from tactogram.rendering.files.reading import read_haptic
-from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.io.atomic import atomic_write

@@ -1,9 +1,8 @@
 """HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31), which holds waveforms and events."""
 
+from tactogram.rendering.files.catalogue import HapticFormat
 from tactogram.rendering.files.documents import has_key
-from tactogram.rendering.files.format import HapticFormat
-from tactogram.rendering.files.formats.hjif.reading import decode
-from tactogram.rendering.files.formats.hjif.rules import MODALITIES
+from tactogram.rendering.files.formats.hjif.reading import MODALITIES, decode
 from tactogram.rendering.files.formats.hjif.writing import HIGHEST_RATE, encode, encode_waveform
 
 FORMAT = HapticFormat(

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.documents import DocumentHeader
 from tactogram.rendering.files.events import Events, Part, bends
-from tactogram.rendering.files.formats.hjif.reading import TRANSIENT_S
-from tactogram.rendering.files.formats.hjif.rules import MOST_TICKS
+from tactogram.rendering.files.formats.hjif.reading import MOST_TICKS, TRANSIENT_S
 from tactogram.signal import Signal
 
 HIGHEST_RATE = 8000.0
