@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError, UnitError
-from tactogram.rendering.families.electrovibration import Settings as ElectrovibrationSettings
+from tactogram.rendering.drive.electrovibration import Settings as ElectrovibrationSettings
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.transducer.admittance import (
     DigilentRecorder,

@@ -162,7 +162,7 @@ class PathPlayback:
         self._speed = speed
         out = np.empty((1, length), np.float32)
         play_loop(self._table, places, speeds, self._nodes_per_mm, self._samples_per_speed, length, out)
-        return out[0].astype(np.float64)
+        return np.asarray(out[0], np.float64)
 
     def _path(self, news: NDArray[np.float64], length: int) -> NDArray[np.float64]:
         """Return the position at each sample, after the hysteresis."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from scipy import fft
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.response import EDGE_OCTAVES, InverseResponse, edges, inverse
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.level_scaling import MOTION, factor_of, kinematic_power, within_limits
@@ -22,9 +22,6 @@ from tactogram.rendering.level import Level
 from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
 
 PADDING_S = 0.25
 """Silence added on both sides for a ringing response, s."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,16 +24,13 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.response import edges
 from tactogram.rendering.drive.equaliser import Equaliser, equaliser
 from tactogram.rendering.drive.report import amount, out_of_band_db
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
 
 CORNERS = ("upper-left", "upper-right", "lower-left", "lower-right")
 """Channels of a display with strings, by the position of their motors."""

@@ -15,7 +15,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.modulation import CarrierSettings, limited, pre_emphasis, scaled_within, shaped
 from tactogram.rendering.drive.report import amount
@@ -31,9 +31,6 @@ from tactogram.rendering.drive.safety import fade_window
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
 
 BAND = (0.0, 1000.0)
 """Band of the envelope, Hz: the publication's signals end at 1 kHz."""
@@ -173,15 +170,10 @@ def modulated(
         envelope = envelope * fade_window(len(envelope), round(fade_s * rate))
     samples = limited(settings.output_of(envelope, rate), settings.peak_v)
     arriving = min(float(np.abs(x.samples).max()) / scale, 1.0)
+    names = ("mapping", "output", "carrier_hz", "carrier_v", "peak_v", "limit_v", "limit_is")
     facts: dict[str, Any] = {
-        "mapping": settings.mapping,
-        "output": settings.output,
-        "carrier_hz": settings.carrier_hz,
-        "carrier_v": settings.carrier_v,
-        "peak_v": settings.peak_v,
+        **{name: getattr(settings, name) for name in names},
         "highest_v": float(np.abs(samples).max()),
-        "limit_v": settings.limit_v,
-        "limit_is": settings.limit_is,
         "depth": depth,
         "recovered_depth": depth * arriving,
         "unit": signal.unit,

@@ -8,13 +8,14 @@ Contact and movement are gains with ramps of their own: rest, landing and lift a
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple, Self
+from typing import Literal, NamedTuple
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
+from tactogram.rendering.displays.family import MotionBlock, MotionSamples
 from tactogram.rendering.streaming.motion import (
     FARTHEST_MM,
     FASTEST_MM_S,
@@ -42,31 +43,6 @@ TRACED_HZ, TRACED = 1000.0, 5
 _X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH, _MOVEMENT = range(8)
 
 
-class MotionSamples(NamedTuple):
-    """The finger at the samples of a block: position and length of the path so far in mm.
-
-    ``contact`` and ``movement`` are gains from 0 (lifted, at rest) to 1 (touching, sliding).
-    """
-
-    x_mm: NDArray[np.float64]
-    y_mm: NDArray[np.float64]
-    path_mm: NDArray[np.float64]
-    speed_mm_s: NDArray[np.float64]
-    force_n: NDArray[np.float64]
-    contact: NDArray[np.float32]
-    movement: NDArray[np.float32]
-
-
-class MotionBlock(MotionSamples):
-    """`MotionSamples` with room for ``most``, of which the first ``count`` are valid."""
-
-    count = 0
-
-    def __new__(cls, most: int) -> Self:
-        """Return a block without samples."""
-        return super().__new__(cls, *np.zeros((5, most)), *np.zeros((2, most), np.float32))
-
-
 class _Target(NamedTuple):
     """The finger at the beginning of a block, and the ranges and time constants of the follower."""
 
@@ -90,7 +66,6 @@ class FingerTracker:
         self.state: State = "lost"
         self._step_s = 1 / rate
         self._values = np.zeros(8)
-        self._samples = MotionSamples(*self.block)
 
     def follow(self, finger: FingerState, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
         """Return the finger over the next ``count`` samples, the first of them ``ahead_s`` after ``now_s``."""
@@ -120,7 +95,7 @@ class FingerTracker:
             settings.rest_mm_s,
             settings.moving_mm_s,
         )
-        _follow(values, target, self._step_s, count, self._samples)
+        _follow(values, target, self._step_s, count, block.samples)
         block.count = count
         moving = block.speed_mm_s[count - 1] > (settings.rest_mm_s + settings.moving_mm_s) / 2
         self.state = "lost" if lost else "air" if not finger.touching else "slide" if moving else "rest"

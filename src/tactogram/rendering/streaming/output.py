@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import StreamDrive, display_family
+from tactogram.rendering.displays.family import MotionBlock, StreamDrive, display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.engine import LEAST_RATE, Engine
-from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.signal.signal import Signal
 
@@ -65,7 +64,7 @@ class DisplayOutput:
                     f"{display.name}: a stream needs one surface, a friction coefficient over displacement; got "
                     "a signal over time"
                 )
-            self.drive = self.family.stream_surface(display, rehearsed, level)
+            self.drive = self.family.stream_surface(display, rehearsed.signal, rehearsed.along, level)
         elif self.family.stream_signal is not None:
             if not isinstance(rehearsed, Signal):
                 raise ParameterError(f"{display.name}: the level needs a rehearsed signal, got a surface")

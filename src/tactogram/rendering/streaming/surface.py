@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.family import MotionBlock
 from tactogram.rendering.drive.path_playback import OVERSAMPLED, band_limited, copy_count, play_loop
-from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.signal.displacement import over_displacement
 from tactogram.signal.joining import join
 from tactogram.signal.signal import Signal

@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.rendering.streaming.finger_path import MotionBlock
+from tactogram.rendering.displays.family import MotionBlock
 from tactogram.rendering.streaming.texture_table import TextureGrid, TextureTable, interpolate
 from tactogram.signal.synthesis import ladder
 

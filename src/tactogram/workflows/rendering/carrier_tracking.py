@@ -246,7 +246,9 @@ def track(request: TrackRequest) -> dict[str, Any]:
     out, status = request.out, request.status
     if out is not None and Path(out).suffix.lower() != ".csv":
         raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
-    known = open_display(request.display).settings_as(CarrierSettings)
+    known = open_display(request.display).settings
+    if not isinstance(known, CarrierSettings):
+        raise ParameterError(f"{request.display}: has no carrier; choose a display with a resonance")
     names = ("amps_per_volt", "volts_per_volt", "skew_s", "share")
     given = {name: getattr(request, name) for name in names} | {"log": out}
     simulated = request.generator == SIMULATED

@@ -109,44 +109,30 @@ def run(
     status: StatusCallback | None = None,
 ) -> dict[str, Any]:
     """Run a stream on its backend and return the facts of that, as JSON values: ``device``, ``blocks``."""
-    realtime, card = backend.realtime, backend.device
+    paced: dict[str, Any] = {"seconds": seconds, "clock": clock, "status": status}
     match backend.kind:
         case "file":
             run_unpaced(running, seconds=seconds, status=status)
             return {"device": {"library": "none", "paced": False}}
         case "null":
-            return {
-                "device": run_miniaudio(
-                    running, seconds=seconds, clock=clock, null=True, status=status, realtime=realtime
-                )
-            }
+            return {"device": run_miniaudio(running, null=True, realtime=backend.realtime, **paced)}
         case "audio":
-            return {
-                "device": run_audio(
-                    running,
-                    seconds=seconds,
-                    clock=clock,
-                    device=int(card) if card.isdigit() else card or None,
-                    full_scale=backend.full_scale,
-                    status=status,
-                    realtime=realtime,
-                )
-            }
+            card = int(backend.device) if backend.device.isdigit() else backend.device or None
+            options = {"device": card, "full_scale": backend.full_scale, "realtime": backend.realtime}
+            return {"device": run_audio(running, **options, **paced)}
         case "osc":
             to = parse_address(backend.to, default_port=9121) if backend.to else None
             heard = motion if isinstance(motion, NetworkMotion) else None
             sink = NetworkBlocks(rate=running.engine.rate, to=to, motion=heard)
-            granted = run_clocked(
-                running, seconds=seconds, clock=clock, sink=sink, status=status, realtime=realtime
-            )
+            granted = run_clocked(running, sink=sink, realtime=backend.realtime, **paced)
             sink.close()
             return {
                 "device": {"library": backend.kind, "realtime_priority": granted},
                 "blocks": {"sent": sink.sent, "unsent": sink.unsent},
             }
         case "digilent":
-            return {"device": _run_digilent(running, backend, seconds, clock, status)}
-    granted = run_clocked(running, seconds=seconds, clock=clock, status=status, realtime=realtime)
+            return {"device": _run_digilent(running, backend, **paced)}
+    granted = run_clocked(running, realtime=backend.realtime, **paced)
     return {"device": {"library": "none", "paced": True, "realtime_priority": granted}}
 
 

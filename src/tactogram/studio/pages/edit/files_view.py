@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from tactogram.rendering.effects import Effect
-from tactogram.rendering.effects.mixing import signal_of
+from tactogram.rendering.effects.effect import signal_of
 from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import busy, heading, hint, in_background, report_errors

@@ -10,7 +10,7 @@ from nicegui import app, ui
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.effects import Effect, Track
-from tactogram.rendering.effects.mixing import signal_of
+from tactogram.rendering.effects.effect import signal_of
 from tactogram.studio.context import Studio
 from tactogram.studio.layout import confirm, page, report_errors, route
 from tactogram.studio.pages.edit.editor import Editor

@@ -1,28 +1,26 @@
-"""Electrovibration under a moving finger, block by block: position in, voltage out, zero when the finger is lost."""
+"""Electrovibration displays: files by `rendering.drive.electrovibration`, and streams, zero when the finger is lost."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.modulation import limited
-from tactogram.rendering.drive.path_playback import PathPlayback
-from tactogram.rendering.families.electrovibration.friction import (
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
+from tactogram.rendering.drive.electrovibration import (
     HIGHEST_HZ,
     Settings,
+    drive,
     friction_target,
     voltage,
 )
+from tactogram.rendering.drive.modulation import limited
+from tactogram.rendering.drive.path_playback import PathPlayback
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
-    from tactogram.rendering.streaming.surface import SurfaceTexture
 
 
 class ElectrovibrationStream:
@@ -99,12 +97,12 @@ class SurfaceStream:
 
     runs_on = True
 
-    def __init__(self, display: Display, surface: SurfaceTexture, level: Level) -> None:
+    def __init__(self, display: Display, surface: Signal, along: str, level: Level) -> None:
         settings = display.settings_as(Settings)
         display.check_volts(settings.peak_v, lower="v_max")
-        self._along = surface.along
+        self._along = along
         self._stream = ElectrovibrationStream(
-            surface.signal,
+            surface,
             settings,
             rate=display.rate,
             level=level,
@@ -123,3 +121,19 @@ class SurfaceStream:
     def facts(self) -> dict[str, Any]:
         """Return what was scaled, clipped and unreachable for the whole surface."""
         return {"fitted": self._stream.facts}
+
+
+FAMILY = DisplayFamily(
+    name="electrovibration",
+    settings=Settings,
+    drive=drive,
+    renders="friction",
+    stream_surface=SurfaceStream,
+    measured_by="`tactogram calibrate` fits it to a person",
+    calibrated=True,
+    hazard=(
+        "A voltage touches a person, up to {peak:.3g} V here: play it only through an amplifier that limits the "
+        "current. Limits in software do not replace one."
+    ),
+    close_up_s=0.05,
+)
