@@ -122,7 +122,7 @@ class Engine:
 
         The array is a view that the next call overwrites. Motion that has arrived by ``now_s`` (on the engine's clock)
         is read. ``ahead_s`` is the delay of the first sample after now, for a backend that requests several blocks at
-        once. Irregular start times are made regular by `block_clock`.
+        once. Irregular start times are made regular by `timing.BlockClock`.
         """
         count = self.most if count is None else count
         for message in self.motion.poll(now_s):

@@ -221,7 +221,7 @@ class AnalogDiscovery:
 
     @property
     def opened_device(self) -> tuple[Any, Any]:
-        """Dwfpy's device and dwfpy itself, for `digilent_scope`."""
+        """Dwfpy's device and dwfpy itself, for `admittance.DigilentRecorder`."""
         self._opened()
         return self._device, self._module
 

@@ -98,28 +98,6 @@ def try_device(name: str) -> dict[str, Any]:
 ProbeResult = tuple[State, str, dict[str, Any]]
 
 
-def _serial() -> ProbeResult:
-    ports = imported("serial.tools.list_ports", extra="devices", what="boards on a serial port")
-    serial = imported("serial", extra="devices", what="boards on a serial port")
-    with device_errors("serial:loop"):
-        looped = serial.serial_for_url("loop://", timeout=1)
-        looped.write(b":80000000\r\n")
-        back = looped.read(11)
-        looped.close()
-    found = [{"port": p.device, "is": p.description} for p in ports.comports()]
-    facts = {"loop": back == b":80000000\r\n", "ports": found}
-    if not facts["loop"]:
-        return "failed", "bytes written to the library's own loop did not come back", facts
-    if not found:
-        return (
-            "no hardware",
-            "the library works; no serial port found: plug the receiver or board in",
-            facts,
-        )
-    names = ", ".join(port["port"] for port in found)
-    return "works", f"the library works; ports: {names}; read one with tactogram capture", facts
-
-
 def _lsl() -> ProbeResult:
     pylsl = lsl()
     with device_errors("lsl", library="pylsl"):
@@ -227,7 +205,7 @@ def _mouse() -> ProbeResult:
 
 
 _TESTS: dict[str, Callable[[], ProbeResult]] = {
-    "serial": _serial,
+    "serial": partial(_source, "serial"),
     "lsl": _lsl,
     "daq": partial(_source, "ni"),
     "dwf": partial(_source, "digilent"),
