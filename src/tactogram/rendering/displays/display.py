@@ -11,18 +11,17 @@ from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
+from pydantic import BaseModel, Field, SerializeAsAny, field_validator, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.response import Positive, ResponseSource, SignalUnit
+from tactogram.validation import FrozenModel
 
 S = TypeVar("S", bound=BaseModel)
 
 
-class Display(BaseModel):
+class Display(FrozenModel):
     """A display: the values common to all families, and the family's own ``settings``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = Field(pattern=r"^[a-z0-9][a-z0-9-]*$")
     """Its name on the command line."""

@@ -17,12 +17,12 @@ import numpy as np
 import scipy
 import tomli_w
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import read_table, read_toml
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 
 Array = NDArray[np.float64]
 
@@ -44,10 +44,8 @@ class FrictionMeasurements:
     normal_force_n: Array
 
 
-class FrictionCalibration(BaseModel):
+class FrictionCalibration(FrozenModel):
     """The square law of one person on one display, with intervals (low, high)."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     person: str
     mu_0: float = Field(gt=0)

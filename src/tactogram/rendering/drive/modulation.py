@@ -8,17 +8,16 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.report import percent
+from tactogram.validation import FrozenModel
 
 
-class CarrierSettings(BaseModel):
+class CarrierSettings(FrozenModel):
     """Carrier, amplifier and output, for rendering and for a generator that makes the carrier itself."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     resonant: ClassVar[bool] = False
     """Whether the carrier lies at a resonance to be tracked."""

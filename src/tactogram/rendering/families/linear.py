@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy import fft
 
 from tactogram.errors import ParameterError
@@ -22,15 +22,14 @@ from tactogram.rendering.level import Level
 from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
+from tactogram.validation import FrozenModel
 
 PADDING_S = 0.25
 """Silence added on both sides for a ringing response, s."""
 
 
-class Settings(BaseModel):
+class Settings(FrozenModel):
     """Equalisation of a linear display's response, and treatment of its limit."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     equalise: Literal["full", "magnitude", "none"] = "full"
     """``full`` inverts gain and phase, ``magnitude`` only the gain, ``none`` neither: the response then only predicts

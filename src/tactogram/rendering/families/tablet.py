@@ -20,7 +20,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
@@ -31,6 +31,7 @@ from tactogram.rendering.drive.report import amount, out_of_band_db
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
+from tactogram.validation import FrozenModel
 
 CORNERS = ("upper-left", "upper-right", "lower-left", "lower-right")
 """Channels of a display with strings, by the position of their motors."""
@@ -40,10 +41,8 @@ TIGHTEST = 0.5
 """Share of the limit that pretension may use in a stream: near the edges two strings are long and the others tight."""
 
 
-class Settings(BaseModel):
+class Settings(FrozenModel):
     """Geometry and mechanics of the strings."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     size_mm: tuple[float, float] = (200.0, 150.0)
     """Width and height of the rectangle that the motors span, mm."""

@@ -17,10 +17,11 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import device_errors
+from tactogram.validation import FrozenModel
 
 Array = NDArray[np.float64]
 
@@ -57,10 +58,8 @@ class Recorder(Protocol):
         ...
 
 
-class ProbeSettings(BaseModel):
+class ProbeSettings(FrozenModel):
     """Probe factors between the transducer and the converter."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     volts_per_volt: float = Field(default=1.0, gt=0, allow_inf_nan=False)
     """Voltage at the transducer per measured volt: 10 for a 10:1 probe."""
@@ -70,10 +69,8 @@ class ProbeSettings(BaseModel):
     """Delay of the current's samples after the voltage's, s."""
 
 
-class MeasurementTiming(BaseModel):
+class MeasurementTiming(FrozenModel):
     """Settling time and measuring time at each frequency."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     settle_s: float = Field(default=0.05, ge=0, le=5)
     """Wait after each change of the carrier. The default is five time constants of Q 800 at 28 kHz, plus a driver's
@@ -165,10 +162,8 @@ STALLED_S = 2.0
 """Longest time that a measurement may take beyond its window."""
 
 
-class ScopeSettings(BaseModel):
+class ScopeSettings(FrozenModel):
     """Settings of the inputs."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     voltage: int = Field(default=1, ge=1, le=4)
     """Input for the voltage, as labelled on the device."""

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display
@@ -29,7 +29,7 @@ from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
 from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
 from tactogram.signal.io.writable import check_writable
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 from tactogram.workflows.rendering.requests import TrackRequest
 from tactogram.workflows.request import takes
 
@@ -47,10 +47,8 @@ ENDING_S = 5.0
 """Wait for the last measurement, s."""
 
 
-class FollowingSettings(BaseModel):
+class FollowingSettings(FrozenModel):
     """Probes, converter and pace of the tracking while something is played."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     amps_per_volt: float | None = Field(default=None, gt=0)
     """1 over the resistance of the shunt in ohm; known of the simulated generator."""
