@@ -118,8 +118,8 @@ def run(
             return {"device": run_miniaudio(running, null=True, realtime=backend.realtime, **paced)}
         case "audio":
             card = int(backend.device) if backend.device.isdigit() else backend.device or None
-            options = {"device": card, "full_scale": backend.full_scale, "realtime": backend.realtime}
-            return {"device": run_audio(running, **options, **paced)}
+            paced |= {"device": card, "full_scale": backend.full_scale, "realtime": backend.realtime}
+            return {"device": run_audio(running, **paced)}
         case "osc":
             to = parse_address(backend.to, default_port=9121) if backend.to else None
             heard = motion if isinstance(motion, NetworkMotion) else None
