@@ -107,6 +107,11 @@ class Display(FrozenModel):
         """Refuse several channels, another unit than V, or a limit below the ``peak_v`` that the settings allow.
 
         ``lower`` is the setting to lower, for the error.
+
+        Raises
+        ------
+        ParameterError
+            Which of the three.
         """
         if len(self.channels) != 1 or self.unit != "V":
             raise ParameterError(
