@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.drive.path_playback import OVERSAMPLED
+from tactogram.rendering.drive.path_playback import OVERSAMPLED, copy_count
 from tactogram.rendering.drive.strength import StrengthSettings, strength
 from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.contact import ContactSettings
@@ -161,7 +160,8 @@ def table_of_signal(
         raise ParameterError(
             f"axes must combine several axes into one, got {axes!r}; use dft321, mean or an axis's name"
         )
-    most = MOST_NODES // (OVERSAMPLED * _copies(one, rate, speed_mm_s))
+    copies = copy_count(one.rate / (speed_mm_s or 1.0), rate)
+    most = MOST_NODES // (OVERSAMPLED * copies)
     if len(one) > most:
         notes.append(f"only its first {100 * most / len(one):.0f} %: the rest is too long to send")
         one = one.cut(0, most)
@@ -245,20 +245,8 @@ def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.fl
     phone = open_display(PHONE)
     # Far enough below full drive that nothing is limited.
     gain = 0.25 / float(np.abs(loop.samples).max())
-    found = strength(over_time, _phone_settings(phone), display=phone, level=Level("gain", gain))
+    found = strength(over_time, phone.settings_as(StrengthSettings), display=phone, level=Level("gain", gain))
     return (found.share / gain).astype(np.float32), texture.length_mm / len(found.share)
-
-
-def _phone_settings(phone: Display) -> StrengthSettings:
-    if not isinstance(phone.settings, StrengthSettings):
-        raise ParameterError(f"{phone.name}: expected a display of strengths, got {phone.family}")
-    return phone.settings
-
-
-def _copies(signal: Signal, rate: float, speed_mm_s: float | None) -> int:
-    """Return the number of copies that `SurfaceTexture` makes."""
-    per_mm = signal.rate if speed_mm_s is None else signal.rate / speed_mm_s
-    return 2 + max(0, int(np.ceil(2 * np.log2(1000.0 * per_mm / rate))))
 
 
 def _followed(
